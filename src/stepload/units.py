@@ -138,6 +138,18 @@ def _named(unit: str) -> tuple[str, str]:
     return _NAMES.get(_parse_unit(unit).dimension, (f"a quantity in {unit}", f"1 {unit}"))
 
 
+def parse_named(name: str, text: str, unit: str) -> float:
+    """`parse_quantity`, whose errors begin with `name`, such as an option's.
+
+    Raises:
+        BadInputError: as there.
+    """
+    try:
+        return parse_quantity(text, unit)
+    except QuantityError as error:
+        raise BadInputError(f"{name}: {error.message}", hint=error.hint) from None
+
+
 def parse_quantity(text: object, unit: str) -> float:
     """`text` ("28.7 mm") in the SI unit `unit` ("m"); finite.
 

@@ -6,7 +6,7 @@ Written apart from the program's own rehearsals: the errors are drawn sample by 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,6 @@ from scipy.signal import lfilter
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.sources import Sources
-from stepload.evidence.lawfit import Roughness
 from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed, Touch
 from stepload.evidence.sideways import Sideways
@@ -94,17 +93,40 @@ def press(world: World, seed: int = 0) -> Pressed:
         smooth_error_m=world.smooth_m, smooth_length_n=world.smooth_length_n,
         force_noise_n=world.force_noise_n, position_noise_m=world.position_noise_m,
         position_resolution_m=world.quantum_m, gain_sigma=0.005,
+        **straight_table(world.system_n_per_m, world.top_n),
+    )  # fmt: skip
+    conditions = Conditions(
+        sources, world.top_n, 3.0, world.quantum_m, elastic_limit_n=world.limit_n,
+        rough_length_m=0.0,
     )  # fmt: skip
     moved = world.set_m + world.drift_m_per_s * float(time[-1])
     made = Pressed(
-        tracks, lambda f: f / world.system_n_per_m,
-        lambda f: world.system_sigma * f[None] / world.system_n_per_m, sources,
-        roughness=Roughness(0.0),
+        tracks, conditions,
         touches=(Touch(0.0, 0.0, 3.0), Touch(float(time[-1]), moved, 3.0)),
         sideways=Sideways("guided", world.lateral, relative=0.3 * (world.lateral or 0.0)),
-        elastic_limit_n=world.limit_n, secant_force_n=world.top_n,
     )  # fmt: skip
-    return replace(made, **world.said)
+    return told(made, **world.said)
+
+
+def straight_table(stiffness_n_per_m: float, top_n: float) -> dict[str, Any]:
+    """A deflection table of a system that bends in proportion to the force."""
+    force_n = (0.1 * top_n, 2.0 * top_n)
+    return {
+        "deflection_force_n": force_n,
+        "deflection_m": tuple(each / stiffness_n_per_m for each in force_n),
+        "deflection_sigma_m": (0.0, 0.0),
+    }
+
+
+def told(run: Pressed, **changes: Any) -> Pressed:
+    """The run with other statements, by the names of its own, its conditions' or its sources'."""
+    sources, conditions, own = (
+        {each.name: changes[each.name] for each in fields(of) if each.name in changes}
+        for of in (Sources, Conditions, Pressed)
+    )
+    assert {*sources, *conditions, *own} == {*changes}
+    conditions = {"sources": replace(run.conditions.sources, **sources)} | conditions
+    return replace(run, conditions=replace(run.conditions, **conditions), **own)
 
 
 def _course(world: World) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
@@ -144,8 +166,6 @@ def there_and_back(force_n: FloatArray, travel_m: FloatArray, conditions: Condit
     back = Track(time + time[-1], force_n[::-1], travel_m[::-1], held)
     return Pressed(
         [(1, Track(time, force_n, travel_m, held), back)],
-        conditions.bend, conditions.bend_sigma, conditions.sources,
-        table_sigma=conditions.table_sigma, secant_force_n=conditions.secant_force_n,
-        elastic_limit_n=conditions.elastic_limit_n, accuracy=1.0 / conditions.t,
+        conditions,
         doubts=tuple(conditions.table_doubts(float(force_n.max()))),
     )  # fmt: skip

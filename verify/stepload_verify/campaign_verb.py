@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stepload.errors import BadInputError, ExitCode
-from stepload.results.terminal import AsJson, Output
+from stepload.results.terminal import AsJson, Output, Processes, Scheduler
 
 if TYPE_CHECKING:
     from stepload.runner.jobs import Job, Pool
@@ -41,13 +41,8 @@ def campaign(
     out: Annotated[
         Path | None, typer.Option("--out", help="Directory of results; the campaign goes on there.")
     ] = None,
-    processes: Annotated[
-        int | None, typer.Option("--processes", min=1, help="Processes; all cores by default.")
-    ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option("--scheduler", help="A Dask cluster instead, such as tcp://10.0.0.5:8786."),
-    ] = None,
+    processes: Processes = None,
+    scheduler: Scheduler = None,
     parquet: Annotated[
         bool, typer.Option("--parquet", help="Write runs.parquet into --out when it ends.")
     ] = False,

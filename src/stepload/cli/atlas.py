@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from stepload.cli.sheet import check_sheet, write_sheet
-from stepload.results.terminal import AsJson, Output
+from stepload.results.terminal import AsJson, Output, Processes, Scheduler
 
 
 def map(
@@ -24,13 +24,8 @@ def map(
         int, typer.Option("--samples", min=1, help="Simulated identifications of each cell.")
     ] = 250,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of all random numbers.")] = 1,
-    processes: Annotated[
-        int | None, typer.Option("--processes", min=1, help="Processes; all cores by default.")
-    ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option("--scheduler", help="A Dask cluster instead, such as tcp://10.0.0.5:8786."),
-    ] = None,
+    processes: Processes = None,
+    scheduler: Scheduler = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Directory for the picture and the figures.")
     ] = None,

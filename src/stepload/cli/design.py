@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from stepload.errors import BadInputError
-from stepload.results.terminal import AsJson, Output
+from stepload.results.terminal import AsJson, Output, Processes, Scheduler
 
 
 def design(
@@ -35,13 +35,8 @@ def design(
             "--seed", min=0, help="Seed of all random draws; the same seed gives the same plan."
         ),
     ] = 1,
-    processes: Annotated[
-        int | None, typer.Option("--processes", min=1, help="Processes; all cores by default.")
-    ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option("--scheduler", help="A Dask cluster instead, such as tcp://10.0.0.5:8786."),
-    ] = None,
+    processes: Processes = None,
+    scheduler: Scheduler = None,
     out: Annotated[Path, typer.Option("--out", help="Plan to write; it must be new.")] = Path(
         "designed.yaml"
     ),
@@ -105,12 +100,9 @@ def design(
 
 
 def _positive(option: str, text: str, unit: str) -> float:
-    from stepload.units import parse_quantity
+    from stepload.units import parse_named
 
-    try:
-        value = parse_quantity(text, unit)
-    except BadInputError as error:
-        raise BadInputError(f"{option}: {error.message}", hint=error.hint) from error
+    value = parse_named(option, text, unit)
     if value <= 0.0:
         raise BadInputError(f"{option}: {text} is not more than nothing", hint="give more")
     return value

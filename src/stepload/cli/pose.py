@@ -97,12 +97,9 @@ def pose(
 
 
 def _quantity(option: str, text: str, unit: str, least: float) -> float:
-    from stepload.units import parse_quantity
+    from stepload.units import parse_named
 
-    try:
-        value = parse_quantity(text, unit)
-    except BadInputError as error:
-        raise BadInputError(f"{option}: {error.message}", hint=error.hint) from error
+    value = parse_named(option, text, unit)
     if not value >= least:
         raise BadInputError(f"{option}: {text.strip()} is below {least:g} {unit}", hint="give more")
     if unit == "m" and abs(value) > LONGEST_M:

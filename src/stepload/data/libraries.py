@@ -2,22 +2,11 @@
 
 from __future__ import annotations
 
-import importlib
-from types import ModuleType
+from typing import Any
 
-from stepload.errors import BadInputError
+from stepload.runner.extras import extra
 
 
-def library(name: str, wanted_for: str) -> ModuleType:
-    """Import an optional library.
-
-    Raises:
-        BadInputError: it is not installed.
-    """
-    try:
-        return importlib.import_module(name)
-    except ImportError as error:
-        raise BadInputError(
-            f"{wanted_for} needs {name}, which is not installed",
-            hint=f'pip install "stepload[data]", or {name} alone',
-        ) from error
+def library(name: str, wanted_for: str) -> Any:
+    """Import an optional library; raises as `extra`."""
+    return extra(name, wanted_for, "data", f", or {name} alone")

@@ -93,7 +93,7 @@ def cell(row: Row) -> dict[str, Any]:
         "value": point.value,
         "change": point.change,
         "payload": point.payload,
-        "top_force_n": point.cell.top_n,
+        "top_force_n": payload.at_n,
         "secant_n_per_m": payload.secant_n_per_m,
         "exponent": payload.exponent,
         "system_stiffness_n_per_m": told.sources.system_stiffness_n_per_m or math.nan,

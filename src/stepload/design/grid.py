@@ -73,7 +73,6 @@ class Candidate:
         cell = Cell(
             Payload(body.secant_n_per_m, body.exponent, body.top_n),
             replace(told, elastic_limit_n=None),
-            body.top_n,
             body.touch_n,
             self.zero_drift_n_per_s,
             self.damping_n_s_per_m,

@@ -82,7 +82,7 @@ def judge(payload: Payload, course: Course, runs: Runs, own: Reference) -> Judge
     fires["touch_shift"] = _touch(own, course, runs, rate, safe)
     off = _shape(own, deformation, safe, fires)
 
-    sources = own.run.sources
+    sources = own.told.sources
     relative = np.sqrt(
         (own.fixed_m**2 + time_m**2 + creep_m**2 + harm_m**2 / 3.0) / safe**2
         + (off / 2.0) ** 2
@@ -94,7 +94,7 @@ def judge(payload: Payload, course: Course, runs: Runs, own: Reference) -> Judge
     fires[TABLE] = np.array([bool(own.told.table_doubts(peak)) for peak in peaks])
     none = span <= 0.0
     stopped = np.any(list(fires.values()), axis=0)
-    asked = min(own.run.accuracy, HOPELESS)
+    asked = min(1.0 / own.told.t, HOPELESS)
     return Judged(
         value_n_per_m=np.where(none, 0.0, (main.to_n - main.from_n) / safe),
         truth_n_per_m=(main.to_n - main.from_n) / true,
@@ -120,7 +120,7 @@ def _at_reference(
         away = force - path.force_n
         found.append(travel - own.elastic.compliance(path.force_n) * away)
         if not number:
-            first = found[0] - own.run.deflection(path.force_n)
+            first = found[0] - own.told.bend(path.force_n)
     return found, first
 
 
@@ -149,7 +149,7 @@ def _creep(
     fires: dict[str, BoolArray],
 ) -> FloatArray:  # fmt: skip
     """(R,) contribution of creep to the budget; records which runs its gates stop."""
-    elastic, deflection = own.elastic, own.run.deflection
+    elastic, deflection = own.elastic, own.told.bend
     loading: list[FloatArray] = []
     unloading: list[FloatArray] = []
     within: list[FloatArray] = []
@@ -192,7 +192,7 @@ def _touch(
     elapsed_s = float(course.time_s[last] - course.time_s[first])
     shift = runs.travel_m[:, last] - runs.travel_m[:, first] - np.diff(pressed, axis=1)[:, 0]
     shift = shift - rate * elapsed_s
-    sources = own.run.sources
+    sources = own.told.sources
     at_n = np.maximum(force.mean(axis=1), 1e-3 * own.main.to_n)
     noise_m = own.elastic.compliance(at_n) * math.hypot(
         sources.force_noise_n, sources.force_resolution_n / 3.5
@@ -215,7 +215,7 @@ def _shape(
     for law in (HERTZ_LINEAR, BILINEAR, STIFFENING, PLASTIC, ROUGH):
         if not far.any():
             break
-        if (other := fit_law(own.data, law, own.run.roughness)) is not None:
+        if (other := fit_law(own.data, law, own.told)) is not None:
             shapes = [point.shape for point in other.points]
             left = rehearse_law(own.data, other, shapes, deformation.T[:, far], own.main)
             chi2[far] = np.minimum(chi2[far], left.chi2)

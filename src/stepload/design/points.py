@@ -76,25 +76,19 @@ def points(rig: Bench, specimens: Sequence[Specimen], secants: Sequence[float]) 
     for series in PANELS:
         places = [(row, secant) for row in rows.get(series, ()) for secant in secants]
         for index, ((value, n, changed), secant) in enumerate(places):
-            cell = _cell(rig, changed, secant, n)
+            cell = _cell(rig, changed, Payload(secant, n, rig.top_n))
             found.append(Point(series, index, value, "", "", cell))
     sold = for_sale(told)
     bought = [(name, change, secant) for name, change in sold.items() for secant in secants]
     for index, (name, change, secant) in enumerate(bought):
-        cell = _cell(rig, change(told), secant, SPHERE)
+        cell = _cell(rig, change(told), Payload(secant, SPHERE, rig.top_n))
         found.append(Point(BUY, index, float("nan"), name, "", cell))
     return [*found, *_of_payloads(rig, specimens, sold)]
 
 
-def _cell(rig: Bench, told: Conditions, secant: float, exponent: float) -> Cell:
-    return Cell(
-        Payload(secant, exponent, rig.top_n),
-        told,
-        rig.top_n,
-        rig.touch_n,
-        rig.zero_drift_n_per_s,
-        rig.damping_n_s_per_m,
-    )
+def _cell(rig: Bench, told: Conditions, payload: Payload, touch_n: float | None = None) -> Cell:
+    touch_n = rig.touch_n if touch_n is None else touch_n
+    return Cell(payload, told, touch_n, rig.zero_drift_n_per_s, rig.damping_n_s_per_m)
 
 
 def _of_payloads(
@@ -107,13 +101,8 @@ def _of_payloads(
         if each.conditions is None:
             continue
         for name, change in sold.items():
-            cell = Cell(
-                Payload(each.secant_n_per_m, each.exponent, each.top_n),
-                replace(change(each.conditions), elastic_limit_n=None),
-                each.top_n,
-                each.touch_n,
-                rig.zero_drift_n_per_s,
-                rig.damping_n_s_per_m,
-            )
+            payload = Payload(each.secant_n_per_m, each.exponent, each.top_n)
+            changed = replace(change(each.conditions), elastic_limit_n=None)
+            cell = _cell(rig, changed, payload, each.touch_n)
             found.append(Point(PAYLOADS, len(found), float("nan"), name, each.name, cell))
     return found

@@ -19,17 +19,15 @@ from stepload.design.world import Cell
 from stepload.errors import DomainError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.smooth import smooth_lengths
-from stepload.evidence.answer import errors_of
 from stepload.evidence.chord import Chord, chord
 from stepload.evidence.drift import Drift, drift_of
 from stepload.evidence.elastic import Elastic, elastic_of
-from stepload.evidence.errors import middle, total
+from stepload.evidence.errors import errors_of, middle, total
 from stepload.evidence.lawfit import LawFit, Whitened, fit_law
 from stepload.evidence.laws import POWER, ROUGH
 from stepload.evidence.loops import Branch, loops_of
-from stepload.evidence.pressed import Pressed
 from stepload.evidence.rate import rate_sign
-from stepload.evidence.rehearse import QUANTILE, creep_threshold, draws, thresholds
+from stepload.evidence.rehearse import QUANTILE, creep_threshold, draws, rate_threshold, thresholds
 from stepload.evidence.shape import LEAST_REDUCED_CHI2, rehearse_law
 from stepload.evidence.signs import HoldCreep, Sign, branches_of, hold_creep, signs_of
 
@@ -43,7 +41,6 @@ class Reference:
 
     Attributes:
         told: the conditions of the identification.
-        run: the input of the evidence.
         branches: its branches in the order of time.
         main, elastic, drift: as in `evidence`.
         signs: every sign by name, "rate" among them.
@@ -56,7 +53,6 @@ class Reference:
     """
 
     told: Conditions
-    run: Pressed
     branches: Sequence[Branch]
     main: Chord
     elastic: Elastic
@@ -83,37 +79,29 @@ def reference(cell: Cell, course: Course) -> Reference:
     law = cell.payload.deformation_m(course.force_n, np.array([told.rough_length_m or 0.0]))[0]
     noise_n = told.sources.force_noise_n * np.random.default_rng(12345).standard_normal(law.size)
     run = pressed_of(told, course, course.force_n + noise_n, law + told.bend(course.force_n), 0.0)
-    loops = loops_of(run.tracks, run.deflection, run.sources.force_noise_n)
+    loops = loops_of(run.tracks, told.bend, told.sources.force_noise_n)
     first = loops[0].loading
     main = chord(first)
-    elastic = elastic_of(first, main, run.deflection)
-    drift = drift_of(loops, elastic.at, run.sources)
-    creep = hold_creep(loops, main.from_n, elastic.payload_at, elastic.deformation)
+    elastic = elastic_of(first, main, told.bend)
+    drift = drift_of(loops, elastic.at, told.sources)
+    creep = hold_creep(loops, main.from_n, elastic)
     rate = rate_sign(loops, elastic)
     if drift is None or creep is None or rate is None:
         raise DomainError("a course of two cycles with holds has drift, creep and rate")
-    lengths = smooth_lengths(run.sources.smooth_length_n, elastic.top_n)
+    lengths = smooth_lengths(told.sources.smooth_length_n, elastic.top_n)
     covariances = [total(errors_of(run, first, elastic, drift, each)) for each in lengths]
     here = middle(len(lengths))
     branches = branches_of(loops)
     drawn = draws(branches, elastic, run, lengths[here])
     signs = {sign.name: sign for sign in signs_of(loops, elastic.at)}
-    bent = [
-        travel - elastic.travel(branch.path.force_n)[:, None]
-        for branch, travel in zip(branches, drawn, strict=True)
-    ]
     allowed = thresholds(list(signs.values()), branches, drawn)
-    allowed |= thresholds([rate], branches, bent)
-    holds = [hold for loop in loops for hold in loop.loading.holds]
-    whole = math.sqrt(sum(elastic.at(hold.force_n) ** 2 for hold in holds) / len(holds))
-    samples = min(hold.samples for hold in holds)
+    allowed["rate"] = rate_threshold(rate, branches, drawn, elastic)
     data = Whitened(first.path.force_n, first.deformation_m, covariances[here])
-    fit, shapes, power = _believed(data, run)
+    fit, shapes, power = _believed(data, told)
     deformation = drawn[0] - elastic.deflection(first.path.force_n)[:, None]
     left = rehearse_law(data, power, near(power.best.shape), deformation, main).chi2
     return Reference(
         told=told,
-        run=run,
         branches=branches,
         main=main,
         elastic=elastic,
@@ -121,7 +109,7 @@ def reference(cell: Cell, course: Course) -> Reference:
         signs=signs | {"rate": rate},
         allowed_m=allowed,
         creep=creep,
-        creep_m=creep_threshold(samples, creep.holds, run.sources, whole),
+        creep_m=creep_threshold(creep, loops, elastic, told.sources),
         fixed_m=math.sqrt(max(float(main.weights @ each @ main.weights) for each in covariances)),
         data=data,
         fit=fit,
@@ -137,7 +125,7 @@ def near(shape: float) -> list[float]:
     return found
 
 
-def _believed(data: Whitened, run: Pressed) -> tuple[LawFit, list[float], LawFit]:
+def _believed(data: Whitened, told: Conditions) -> tuple[LawFit, list[float], LawFit]:
     """The law that gives the figures, its shapes to try, and the power law.
 
     Raises:
@@ -146,8 +134,8 @@ def _believed(data: Whitened, run: Pressed) -> tuple[LawFit, list[float], LawFit
     power = fit_law(data, POWER)
     if power is None:
         raise DomainError("no power law can be fitted to this payload")
-    if run.roughness.length_m:
-        rough = fit_law(data, ROUGH, run.roughness)
+    if told.rough_length_m:
+        rough = fit_law(data, ROUGH, told)
         if rough is not None:
             fair = [p.shape for p in rough.points if p.chi2 <= rough.chi2 + _WORSE]
             return rough, fair, power

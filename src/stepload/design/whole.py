@@ -12,7 +12,6 @@ from stepload.errors import DomainError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
 from stepload.evidence.answer import weigh
-from stepload.evidence.lawfit import Roughness
 from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed, Touch
 from stepload.evidence.quantity import Quantity
@@ -46,17 +45,9 @@ def pressed_of(
             (cycle, track(run.branch(cycle, loading=True)), track(run.branch(cycle, loading=False)))
             for cycle in (1, 2)
         ],
-        deflection=told.bend,
-        deflection_sigma=told.bend_sigma,
-        table_sigma=told.table_sigma,
-        sources=told.sources,
-        roughness=Roughness(told.rough_length_m, told.rough_length_sigma),
+        conditions=told,
         touches=(first, last),
         zero_step_n=zero_step_n,
-        elastic_limit_n=told.elastic_limit_n,
-        secant_force_n=told.secant_force_n,
-        accuracy=1.0 / told.t,
-        laws=told.laws,
         doubts=tuple(told.table_doubts(float(force_n[run.loading].max()))),
     )
 

@@ -87,9 +87,9 @@ class Work:
     def run(self, point: Point, /) -> Row:
         """Do one cell."""
         cell, told = point.cell, point.cell.conditions
-        limit = k_max(told, cell.top_n)
+        limit = k_max(told, cell.payload.at_n)
         rng = np.random.default_rng([self.seed, _own(cell)])
-        plan = course(cell.top_n, cell.touch_n, cell.order)
+        plan = course(cell.payload.at_n, cell.touch_n, cell.order)
         at_once = min(AT_ONCE, max(1, MOST_SAMPLES // plan.force_n.size))
         try:
             own = reference(cell, plan)
@@ -139,7 +139,7 @@ class Work:
 def _own(cell: Cell) -> int:
     """A seed that depends on the payload alone, so that rigs are compared on the same draws."""
     body = cell.payload
-    text = f"{body.secant_n_per_m:.9e} {body.exponent:.9e} {cell.top_n:.9e}"
+    text = f"{body.secant_n_per_m:.9e} {body.exponent:.9e} {body.at_n:.9e}"
     return zlib.crc32(text.encode())
 
 

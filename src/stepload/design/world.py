@@ -67,9 +67,8 @@ class Cell:
     """One point of a map: a payload on a rig.
 
     Attributes:
-        payload: its law.
+        payload: its law, with the top force.
         conditions: the conditions of the identification.
-        top_n: the top force.
         touch_n: force at which a touch is seen.
         zero_drift_n_per_s: largest drift of the force's zero.
         damping_n_s_per_m: C_s of the load path, which delays its deflection.
@@ -78,7 +77,6 @@ class Cell:
 
     payload: Payload
     conditions: Conditions
-    top_n: float
     touch_n: float
     zero_drift_n_per_s: float = 0.0
     damping_n_s_per_m: float = 0.0

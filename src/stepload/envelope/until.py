@@ -20,7 +20,7 @@ from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import Theory
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.smooth import NORMAL_95
-from stepload.evidence.askew import Askew, coupling_of
+from stepload.evidence.askew import askew_of
 from stepload.evidence.chord import REFERENCE_SHARE
 from stepload.evidence.expected import expected_chord, loading, without_error
 from stepload.evidence.path import Track
@@ -137,23 +137,9 @@ def sources_only(conditions: Conditions, tracks: Sequence[tuple[int, Track, None
     """The input of `evidence` for a run that has only the errors stated in the plan."""
     return Pressed(
         tracks=tracks,
-        deflection=conditions.bend,
-        deflection_sigma=conditions.bend_sigma,
-        table_sigma=conditions.table_sigma,
-        sources=conditions.sources,
-        sideways=expected_sideways(
-            conditions.across,
-            conditions.sources.system_stiffness_n_per_m,
-            arm=conditions.arm,
-            stuck_ratio=conditions.stuck_ratio,
-        ),
-        askew=Askew(
-            arm=conditions.arm,
-            coupling=coupling_of(conditions.across, conditions.yields_m_per_n),
-            misalignment_rad=conditions.misalignment_rad,
-            yields_m_per_n=conditions.yields_m_per_n,
-            gauge_offset_m=conditions.gauge_offset_m,
-        ),
+        conditions=conditions,
+        sideways=expected_sideways(conditions),
+        askew=askew_of(conditions),
         looked=True,
     )
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from stepload.estimators.fit import FloatArray
 
+BLOCK_S = 0.05
 _HARMONICS = 20
 
 
@@ -21,16 +22,13 @@ class Blocks(NamedTuple):
     samples: FloatArray
 
 
-def blocks(
-    time_s: FloatArray, deformation_m: FloatArray, force_n: FloatArray, length_s: float
-) -> Blocks:
-    """Means over blocks of `length_s` from the first time on; empty blocks are left out.
+def blocks(time_s: FloatArray, deformation_m: FloatArray, force_n: FloatArray) -> Blocks:
+    """Means over blocks of `BLOCK_S` from the first time on; empty blocks are left out.
 
     Args:
         time_s, deformation_m, force_n: (N,) samples in the order of time, N at least 1.
-        length_s: of a block.
     """
-    number = np.floor((time_s - time_s[0]) / length_s).astype(np.intp)
+    number = np.floor((time_s - time_s[0]) / BLOCK_S).astype(np.intp)
     count = np.bincount(number)
     used = count > 0
     # Times are taken from the first one: sums of large clock readings would lose digits.

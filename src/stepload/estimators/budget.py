@@ -22,7 +22,7 @@ Example:
     >>> rig = Sources(3.49e6, system_stiffness_sigma_n_per_m=0.07e6, smooth_error_m=0.54e-6,
     ...               smooth_length_n=50.0)
     >>> result = budget(fit, (force / 6.57e8) ** (1 / 1.5), force, rig)
-    >>> f"n = 1.50 ± {result.coverage_factor * result.sigma_n:.2f}"
+    >>> f"n = 1.50 ± {1.96 * result.sigma_n:.2f}"
     'n = 1.50 ± 0.15'
 """
 
@@ -92,23 +92,19 @@ class Budget:
     """The budget of one fit and what follows from it.
 
     Attributes:
-        estimator: name of the fit it belongs to.
         lines: one per source, in the order of `Sources`.
         covariance: (3, 3) of (ln K, n, δ0), all sources together.
         sigma_n: standard uncertainty of n.
         sigma_secant_relative: relative standard uncertainty of the secant stiffness.
-        coverage_factor: half width of the intervals in standard uncertainties (nominal 95 %).
-        interval_k, interval_n, interval_secant_n_per_m: the intervals; K and secant are taken in
-            the logarithm, so they stay positive.
+        interval_k, interval_n, interval_secant_n_per_m: 95 %, `NORMAL_95` standard uncertainties to
+            either side; K and secant are taken in the logarithm, so they stay positive.
         ellipse: joint region of ln K and n.
     """
 
-    estimator: str
     lines: tuple[BudgetLine, ...]
     covariance: FloatArray
     sigma_n: float
     sigma_secant_relative: float
-    coverage_factor: float
     interval_k: tuple[float, float]
     interval_n: tuple[float, float]
     interval_secant_n_per_m: tuple[float, float]
@@ -176,12 +172,10 @@ def budget(
     half_k, half_n, half_s = (NORMAL_95 * s for s in (sigma_k, sigma_n, sigma_secant))
     log_k, secant = float(np.log(fit.k)), fit.secant_n_per_m
     return Budget(
-        estimator=fit.estimator,
         lines=lines,
         covariance=covariance,
         sigma_n=sigma_n,
         sigma_secant_relative=sigma_secant,
-        coverage_factor=NORMAL_95,
         interval_k=(_exp(log_k - half_k), _exp(log_k + half_k)),
         interval_n=(fit.n - half_n, fit.n + half_n),
         interval_secant_n_per_m=(secant * _exp(-half_s), secant * _exp(half_s)),

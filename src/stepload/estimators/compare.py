@@ -193,13 +193,13 @@ class CurveComparison:
 
     Attributes:
         band: the fit at the deformations of the curve.
-        curve_n: (N,) forces of the curve, corrected for its modulus.
+        curve_n: (N,) forces of the curve.
         inside_share: share of the curve's points inside the pointwise 95 % band.
         force_rms_n: rms difference in force.
         deformation_rms_m: rms difference in deformation at equal force.
         secant_change: (S_curve − S_fit)/S_fit, both at `to_n`; None where the curve has no point as
             low as that.
-        to_n: the fit's secant force, or the highest that the corrected curve has.
+        to_n: the fit's secant force, or the highest that the curve has.
         chord_change: the same for the chord stiffness from `from_n` to `to_n`, which needs no zero;
             None where the curve has no point as low as `from_n`.
         from_n: 10 % of `to_n`.
@@ -224,8 +224,6 @@ def compare_curve(
     curve_deformation_m: FloatArray,
     curve_force_n: FloatArray,
     *,
-    curve_modulus_pa: float | None = None,
-    modulus_pa: float | None = None,
     reached_n: float = math.inf,
 ) -> CurveComparison:
     """Compare a fit with an imported force–deformation curve.
@@ -233,33 +231,27 @@ def compare_curve(
     Args:
         fit: the result, with its budget's `covariance`.
         curve_deformation_m, curve_force_n: (N,) the curve from its own zero; points with no
-            positive force and deformation are left out.
-        curve_modulus_pa, modulus_pa: equivalent moduli (4) of the curve and of the run, where the
-            counter bodies differ; both or neither.
+            positive force and deformation are left out. Where the counter bodies differ, the forces
+            are those `at_other_modulus`.
         reached_n: highest force of the run; the fit is not compared beyond it.
 
     Raises:
-        DomainError: shapes that differ, fewer than 3 usable points, only one modulus.
+        DomainError: shapes that differ, fewer than 3 usable points.
     """
     if curve_deformation_m.shape != curve_force_n.shape or curve_force_n.ndim != 1:
         raise DomainError(
             f"curve has {curve_deformation_m.shape} deformations and {curve_force_n.shape} forces"
         )
-    if (curve_modulus_pa is None) != (modulus_pa is None):
-        raise DomainError("the E_eq correction needs the moduli of both the curve and the run")
-    force = curve_force_n
-    if curve_modulus_pa is not None and modulus_pa is not None:
-        force = at_other_modulus(force, from_modulus_pa=curve_modulus_pa, to_modulus_pa=modulus_pa)
-    usable = (force > 0) & (curve_deformation_m > 0)
-    keep = usable & (force <= reached_n * (1.0 + _REACH))
+    usable = (curve_force_n > 0) & (curve_deformation_m > 0)
+    keep = usable & (curve_force_n <= reached_n * (1.0 + _REACH))
     if np.count_nonzero(keep) < 3:
         raise DomainError(
             f"{np.count_nonzero(keep)} of {keep.size} points of the curve are usable, 3 are needed",
             hint="deformation and force must be positive, and the force one that the run has "
             "reached; check the columns and units of the file",
         )
-    whole_m, whole_n = curve_deformation_m[usable], force[usable]
-    deformation, force = curve_deformation_m[keep], force[keep]
+    whole_m, whole_n = curve_deformation_m[usable], curve_force_n[usable]
+    deformation, force = curve_deformation_m[keep], curve_force_n[keep]
     band = confidence_band(fit, covariance, deformation)
     top_n = min(fit.secant_force_n, float(whole_n.max()))
     low_n = CHORD_SHARE * top_n

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from stepload.errors import DomainError
 from stepload.estimators.across import Across
 from stepload.estimators.deflection import seat_sigma
 from stepload.estimators.fit import FloatArray
@@ -83,12 +85,22 @@ class Conditions:
         return [said] if table is not None and (said := table.beyond(peak_force_n)) else []
 
     def bend(self, force_n: FloatArray) -> FloatArray:
-        """Deflection (N,) in m of everything but the payload at forces (N,); 0 for a gauge."""
+        """Deflection (N,) in m of everything but the payload at forces (N,); 0 for a gauge.
+
+        Raises:
+            DomainError: K_s is not finite and positive.
+        """
         stiffness = self.sources.system_stiffness_n_per_m
         if stiffness is None:
             return np.zeros_like(force_n)
-        table = self.sources.deflection()
-        return force_n / stiffness if table is None else table.at(force_n)
+        if (table := self.sources.deflection()) is not None:
+            return table.at(force_n)
+        if not 0.0 < stiffness < math.inf:
+            raise DomainError(
+                f"system stiffness is {stiffness:g} N/m; it must be finite and greater than 0 N/m",
+                hint="calibrate the rig; data that are compensated already take none",
+            )
+        return force_n / stiffness
 
     def bend_sigma(self, force_n: FloatArray) -> FloatArray:
         """Standard uncertainties (M, N) in m of the deflection, one row per independent error.

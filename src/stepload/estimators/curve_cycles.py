@@ -33,7 +33,7 @@ class CycleParts(NamedTuple):
     unloading: slice | None
 
 
-def cycles_of(force_n: FloatArray, travel_m: FloatArray | None = None) -> list[CycleParts]:
+def cycles_of(force_n: FloatArray, travel_m: FloatArray) -> list[CycleParts]:
     """Split a curve into cycles.
 
     A cycle ends where the force begins to rise again after it fell, to zero or in part. Noise,
@@ -42,8 +42,8 @@ def cycles_of(force_n: FloatArray, travel_m: FloatArray | None = None) -> list[C
 
     Args:
         force_n: (N,) tared force in the order of time, pressing positive.
-        travel_m: (N,) travel, rising towards the payload. With it a fall of the force counts as
-            unloading only where the travel retreats as well.
+        travel_m: (N,) travel, rising towards the payload. A fall of the force counts as unloading
+            only where the travel retreats as well.
 
     Returns:
         The cycles; none where no force is positive.
@@ -53,13 +53,10 @@ def cycles_of(force_n: FloatArray, travel_m: FloatArray | None = None) -> list[C
     if not top_n > 0.0:
         return []
     noise_n = white_noise(force_n)
-    if travel_m is None:
-        travel, retreat_m, still_m = np.zeros_like(force), -1.0, -1.0
-    else:
-        travel = _without_spikes(travel_m)
-        span_m, noise_m = float(np.ptp(travel)), white_noise(travel_m)
-        retreat_m = max(RETREAT * span_m, _NOISE * noise_m)
-        still_m = max(STILL * span_m, _NOISE * noise_m)
+    travel = _without_spikes(travel_m)
+    span_m, noise_m = float(np.ptp(travel)), white_noise(travel_m)
+    retreat_m = max(RETREAT * span_m, _NOISE * noise_m)
+    still_m = max(STILL * span_m, _NOISE * noise_m)
     least_n = max(LEAST_PEAK * top_n, _NOISE * noise_n)
     turns = _turns(
         force, travel, least_n=least_n, least_turn_n=_NOISE * noise_n, retreat_m=retreat_m
@@ -129,9 +126,8 @@ def _parts(
     peak_n = float(force[turn.peak])
     held = inside >= min(HELD_PEAK * peak_n, peak_n - slack_n)
     first = int(np.argmax(held))
-    if still_m >= 0.0:
-        path = travel[turn.start : turn.stop]
-        held[first:] |= path[first:] >= float(path.max()) - still_m
+    path = travel[turn.start : turn.stop]
+    held[first:] |= path[first:] >= float(path.max()) - still_m
     last = held.size - int(np.argmax(held[::-1])) if turn.unloaded else held.size
     begin, end = turn.start + first + 1, turn.start + max(last, first + 1)
     unloading = slice(end, turn.stop) if turn.unloaded and end < turn.stop else None

@@ -30,11 +30,10 @@ from dataclasses import dataclass
 
 from stepload.errors import BadInputError
 from stepload.estimators.fit import Doubt, Fit, Flag
-from stepload.estimators.fit_all import above_elastic_limit
 from stepload.estimators.smooth import NORMAL_95
 
 EXPONENT_HALF_WIDTH = 0.1
-"""An exponent with a larger 95 % half width is flagged."""
+"""An exponent with a larger 95 % half width is flagged, and not identified."""
 SAME_EXPONENT = 0.02
 """Exponents closer than this compare whatever their σ (they are printed with two decimals)."""
 
@@ -62,17 +61,13 @@ class Decision:
 def decide(
     fits: Mapping[str, Fit],
     *,
-    peak_force_n: float | None = None,
-    elastic_limit_n: float | None = None,
     sigma_n: Mapping[str, float] | None = None,
     roughness_m: float | None = None,
 ) -> Decision:
-    """Attach the doubts that need outside knowledge, then choose a fit.
+    """Attach the doubt that needs the budget, then choose a fit.
 
     Args:
         fits: by estimator name, as `fit_all` gives them.
-        peak_force_n: highest force of the data, to be held against `elastic_limit_n` (F_c).
-        elastic_limit_n: F_c or the declared limit in N.
         sigma_n: σ of the exponent by estimator name, from the uncertainty budget; where it is
             missing the covariance from the residuals is used, which is too small.
         roughness_m: σ_eq of the payload; None or 0 where it is smooth.
@@ -82,10 +77,9 @@ def decide(
     """
     if not fits:
         raise BadInputError("no fit to decide on", hint="check why every estimator failed")
-    outside = above_elastic_limit(peak_force_n or 0.0, elastic_limit_n)
     sigmas = {name: _sigma_n(fit, sigma_n) for name, fit in fits.items()}
     doubted = {
-        name: _with_doubts(fit, (*outside, *undetermined(fit.n, sigmas[name])))
+        name: dataclasses.replace(fit, doubts=fit.doubts + undetermined(fit.n, sigmas[name]))
         for name, fit in fits.items()
     }
     believe, why = _choose(doubted)
@@ -108,12 +102,6 @@ def _sigma_n(fit: Fit, sigma_n: Mapping[str, float] | None) -> float | None:
     if fit.covariance is None:
         return None
     return math.sqrt(max(float(fit.covariance[1, 1]), 0.0))
-
-
-def _with_doubts(fit: Fit, doubts: tuple[Doubt, ...]) -> Fit:
-    present = {doubt.flag for doubt in fit.doubts}
-    new = tuple(doubt for doubt in doubts if doubt.flag not in present)
-    return dataclasses.replace(fit, doubts=fit.doubts + new)
 
 
 def _usable(fits: Mapping[str, Fit], name: str) -> bool:

@@ -20,14 +20,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stepload.estimators.blocks import blocks
+from stepload.estimators.blocks import BLOCK_S, blocks
 from stepload.estimators.fit import BoolArray, Fit, FloatArray
 from stepload.estimators.missing import Missing
 from stepload.estimators.sensitivity import law_compliance
 from stepload.estimators.smooth import NORMAL_95, propagate_smooth, smooth_lengths
 from stepload.estimators.sources import Sources
 
-BLOCK_S = 0.05
 NEAR_BLOCKS = 3
 """Blocks on either side over which a rate is taken; left out where the rate changes."""
 LEAST_LAG_SIGMA_S = 1e-3
@@ -99,7 +98,7 @@ def hunt_crossley(
         )
     if time_s.size < 2:
         return Missing("not determined: there is no loading")
-    data = blocks(time_s, deformation_m, force_n, BLOCK_S)
+    data = blocks(time_s, deformation_m, force_n)
     top_n = float(data.force_n.max())
     rate_n, steady = _rates(data.time_s, data.force_n)
     keep = steady & (data.force_n > max(LOWEST_SHARE * top_n, 0.0))

@@ -16,13 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepload.errors import DomainError
-from stepload.estimators.blocks import blocks
+from stepload.estimators.blocks import BLOCK_S, blocks
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.missing import Missing
 from stepload.estimators.runin import run_in
 from stepload.estimators.smooth import NORMAL_95
 
-BLOCK_S = 0.05
 LEAST_SAMPLES = 20
 """A cycle of fewer samples has no loop."""
 
@@ -117,7 +116,7 @@ def loss(
 
 def _lag_power(time_s: FloatArray, deformation_m: FloatArray, force_n: FloatArray) -> float:
     """∫ |Ḟ| |δ̇| dt in W: so many joules does a lag of 1 s open the loop, to first order."""
-    data = blocks(time_s, deformation_m, force_n, BLOCK_S)
+    data = blocks(time_s, deformation_m, force_n)
     if data.time_s.size < 3:
         return 0.0
     gap_s = np.diff(data.time_s)

@@ -31,7 +31,6 @@ from stepload.estimators.missing import Missing
 from stepload.estimators.sensitivity import law_compliance
 from stepload.estimators.sources import Sources
 
-BLOCK_S = 0.05
 SKIP_S = 0.2
 """Time at the beginning of a hold that is skipped: the arm comes to rest and filters settle."""
 SHORTEST_S = 0.4
@@ -161,7 +160,7 @@ def relaxation(
         return Missing("no hold on the way up")
     changes = tuple(_change(rest, sources) for rest in rests)
     both = any(not rest.loading for rest in rests)
-    past = blocks(time_s, force_n, force_n, BLOCK_S)
+    past = blocks(time_s, force_n, force_n)
     elastic_m = _law(fit, past.force_n)
     longest_s = max(float(np.ptp(rest.data.time_s)) for rest in rests)
     taus = np.geomspace(SHORTEST_TIME_S, LONGEST_TIMES * longest_s, _TIMES)
@@ -228,7 +227,7 @@ def _rests(holds: Sequence[HoldSamples], fit: Fit, sources: Sources) -> list[_Re
         keep = hold.time_s >= hold.time_s[0] + SKIP_S
         if not keep.any() or float(np.ptp(hold.time_s[keep])) < SHORTEST_S:
             continue
-        data = blocks(hold.time_s[keep], hold.deformation_m[keep], hold.force_n[keep], BLOCK_S)
+        data = blocks(hold.time_s[keep], hold.deformation_m[keep], hold.force_n[keep])
         mean_n = float(data.force_n.mean())
         if data.time_s.size < LEAST_BLOCKS or not mean_n > 0.0:
             continue

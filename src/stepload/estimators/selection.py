@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stepload.errors import DomainError
-from stepload.estimators.deflection import DeflectionTable
 from stepload.estimators.fit import FloatArray, IntArray
 from stepload.estimators.points import checked
 from stepload.estimators.recursive import moving
@@ -64,33 +63,19 @@ class Selected:
 
 
 def select(
-    travel_m: ArrayLike,
-    force_n: ArrayLike,
-    *,
-    system_stiffness_n_per_m: float | None,
-    deflection: DeflectionTable | None = None,
-    time_s: ArrayLike | None = None,
+    deformation_m: ArrayLike, force_n: ArrayLike, *, time_s: ArrayLike | None = None
 ) -> Selected:
     """Choose the samples of a loading.
 
     Args:
-        travel_m: (L,) travel since the touch in m, in the order of time.
+        deformation_m: (L,) of the payload since the touch in m (27), in the order of time.
         force_n: (L,) contact forces in N.
-        system_stiffness_n_per_m: K_s of the compensation (27); None: travel is the payload's
-            deformation already.
-        deflection: table δ_s(F) that is subtracted in place of F/K_s.
         time_s: (L,) times in s; without them the recursive fit takes the samples of the batch fits.
 
     Raises:
-        DomainError: arrays of different lengths, numbers that are not finite, or an impossible K_s.
+        DomainError: arrays of different lengths, or numbers that are not finite.
     """
-    travel, force = checked(travel_m, force_n)
-    deformation = compensated(
-        travel,
-        force,
-        system_stiffness_n_per_m=system_stiffness_n_per_m,
-        deflection=deflection,
-    )
+    deformation, force = checked(deformation_m, force_n)
     loaded = np.flatnonzero(force > 0.0)
     batch = loaded[uniform_in_force(force[loaded], SAMPLES)]
     recursive, rate = batch, np.zeros_like(force)
@@ -100,33 +85,6 @@ def select(
             raise DomainError(f"times have shape {time.shape}, forces {force.shape}")
         recursive, rate = at_rate(time, RECURSIVE_RATE_HZ), _force_rate(time, force)
     return Selected(deformation, force, rate, batch, recursive, rest_band(force[recursive]))
-
-
-def compensated(
-    travel_m: FloatArray,
-    force_n: FloatArray,
-    *,
-    system_stiffness_n_per_m: float | None,
-    deflection: DeflectionTable | None = None,
-) -> FloatArray:
-    """Travel (L,) in m less the deflection of the system (27): by its table, by K_s, or not at all.
-
-    δ_p = δ - F/K_s is the payload's part of the displacement of payload and system together.
-
-    Raises:
-        DomainError: K_s is not finite and positive.
-    """
-    if deflection is not None:
-        return np.asarray(travel_m - deflection.at(force_n))
-    if system_stiffness_n_per_m is None:
-        return travel_m
-    if not 0.0 < system_stiffness_n_per_m < math.inf:
-        raise DomainError(
-            f"system stiffness is {system_stiffness_n_per_m:g} N/m; it must be finite and greater "
-            "than 0 N/m",
-            hint="calibrate the rig; data that are compensated already take none",
-        )
-    return np.asarray(travel_m - force_n / system_stiffness_n_per_m)
 
 
 def _force_rate(time_s: FloatArray, force_n: FloatArray) -> FloatArray:

@@ -21,8 +21,8 @@ SHORTEST, LONGEST = 1.0 / 12.0, 1.0 / 1.5
 out, a longer one is a slope that the uncertainty of K_s covers."""
 _LENGTHS = 5
 
-NORMAL_95 = 1.959964
-"""Half width of the central 95 % of a normal distribution, in standard deviations."""
+NORMAL_95, CHI2_95 = 1.959964, 3.841459
+"""Half width of the central 95 % of a normal distribution, in standard deviations; its square."""
 
 
 _CELLS_PER_LENGTH = 20.0

@@ -15,9 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stepload.estimators.fit import FloatArray
-from stepload.estimators.smooth import smooth_correlation
+from stepload.estimators.smooth import CHI2_95, smooth_correlation
 
-CHI2_95 = 3.841459
 WIDEST = 4.0
 """Largest factor of the interval at which a length still counts as determined."""
 SHAPE = 1.5

@@ -13,9 +13,9 @@ from stepload.estimators.smooth import smooth_lengths
 from stepload.evidence import figures
 from stepload.evidence.chord import Chord, chord
 from stepload.evidence.contact_gates import contact_signs
-from stepload.evidence.drift import Drift, drift_of, without_drift
+from stepload.evidence.drift import drift_of, without_drift
 from stepload.evidence.elastic import Elastic, elastic_of
-from stepload.evidence.errors import Component, Context, components, middle, total
+from stepload.evidence.errors import Component, errors_of, middle, total
 from stepload.evidence.gates import UNLOADED, Gate
 from stepload.evidence.lawfit import (
     CANNOT_TELL,
@@ -82,18 +82,19 @@ def weigh(run: Pressed) -> Evidence:
     Raises:
         DomainError: too little in contact, or a deformation that does not rise with the force.
     """
-    loops = loops_of(run.tracks, run.deflection, run.sources.force_noise_n)
+    told = run.conditions
+    loops = loops_of(run.tracks, told.bend, told.sources.force_noise_n)
     loops = _whole(tuple(_positive(loop) for loop in loops))
     raw = _raw_chord(loops[0].loading)
-    elastic = elastic_of(loops[0].loading, raw, run.deflection)
-    drift = drift_of(loops, elastic.at, run.sources)
+    elastic = elastic_of(loops[0].loading, raw, told.bend)
+    drift = drift_of(loops, elastic.at, told.sources)
     if drift is not None:
         start_s = float(loops[0].loading.path.time_s[0])
         loops = tuple(without_drift(loop, drift.rate_m_per_s, start_s) for loop in loops)
     first = loops[0].loading
     lowest_n = float(first.path.force_n.min())
     main = chord(first) if run.between_n is None else chord(first, *run.between_n)
-    assumed = smooth_lengths(run.sources.smooth_length_n, elastic.top_n)
+    assumed = smooth_lengths(told.sources.smooth_length_n, elastic.top_n)
     here = middle(len(assumed))
     errors = [errors_of(run, first, elastic, drift, length_n) for length_n in assumed]
     fitted = [_fitted(run, first, parts) for parts in errors]
@@ -101,11 +102,11 @@ def weigh(run: Pressed) -> Evidence:
     gates, left = contact_signs(run, loops, main, elastic, drift, drawn)
     data, laws = fitted[here]
     every = [each for _, each in fitted if each]
-    chosen = [chosen_fits(data, run.laws, each, run.roughness) for data, each in fitted]
-    shape = shape_of(first, main, elastic, data, laws, chosen[here], run.roughness, drawn[0])
+    chosen = [chosen_fits(data, each, told) for data, each in fitted]
+    shape = shape_of(first, main, elastic, data, laws, chosen[here], told, drawn[0])
     power = laws.get(POWER.name)
     # A chosen law that cannot be fitted with the middle correlation length is not used at all.
-    counting = [each for each in chosen if each and chosen[here]] if run.laws else every
+    counting = [each for each in chosen if each and chosen[here]] if told.laws else every
     misfit = _misfit(loops, shape.law, elastic, drawn, main) if shape.law is not None else []
     notes, blocking = _cannot_show(run, loops)
     notes.append(
@@ -126,9 +127,9 @@ def weigh(run: Pressed) -> Evidence:
         law_doubts=run.law_doubts,
     )
     found = figures.quantities(run, read_from)
-    if run.laws:
+    if told.laws:
         unbound = figures.quantities(run, replace(read_from, law_sets=every))
-        notes.append(_chosen(run.laws, found, unbound))
+        notes.append(_chosen(told.laws, found, unbound))
     return Evidence(
         headline=found["chord"],
         quantities=found,
@@ -185,27 +186,11 @@ def _raw_chord(first: Branch) -> Chord:
     return raw
 
 
-def errors_of(
-    run: Pressed, first: Branch, elastic: Elastic, drift: Drift | None, length_n: float
-) -> list[Component]:
-    """The covariance of every source along a loading, for one length of the smooth error."""
-    force_n = first.path.force_n
-    context = Context(
-        compliance_m_per_n=elastic.payload_compliance(force_n),
-        system_m_per_n=elastic.system_compliance(force_n),
-        system_sigma_m=run.deflection_sigma(force_n),
-        table_sigma_m=run.table_sigma(force_n),
-        expected_m=elastic.travel(force_n),
-        drift_sigma_m_per_s=drift.sigma_m_per_s if drift is not None else 0.0,
-    )
-    return components(first.path, first.deformation_m, run.sources, context, length_n)
-
-
 def _fitted(
     run: Pressed, first: Branch, parts: Sequence[Component]
 ) -> tuple[Whitened, dict[str, LawFit]]:
     data = Whitened(first.path.force_n, first.deformation_m, total(parts))
-    return data, fit_laws(data, run.roughness, adhesive=run.adhesive)
+    return data, fit_laws(data, run.conditions, adhesive=run.adhesive)
 
 
 def _misfit(
@@ -283,8 +268,8 @@ def _cannot_show(run: Pressed, loops: Sequence[Loop]) -> tuple[list[str], list[s
             "the force's zero was not looked at twice in free air: how far it drifts under load is "
             "not known"
         )
-    if run.sources.system_stiffness_note:
-        notes.append(run.sources.system_stiffness_note)
+    if note := run.conditions.sources.system_stiffness_note:
+        notes.append(note)
     if run.sideways.share is None or run.sideways.rule == "unknown":
         notes.append(run.sideways.note)
     notes += run.askew.notes

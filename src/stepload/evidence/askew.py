@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from stepload.estimators.across import CROSS_COMPLIANCE, Across
+from stepload.estimators.conditions import Conditions
 from stepload.estimators.contact_point import OFF_AXIS_M
 from stepload.estimators.contact_quality import NOT_IN_DATA, ContactQuality
 from stepload.estimators.missing import Missing
@@ -37,6 +38,8 @@ ANY_WAY = math.sqrt(1.0 / 6.0)
 """Standard deviation of the component along a given direction of an angle of up to 1 in an unknown
 direction: sizes uniform (1/3), directions uniform (1/2)."""
 
+NOT_KNOWN = Missing(NOT_IN_DATA)
+
 
 @dataclass(frozen=True, slots=True)
 class Askew:
@@ -52,7 +55,7 @@ class Askew:
         gauge_offset_m: lateral distance of a gauge on an arm from the contact; 0 without one.
     """
 
-    quality: ContactQuality | Missing = field(default_factory=lambda: Missing(NOT_IN_DATA))
+    quality: ContactQuality | Missing = NOT_KNOWN
     arm: bool = False
     share: float | None = None
     coupling: float = CROSS_COMPLIANCE
@@ -138,6 +141,16 @@ class Askew:
             return []
         allowed_m = OFF_AXIS_M + 2.0 * point.sigma_m
         return [_off(point.size_m, allowed_m)] if point.size_m > allowed_m else []
+
+
+def askew_of(
+    told: Conditions, quality: ContactQuality | Missing = NOT_KNOWN, share: float | None = None
+) -> Askew:
+    """The contact of a run, and how well its conditions say that rig and plate are aligned."""
+    return Askew(
+        quality, told.arm, share, coupling_of(told.across, told.yields_m_per_n),
+        told.misalignment_rad, told.yields_m_per_n, told.gauge_offset_m,
+    )  # fmt: skip
 
 
 def coupling_of(across: Across, yields_m_per_n: float) -> float:

@@ -24,7 +24,7 @@ from stepload.evidence.gates import (
 from stepload.evidence.loops import Loop
 from stepload.evidence.pressed import Pressed, Touch
 from stepload.evidence.rate import rate_sign
-from stepload.evidence.rehearse import TO_SIGMA, creep_threshold, thresholds
+from stepload.evidence.rehearse import TO_SIGMA, creep_threshold, rate_threshold, thresholds
 from stepload.evidence.signs import branches_of, hold_creep, signs_of
 from stepload.units import format_quantity
 
@@ -56,11 +56,12 @@ def contact_signs(
         drift: the drift that was subtracted.
         drawn: rehearsed travel of every branch, see `rehearse.draws`.
     """
+    sources = run.conditions.sources
     signs = {sign.name: sign for sign in signs_of(loops, elastic.at)}
     rehearsed = thresholds(list(signs.values()), branches_of(loops), drawn)
     watched = [name for name in OF_TWO_CYCLES if name in signs]
     time_m = max((abs(signs[name].value_m) for name in watched), default=0.0)
-    creep = hold_creep(loops, main.from_n, elastic.payload_at, elastic.deformation)
+    creep = hold_creep(loops, main.from_n, elastic)
     rate = rate_sign(loops, elastic)
     if "gap" in signs:
         if "gap_change" not in signs:
@@ -77,19 +78,12 @@ def contact_signs(
     if "seat" in signs:
         gates.append(sign_gate(signs["seat"], rehearsed["seat"], main.span_m, "law"))
     if rate is not None:
-        bent = [
-            travel - elastic.travel(branch.path.force_n)[:, None]
-            for branch, travel in zip(branches_of(loops), drawn, strict=True)
-        ]
-        allowed = thresholds([rate], branches_of(loops), bent)
-        gates.append(sign_gate(rate, allowed["rate"], main.span_m))
+        allowed_m = rate_threshold(rate, branches_of(loops), drawn, elastic)
+        gates.append(sign_gate(rate, allowed_m, main.span_m))
         time_m = max(time_m, abs(rate.value_m))
     creep_m = zero_m = 0.0
     if creep is not None:
-        holds = [hold for loop in loops[:2] for hold in loop.loading.holds]
-        samples = min(hold.samples for hold in holds)
-        whole = math.sqrt(sum(elastic.at(hold.force_n) ** 2 for hold in holds) / len(holds))
-        limit_m = creep_threshold(samples, creep.holds, run.sources, whole)
+        limit_m = creep_threshold(creep, loops, elastic, sources)
         total_m = limit_m * creep.total_per_mean
         gates += creep_gates(creep, limit_m, total_m, main.span_m)
         # The creep beyond the noise counts with all of it or none. Added is what holds of this
@@ -99,7 +93,7 @@ def contact_signs(
         found_m = math.sqrt(max(creep.total_m**2 - noise_m**2, 0.0) / 3.0)
         creep_m = math.hypot(found_m, unseen_m)
     elapsed_s = float(main.weights @ loops[0].loading.path.time_s)
-    unlooked_n = run.sources.zero_drift_n_per_s * abs(elapsed_s)
+    unlooked_n = sources.zero_drift_n_per_s * abs(elapsed_s)
     if run.zero_step_n is not None or unlooked_n > 0.0:
         moved_n = unlooked_n
         meaning = "force_zero_stated"
@@ -119,7 +113,7 @@ def contact_signs(
         )
     if run.touches is not None:
         gates.append(_touch(run, run.touches, main, elastic, drift))
-    ends = run.deflection(np.array([main.from_n, main.to_n]))
+    ends = run.conditions.bend(np.array([main.from_n, main.to_n]))
     gates += run.sideways.gates(abs(float(np.diff(ends)[0])) / main.span_m)
     slipped_m, unseen_m = run.askew.slip_m(main.from_n, main.to_n, elastic.payload_at)
     gates += run.askew.gates(slipped_m, main.span_m)
@@ -141,7 +135,7 @@ def _touch(
     shift = other.travel_m - one.travel_m - float(np.diff(pressed_m)[0])
     elapsed = other.time_s - one.time_s
     shift -= drift.rate_m_per_s * elapsed if drift is not None else 0.0
-    sources = run.sources
+    sources = run.conditions.sources
     sigma = math.hypot(
         sources.position_resolution_m / math.sqrt(12.0),
         sources.position_noise_m,
@@ -150,4 +144,4 @@ def _touch(
         max(one.blur_m, other.blur_m) / math.sqrt(3.0),
     )
     allowed = max(3.0 * math.sqrt(2.0) * sigma, HARMLESS_TOUCH * main.span_m)
-    return touch_gate(shift, allowed, run.elastic_limit_n)
+    return touch_gate(shift, allowed, run.conditions.elastic_limit_n)

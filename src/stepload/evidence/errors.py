@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +12,11 @@ from stepload.estimators.fit import FloatArray
 from stepload.estimators.linearity import linearity_errors
 from stepload.estimators.smooth import few_degrees, smooth_correlation
 from stepload.estimators.sources import Sources
+from stepload.evidence.drift import Drift
+from stepload.evidence.elastic import Elastic
+from stepload.evidence.loops import Branch
 from stepload.evidence.path import Path
+from stepload.evidence.pressed import Pressed
 
 ALIKE_SHARE = 0.1
 """Correlation length of the error of a quantum, in quanta."""
@@ -29,49 +32,39 @@ class Component(NamedTuple):
     covariance: FloatArray
 
 
-@dataclass(frozen=True, slots=True)
-class Context:
-    """Inputs of the errors other than the sources.
-
-    Attributes:
-        compliance_m_per_n: (B,) dδ/dF of the payload along the path.
-        system_m_per_n: (B,) of the rest of the chain.
-        system_sigma_m: (M, B) standard uncertainties of the system's deflection: independent
-            errors, each one for the whole path.
-        table_sigma_m: (B,) of the rows of its table, correlated over the smooth length.
-        expected_m: (B,) travel as a law gives it, without the errors of the sensor.
-        drift_sigma_m_per_s: of the drift that was taken out.
-    """
-
-    compliance_m_per_n: FloatArray
-    system_m_per_n: FloatArray
-    system_sigma_m: FloatArray
-    table_sigma_m: FloatArray
-    expected_m: FloatArray
-    drift_sigma_m_per_s: float = 0.0
-
-
 def middle(count: int) -> int:
     """Index of the assumed length that is used where only one can be: about one load step."""
     return min(1, count - 1)
 
 
-def components(
-    path: Path, deformation_m: FloatArray, sources: Sources, context: Context, length_n: float
+def errors_of(
+    run: Pressed, first: Branch, elastic: Elastic, drift: Drift | None, length_n: float
 ) -> list[Component]:
-    """The covariance of every source along a path; the list has the same order for every path."""
+    """The covariance of every source along a loading; the list has the same order for every one.
+
+    Args:
+        run: the run.
+        first: its loading.
+        elastic: the elastic contact, which has its compliance, and its travel without the errors of
+            the sensor.
+        drift: the drift that was taken out.
+        length_n: correlation length of the smooth error.
+    """
+    path, told, sources = first.path, run.conditions, run.conditions.sources
     force = path.force_n
-    whole = context.compliance_m_per_n + context.system_m_per_n
+    whole = elastic.compliance(force)
     late = path.rate_n_per_s * whole * sources.lag_sigma_s
     degrees = sources.smooth_degrees
     size_m = sources.smooth_error_m * (1.0 if degrees is None else few_degrees(degrees))
     elapsed = path.time_s - path.time_s[0]
     lasting = max(float(elapsed[-1]), 1e-12)
     growth = sources.temperature_sigma_k * sources.position_m_per_k * elapsed / lasting
-    drift = context.drift_sigma_m_per_s * elapsed
-    span = float(np.ptp(deformation_m))
+    drift_m_per_s = drift.sigma_m_per_s if drift is not None else 0.0
+    drifted = drift_m_per_s * elapsed
+    span = float(np.ptp(first.deformation_m))
     alike = smooth_correlation(force, length_n)
     bent = whole * linearity_errors(force, sources.nonlinearity)
+    system_m, rows_m = told.bend_sigma(force), told.table_sigma(force)
     return [
         Component(
             "force noise and quantum",
@@ -83,7 +76,7 @@ def components(
             f"{sources.position_noise_m * 1e6:.3g} µm, "
             f"{sources.position_resolution_m * 1e6:.3g} µm",
             np.diag(sources.position_noise_m**2 / path.count)
-            + quantum_covariance(context.expected_m, path.span_m, sources.position_resolution_m)
+            + quantum_covariance(elastic.travel(force), path.span_m, sources.position_resolution_m)
             + (LEAST_SHARE * span) ** 2 * np.eye(path.size),
         ),
         Component(
@@ -94,8 +87,7 @@ def components(
         Component(
             "system stiffness K_s",
             _system_size(sources),
-            context.system_sigma_m.T @ context.system_sigma_m
-            + alike * np.outer(context.table_sigma_m, context.table_sigma_m),
+            system_m.T @ system_m + alike * np.outer(rows_m, rows_m),
         ),
         Component(
             "force linearity", f"{100 * sources.nonlinearity:.3g} %", bent.T @ bent
@@ -107,7 +99,7 @@ def components(
             "temperature", f"{sources.temperature_sigma_k:.3g} K", np.outer(growth, growth)
         ),
         Component(
-            "drift", f"± {context.drift_sigma_m_per_s * 1e6:.2g} µm/s", np.outer(drift, drift)
+            "drift", f"± {drift_m_per_s * 1e6:.2g} µm/s", np.outer(drifted, drifted)
         ),
     ]  # fmt: skip
 

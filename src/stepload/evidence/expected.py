@@ -12,9 +12,9 @@ import numpy as np
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.smooth import smooth_lengths
 from stepload.evidence import figures
-from stepload.evidence.answer import errors_of
 from stepload.evidence.chord import chord
 from stepload.evidence.elastic import elastic_of
+from stepload.evidence.errors import errors_of
 from stepload.evidence.loops import loops_of
 from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed
@@ -56,10 +56,10 @@ def expected_chord(run: Pressed) -> Quantity:
     Raises:
         DomainError: the loading has too few places of different force.
     """
-    first = loops_of(run.tracks, run.deflection, 0.0)[0].loading
+    first = loops_of(run.tracks, run.conditions.bend, 0.0)[0].loading
     main = chord(first)
-    elastic = elastic_of(first, main, run.deflection)
-    lengths = smooth_lengths(run.sources.smooth_length_n, elastic.top_n)
+    elastic = elastic_of(first, main, run.conditions.bend)
+    lengths = smooth_lengths(run.conditions.sources.smooth_length_n, elastic.top_n)
     reading = figures.Reading(
         main=main,
         upper=main,

@@ -9,13 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stepload.estimators.conditions import Conditions
+from stepload.estimators.decide import EXPONENT_HALF_WIDTH
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.judge import ResultVerdict
-from stepload.estimators.smooth import NORMAL_95
+from stepload.estimators.smooth import CHI2_95, NORMAL_95
 from stepload.evidence.chord import Chord
 from stepload.evidence.errors import Component, middle
 from stepload.evidence.gates import Gate, fired
-from stepload.evidence.lawfit import CANNOT_TELL, CHI2_95, LawFit, Roughness
+from stepload.evidence.lawfit import CANNOT_TELL, LawFit
 from stepload.evidence.laws import BILINEAR, POWER, ROUGH
 from stepload.evidence.path import Path
 from stepload.evidence.pressed import Pressed
@@ -23,8 +25,6 @@ from stepload.evidence.quantity import Exponent, Line, Quantity, combined, log_i
 from stepload.evidence.union import Read, at_point, union
 from stepload.units import beside_limit, percent
 
-EXPONENT_HALF_WIDTH = 0.1
-"""An exponent with a larger half width is not identified."""
 OPEN = 5.0
 """A stiffness counts as undetermined if the logarithm of its interval is wider than this."""
 REACHED = 1.06
@@ -80,10 +80,9 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
     """Every stiffness by kind; the chord always, the others where there is a law."""
     main, path, errors = read_from.main, read_from.path, read_from.errors
     law_sets, left, gates = read_from.law_sets, read_from.left, read_from.gates
-    sources, doubts, accuracy = run.sources, read_from.doubts, run.accuracy
-    roughness, secant_force_n, deflection = run.roughness, run.secant_force_n, run.deflection
-    q = read_from.power
-    bend = float(np.diff(deflection(np.array([main.from_n, main.to_n])))[0])
+    told, doubts, q = run.conditions, read_from.doubts, read_from.power
+    sources, accuracy, secant_force_n = told.sources, 1.0 / told.t, told.secant_force_n
+    bend = float(np.diff(told.bend(np.array([main.from_n, main.to_n])))[0])
     scale = [
         Line("force calibration", f"{sources.gain_sigma:.2%}", q * sources.gain_sigma),
         Line(
@@ -135,16 +134,16 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
             f"asked for at {secant_force_n:.4g} N, below the {main.from_n:.4g} N that the chord "
             "begins at: there a law is believed, not the data",
         )
-    rough = _as_rough(law_sets[middle(len(law_sets))], roughness)
+    rough = _as_rough(law_sets[middle(len(law_sets))], told)
     for kind, read in _readers(at_n, with_plane=rough).items():
-        made = _of_laws(read, law_sets, errors, path, roughness, at_n)
+        made = _of_laws(read, law_sets, errors, path, told, at_n)
         if made is None:
             found[kind] = _open(kind, at_n, law_blocked)
             continue
         stiffness, low, high, own = made
         rest = [*scale, *common]
         if kind == "tangent":
-            rest.append(_upper(read_from, roughness))
+            rest.append(_upper(read_from, told))
         whole = math.hypot(math.log(high / low) / 2.0 / NORMAL_95, combined(rest))
         rest += _of_looks(run, whole)
         low, high = wider(stiffness, low, high, NORMAL_95 * combined(rest))
@@ -174,16 +173,16 @@ def _of_looks(run: Pressed, relative: float) -> list[Line]:
     return [Line("loading ended by its own deformation", "counts as 2 looks", more * relative)]
 
 
-def _as_rough(laws: Mapping[str, LawFit], roughness: Roughness) -> bool:
+def _as_rough(laws: Mapping[str, LawFit], told: Conditions) -> bool:
     """Whether the surface is known to be rough and the data are consistent with that."""
     lowest = min(fit.chi2 for fit in laws.values())
     rough = laws.get(ROUGH.name)
-    return bool(roughness.length_m) and rough is not None and rough.chi2 <= lowest + CANNOT_TELL
+    return bool(told.rough_length_m) and rough is not None and rough.chi2 <= lowest + CANNOT_TELL
 
 
-def _believed(laws: Mapping[str, LawFit], roughness: Roughness) -> LawFit:
+def _believed(laws: Mapping[str, LawFit], told: Conditions) -> LawFit:
     """The law that gives the value; the other laws only widen the interval."""
-    if _as_rough(laws, roughness):
+    if _as_rough(laws, told):
         return laws[ROUGH.name]
     return laws.get(POWER.name) or min(laws.values(), key=lambda fit: fit.chi2)
 
@@ -215,12 +214,12 @@ def _of_laws(
     law_sets: Sequence[Mapping[str, LawFit]],
     errors: Sequence[Sequence[Component]],
     path: Path,
-    roughness: Roughness,
+    told: Conditions,
     at_n: float,
 ) -> tuple[float, float, float, list[Line]] | None:
     """Stiffness, low and high end over the laws that the data cannot distinguish, and lines."""
     laws = law_sets[middle(len(law_sets))]
-    believed = _believed(laws, roughness)
+    believed = _believed(laws, told)
     kept = [list(each.values()) for each in law_sets]
     if believed.law is ROUGH:
         # The surface is known to be rough: laws of a smooth one are known to be wrong.
@@ -239,15 +238,15 @@ def _of_laws(
     model = math.sqrt(max(half**2 - combined(lines) ** 2, 0.0))
     names = sorted({fit.law.name for each in kept for fit in each})
     size = f"{len(names)} laws" if len(names) > 1 else names[0]
-    if believed.law is ROUGH and roughness.length_m:
-        size += f", its roughness length known to ±{percent(roughness.sigma)}"
+    if believed.law is ROUGH and told.rough_length_m:
+        size += f", its roughness length known to ±{percent(told.rough_length_sigma)}"
     return value, low, high, [*lines, Line("model (laws and zero)", size, model)]
 
 
-def _upper(read_from: Reading, roughness: Roughness) -> Line:
+def _upper(read_from: Reading, told: Conditions) -> Line:
     """Difference of law and data in the upper chord beyond what their errors explain."""
     upper, here = read_from.upper, middle(len(read_from.law_sets))
-    believed, parts = _believed(read_from.law_sets[here], roughness), read_from.errors[here]
+    believed, parts = _believed(read_from.law_sets[here], told), read_from.errors[here]
 
     def span(fit: LawFit, shape: float) -> FloatArray:
         return np.asarray(fit.gradient(shape, upper.to_n) - fit.gradient(shape, upper.from_n))

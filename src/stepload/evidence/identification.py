@@ -148,10 +148,10 @@ def identify(selected: Selected, conditions: Conditions, run: Pressed) -> Identi
     batch = selected.samples(selected.batch)
     budgets = _budgets(fits, selected, conditions)
     decision = decide(
-        fits, peak_force_n=peak_n, elastic_limit_n=conditions.elastic_limit_n,
+        fits,
         sigma_n={name: each.sigma_n for name, each in budgets.items()},
         roughness_m=conditions.roughness_m,
-    )  # fmt: skip
+    )
     try:
         evidence, problem = weigh(run), ""
     except DomainError as error:

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from stepload.estimators.conditions import ROUGH_LENGTH_SIGMA
+from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
 from stepload.evidence.laws import (
     ADHESIVE,
@@ -23,21 +23,11 @@ from stepload.evidence.laws import (
     Law,
 )
 
-CHI2_95 = 3.841459
 CANNOT_TELL = 4.0
 """Laws whose χ² is within this distance of the best cannot be distinguished by the data."""
 ROUGHEST = 0.15
 """Largest 1.22 σ κ^-0.16 of a surface of unstated roughness, as a share of the smooth deformation
 at the top: 5 µm rms on the paper's plastic sphere at 300 N."""
-
-
-@dataclass(frozen=True, slots=True)
-class Roughness:
-    """Knowledge of the roughness: its length 1.22 σ κ^-0.16 in m, 0 for a surface that was declared
-    smooth, None where it is not stated; and its relative standard uncertainty."""
-
-    length_m: float | None = None
-    sigma: float = ROUGH_LENGTH_SIGMA
 
 
 class Whitened:
@@ -110,15 +100,15 @@ class LawFit:
         return np.concatenate([[0.0], (high - low) / (2.0 * step * self.top_n)])
 
 
-def fit_law(data: Whitened, law: Law, roughness: Roughness | None = None) -> LawFit | None:
+def fit_law(data: Whitened, law: Law, told: Conditions | None = None) -> LawFit | None:
     """Fit a law at every shape parameter of its grid; None where none is possible.
 
     A stated roughness restricts the rough law to its length, within its uncertainty; a surface that
     was declared smooth is not fitted as a rough one.
     """
-    if law is ROUGH and roughness is not None and roughness.length_m == 0.0:
+    if law is ROUGH and told is not None and told.rough_length_m == 0.0:
         return None
-    points = _points(data, law, law.grid.tolist(), roughness)
+    points = _points(data, law, law.grid.tolist(), told)
     if not points:
         return None
     if len(law.grid) > 2:
@@ -126,63 +116,61 @@ def fit_law(data: Whitened, law: Law, roughness: Roughness | None = None) -> Law
         low = points[max(best - 1, 0)].shape
         high = points[min(best + 1, len(points) - 1)].shape
         finer = np.linspace(low, high, 17)[1:-1].tolist()
-        points += _points(data, law, finer, roughness)
+        points += _points(data, law, finer, told)
         points.sort(key=lambda point: point.shape)
     degrees = data.u.size - 1 - law.parameters
     return LawFit(law, tuple(points), data.top_n, degrees)
 
 
 def _points(
-    data: Whitened, law: Law, shapes: Sequence[float], roughness: Roughness | None
+    data: Whitened, law: Law, shapes: Sequence[float], told: Conditions | None
 ) -> list[Point]:
     """The law at the shape parameters where it is determined and has a positive compliance."""
     columns = data.columns(law, shapes)
     norm = np.linalg.norm(columns, axis=1)
     q, r = np.linalg.qr(columns / norm[:, None])
-    told = np.flatnonzero(~(np.abs(np.diagonal(r, axis1=1, axis2=2)).min(axis=1) < 1e-9))
-    if not told.size:
+    determined = np.flatnonzero(~(np.abs(np.diagonal(r, axis1=1, axis2=2)).min(axis=1) < 1e-9))
+    if not determined.size:
         return []
-    inverse = np.linalg.inv(r[told]) / norm[told][:, :, None]
-    projected = q[told].swapaxes(1, 2) @ data.y
+    inverse = np.linalg.inv(r[determined]) / norm[determined][:, :, None]
+    projected = q[determined].swapaxes(1, 2) @ data.y
     scaled = (inverse @ projected[:, :, None])[:, :, 0]
     gives_way = ~((scaled[:, 1:] < 0.0).any(axis=1) | (scaled[:, 1:].sum(axis=1) <= 0.0))
     chi2 = data.y @ data.y - (projected**2).sum(axis=1)
     coefficients = scaled * data.scale_m
     covariance = inverse @ inverse.swapaxes(1, 2) * data.scale_m**2
-    stated_m = None if roughness is None else roughness.length_m
+    stated_m = None if told is None else told.rough_length_m
     points = []
     for i in np.flatnonzero(gives_way).tolist():
-        shape, misfit = shapes[told[i]], float(chi2[i])
+        shape, misfit = shapes[determined[i]], float(chi2[i])
         if law is ROUGH and stated_m is None and shape > ROUGHEST:
             continue
-        if law is ROUGH and roughness is not None and stated_m:
+        if law is ROUGH and told is not None and stated_m:
             length_m = shape * float(coefficients[i, 1])
-            misfit += (math.log(length_m / stated_m) / roughness.sigma) ** 2
+            misfit += (math.log(length_m / stated_m) / told.rough_length_sigma) ** 2
         points.append(Point(shape, max(misfit, 0.0), coefficients[i], covariance[i]))
     return points
 
 
-def fit_laws(data: Whitened, roughness: Roughness, *, adhesive: bool) -> dict[str, LawFit]:
+def fit_laws(data: Whitened, told: Conditions, *, adhesive: bool) -> dict[str, LawFit]:
     """All laws that may hold here, by name.
 
     Args:
         data: a loading.
-        roughness: what is known.
+        told: the conditions, with what is known of the roughness.
         adhesive: whether the force was negative near the touch.
     """
     laws: list[Law] = [POWER, HERTZ_LINEAR, BILINEAR, STIFFENING, PLASTIC, ROUGH]
     if adhesive:
         laws.append(ADHESIVE)
-    found = {law.name: fit_law(data, law, roughness) for law in laws}
+    found = {law.name: fit_law(data, law, told) for law in laws}
     return {name: fit for name, fit in found.items() if fit is not None}
 
 
-def chosen_fits(
-    data: Whitened, words: Sequence[str], laws: Mapping[str, LawFit], roughness: Roughness
-) -> dict[str, LawFit]:
-    """The laws of these names that can be fitted, by name; those in `laws` are fitted already."""
-    chosen = [LAWS[word] for word in words]
-    found = {law.name: laws.get(law.name) or fit_law(data, law, roughness) for law in chosen}
+def chosen_fits(data: Whitened, laws: Mapping[str, LawFit], told: Conditions) -> dict[str, LawFit]:
+    """The chosen laws that can be fitted, by name; those in `laws` are fitted already."""
+    chosen = [LAWS[word] for word in told.laws]
+    found = {law.name: laws.get(law.name) or fit_law(data, law, told) for law in chosen}
     return {name: fit for name, fit in found.items() if fit is not None}
 
 

@@ -21,14 +21,12 @@ from stepload.evidence.elastic import Elastic
 from stepload.evidence.gates import HARMLESS, Gate, judged
 from stepload.evidence.lawfit import LawFit
 from stepload.evidence.loops import Branch
-from stepload.evidence.path import Path
+from stepload.evidence.path import HEAVIEST, Path
 from stepload.evidence.rehearse import QUANTILE
 from stepload.units import format_quantity
 
 TRUSTED = 0.02
 """Largest misfit, as a share of the deformation, that the stated errors alone may explain."""
-HEAVIEST = 3.0
-"""Largest weight of one stretch (a hold) over the usual one: its quantum is one number."""
 
 
 class Visit(NamedTuple):

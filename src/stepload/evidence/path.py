@@ -11,12 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stepload.estimators.fit import FloatArray
+from stepload.estimators.fit import FloatArray, IntArray
 
-IntArray = NDArray[np.intp]
-
+HEAVIEST = 3.0
+"""Largest weight of one stretch (a hold) over the usual one: its quantum is one number."""
 STEP_OF_FORCE, STEP_OF_RANGE = 0.05, 0.0025
 """Largest change of force within a stretch: this share of its force plus that of the largest."""
 

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-import numpy as np
-
-from stepload.estimators.sources import Sources
+from stepload.estimators.conditions import Conditions
 from stepload.evidence.askew import Askew
-from stepload.evidence.lawfit import Roughness
-from stepload.evidence.loops import Deflection
 from stepload.evidence.path import Track
 from stepload.evidence.sideways import Sideways
 
@@ -37,21 +32,12 @@ class Pressed:
     Attributes:
         tracks: number, loading and unloading (or None) of each cycle in the order of time; one
             zero of travel for all.
-        deflection: the system's part of the travel, in m at forces (N,).
-        deflection_sigma: its standard uncertainties (M, N) at forces (N,): independent errors, each
-            one for all forces.
-        table_sigma: the same of a table's rows, correlated over the smooth length.
-        sources: what is known of the errors.
-        roughness: what is known of the surface.
+        conditions: what is known besides the data.
         touches: the first point of touch and the last; None without two.
         zero_step_n: largest change of the force's zero from one tare to the next; None without two.
         sideways: the lateral force, and the uncertainty that it causes.
         askew: how the contact was made, and how well rig and plate are aligned.
         adhesive: whether the force was negative near the touch.
-        elastic_limit_n: F_c as it is believed, None where it is not known.
-        secant_force_n: where secants from touch and tangents are wanted.
-        accuracy: required half width, 1/t.
-        laws: names of the chosen laws, see `contact.law_names`; empty: all laws are tried.
         between_n: forces of the chord; None: 10 % of the top force, and the top.
         looked: whether the loading might have ended at an earlier level because of its deformation.
         notes: sentences to be reported with the figures.
@@ -61,22 +47,14 @@ class Pressed:
     """
 
     tracks: Sequence[tuple[int, Track, Track | None]]
-    deflection: Deflection
-    deflection_sigma: Deflection
-    sources: Sources
-    roughness: Roughness = field(default_factory=Roughness)
+    conditions: Conditions
     touches: tuple[Touch, Touch] | None = None
     zero_step_n: float | None = None
     sideways: Sideways = field(default_factory=lambda: Sideways("guided"))
     askew: Askew = field(default_factory=Askew)
     adhesive: bool = False
-    elastic_limit_n: float | None = None
-    secant_force_n: float = math.inf
-    accuracy: float = 0.2
-    laws: tuple[str, ...] = ()
     between_n: tuple[float, float] | None = None
     looked: bool = False
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
     law_doubts: tuple[str, ...] = ()
-    table_sigma: Deflection = np.zeros_like

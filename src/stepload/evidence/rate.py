@@ -11,10 +11,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from stepload.estimators.fit import FloatArray
+from stepload.estimators.fit import FloatArray, IntArray
 from stepload.evidence.elastic import Elastic
 from stepload.evidence.loops import Branch, Loop
-from stepload.evidence.path import IntArray, Path
+from stepload.evidence.path import Path
 from stepload.evidence.signs import Sign
 
 REACH = 0.1

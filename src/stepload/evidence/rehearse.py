@@ -8,6 +8,7 @@ threshold. The same record gives the same thresholds: the seed is fixed.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -17,9 +18,9 @@ from stepload.estimators.linearity import linearity_errors
 from stepload.estimators.smooth import smooth_correlation
 from stepload.estimators.sources import Sources
 from stepload.evidence.elastic import Elastic
-from stepload.evidence.loops import Branch
+from stepload.evidence.loops import Branch, Loop
 from stepload.evidence.pressed import Pressed
-from stepload.evidence.signs import Sign
+from stepload.evidence.signs import HoldCreep, Sign
 
 REHEARSALS = 400
 QUANTILE = 0.99
@@ -37,7 +38,7 @@ def draws(
     branches: Sequence[Branch], ideal: Elastic, run: Pressed, length_n: float
 ) -> list[FloatArray]:
     """Travel (B, REHEARSALS) of every branch; the error of K_s is common to all of them."""
-    sources = run.sources
+    sources = run.conditions.sources
     rng = np.random.default_rng(12345)
     grid = np.linspace(0.0, ideal.top_n, _GRID)
     root = np.linalg.cholesky(smooth_correlation(grid, length_n) + 1e-6 * np.eye(_GRID))
@@ -55,7 +56,7 @@ def draws(
         smooth = sources.smooth_error_m * (common + NOT_REPEATED * own)
         travel = ideal.travel(path.force_n)[:, None] + place + _interpolated(
             path.force_n, grid, smooth)  # fmt: skip
-        soft = run.deflection_sigma(path.force_n)
+        soft = run.conditions.bend_sigma(path.force_n)
         travel = travel + soft.T @ bend[: len(soft)]
         bent = linearity_errors(path.force_n, sources.nonlinearity)
         travel = travel + (ideal.compliance(path.force_n) * bent).T @ crooked
@@ -116,17 +117,26 @@ def thresholds(
     }
 
 
-def creep_threshold(samples: int, holds: int, sources: Sources, whole_m_per_n: float) -> float:
-    """The 99 % quantile of the mean over holds of their creep (see `loops.Hold`), in m.
+def rate_threshold(
+    rate: Sign, branches: Sequence[Branch], drawn: Sequence[FloatArray], elastic: Elastic
+) -> float:
+    """The same of the sign "rate", which compares deformations at forces that are not the same."""
+    bent = [
+        travel - elastic.travel(branch.path.force_n)[:, None]
+        for branch, travel in zip(branches, drawn, strict=True)
+    ]
+    return thresholds([rate], branches, bent)[rate.name]
 
-    Args:
-        samples: of the early part of a hold.
-        holds: number of holds that are averaged.
-        sources: of the errors.
-        whole_m_per_n: compliance of payload and system, for the effect of force noise.
-    """
+
+def creep_threshold(
+    creep: HoldCreep, loops: Sequence[Loop], elastic: Elastic, sources: Sources
+) -> float:
+    """The 99 % quantile of the mean over all holds of their creep (see `loops.Hold`), in m."""
+    loading = [hold for loop in loops[:2] for hold in loop.loading.holds]
+    samples = min(hold.samples for hold in loading)
+    whole_m_per_n = math.sqrt(sum(elastic.at(hold.force_n) ** 2 for hold in loading) / len(loading))
     rng = np.random.default_rng(54321)
-    shape = (2, max(holds, 1), REHEARSALS)
+    shape = (2, max(creep.holds, 1), REHEARSALS)
     quantum = sources.position_resolution_m
     noise = sources.position_noise_m
     place = rng.uniform(0.0, 1.0, shape[1:]) * quantum

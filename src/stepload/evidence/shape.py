@@ -9,11 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from stepload.errors import DomainError
+from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
 from stepload.evidence.chord import Chord
 from stepload.evidence.elastic import Elastic
 from stepload.evidence.gates import Gate, fit_gate, shape_gates
-from stepload.evidence.lawfit import LawFit, Roughness, Whitened
+from stepload.evidence.lawfit import LawFit, Whitened
 from stepload.evidence.laws import POWER, ROUGH
 from stepload.evidence.loops import Branch
 from stepload.evidence.rehearse import QUANTILE
@@ -74,7 +75,7 @@ def shape_of(
     data: Whitened,
     laws: Mapping[str, LawFit],
     chosen: Mapping[str, LawFit],
-    roughness: Roughness,
+    told: Conditions,
     drawn: FloatArray,
 ) -> Shape:
     """Compare the power law, or the rough one where the roughness is stated, with the others; where
@@ -87,13 +88,13 @@ def shape_of(
         data: the loading with the covariance of its errors.
         laws: all laws fitted to it.
         chosen: those that the user chose; empty where he left the choice to the data.
-        roughness: what is known of the surface.
+        told: the conditions, with what is known of the surface.
         drawn: (B, R) rehearsed travel of the loading.
     """
     power = laws.get(POWER.name)
     if power is None:
         return Shape([], 0.0, None)
-    believed = laws.get(ROUGH.name, power) if roughness.length_m else power
+    believed = laws.get(ROUGH.name, power) if told.rough_length_m else power
     lowest = min(laws.values(), key=lambda fit: fit.chi2)
     deformation = drawn - elastic.deflection(first.path.force_n)[:, None]
     near = np.linspace(max(elastic.q - _NEAR, 0.1), elastic.q + _NEAR, _TRIES).tolist()

@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from stepload.estimators.across import CROSS_COMPLIANCE, Across
+from stepload.estimators.across import CROSS_COMPLIANCE
+from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
 from stepload.evidence.gates import (
     FRICTION_HARMLESS,
@@ -101,39 +102,26 @@ class Sideways:
         return "force across the axis is not in the data: its share is not known"
 
 
-def expected_sideways(
-    across: Across, stiffness_n_per_m: float | None, *, arm: bool, stuck_ratio: float
-) -> Sideways:
+def expected_sideways(told: Conditions) -> Sideways:
     """Expectation before a run: no contribution where its share can be compared with that of the
     calibration, otherwise that of unknown friction."""
-    if across.at_share is not None or across.per_newton_m is not None:
+    if told.across.at_share is not None or told.across.per_newton_m is not None:
         return Sideways("guided")
-    return sideways(
-        across, stiffness_n_per_m, None, None, 0.0, arm=arm, stuck_ratio=stuck_ratio
-    )  # fmt: skip
+    return sideways(told, None, None, 0.0)
 
 
 def sideways(
-    across: Across,
-    stiffness_n_per_m: float | None,
-    share: FloatArray | None,
-    size: float | None,
-    away: float,
-    *,
-    arm: bool,
-    stuck_ratio: float,
+    told: Conditions, share: FloatArray | None, size: float | None, away: float
 ) -> Sideways:
     """Choose the rule for a run, and evaluate it.
 
     Args:
-        across: what is known of the arm.
-        stiffness_n_per_m: K_s; None where it is not in the travel.
+        told: the conditions, with what is known of the arm.
         share: (2,) signed lateral over axial force; None where the sensor does not measure it.
         size: its size, noise taken out.
         away: size of the share less that of the calibration, noise taken out.
-        arm: whether a serial arm presses, not a guided axis.
-        stuck_ratio: largest stiffness while friction holds the tip, over K_s.
     """
+    across, stiffness_n_per_m = told.across, told.sources.system_stiffness_n_per_m
     if stiffness_n_per_m is None:
         return Sideways("guided", size)
     if share is not None:
@@ -143,11 +131,11 @@ def sideways(
             errors = (*(stiffness_n_per_m * each for each in own), LEFT_OVER * taken)
             left = math.hypot(*errors)
             return Sideways("three numbers", size, away, left, abs(taken), errors=errors)
-        if arm and across.at_share is not None:
+        if told.arm and across.at_share is not None:
             errors = _along(across.away(share))
             return Sideways("one number", size, away, CROSS_COMPLIANCE * away, errors=errors)
-    if arm:
-        return Sideways("unknown", size, relative=UNKNOWN_FRICTION, stuck_ratio=stuck_ratio)
+    if told.arm:
+        return Sideways("unknown", size, relative=UNKNOWN_FRICTION, stuck_ratio=told.stuck_ratio)
     errors = () if share is None else _along(share)
     return Sideways("guided", size, relative=GUIDED_COMPLIANCE * (size or 0.0), errors=errors)
 

@@ -14,7 +14,8 @@ import numpy as np
 
 from stepload.estimators.fit import FloatArray
 from stepload.evidence.chord import chord
-from stepload.evidence.loops import BETWEEN, Branch, Deflection, Loop
+from stepload.evidence.elastic import Elastic
+from stepload.evidence.loops import BETWEEN, Branch, Loop
 from stepload.evidence.site import Site, hold_site, site, top_site
 
 LOWEST_SHARE = 0.15
@@ -169,9 +170,7 @@ class HoldCreep:
     holds: int
 
 
-def hold_creep(
-    loops: Sequence[Loop], from_n: float, compliance: Compliance, deformation: Deflection
-) -> HoldCreep | None:
+def hold_creep(loops: Sequence[Loop], from_n: float, elastic: Elastic) -> HoldCreep | None:
     """Creep in the holds of the first two cycles; None without holds.
 
     A hold shows the creep during its own time only. Between holds the contact creeps as well, and
@@ -181,9 +180,9 @@ def hold_creep(
     Args:
         loops: the cycles.
         from_n: holds below this force add nothing to the chord.
-        compliance: dδ/dF of the payload.
-        deformation: of the payload, at forces.
+        elastic: the contact with which the cycles are compared.
     """
+    compliance, deformation = elastic.payload_at, elastic.deformation
     up = [[(h, h.creep(compliance(h.force_n))) for h in loop.loading.holds] for loop in loops[:2]]
     loading = [crept for holds in up for _, crept in holds]
     if not loading:

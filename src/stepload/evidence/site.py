@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepload.estimators.fit import FloatArray
-from stepload.evidence.path import Path
+from stepload.evidence.path import HEAVIEST, Path
 
 REACH = 0.2
 """Samples within this share of the force about it are used."""
@@ -16,8 +16,6 @@ TOP_REACH = 0.15
 AT_TOP = 0.97
 """A hold of at least this share of the largest force is the top."""
 _FEWEST = 3
-_HEAVIEST = 3.0
-"""Largest weight of one stretch (a hold) over the usual one: its quantum is one number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +44,7 @@ def site(path: Path, force_n: float, reach: float = REACH) -> Site:
         near[np.argsort(np.abs(path.force_n - force_n))[:_FEWEST]] = True
     usual = float(np.median(path.count[near & (path.held == 0)])) if (
         near & (path.held == 0)).any() else float(path.count.max())  # fmt: skip
-    weight = np.where(near, np.minimum(path.count, _HEAVIEST * usual), 0.0)
+    weight = np.where(near, np.minimum(path.count, HEAVIEST * usual), 0.0)
     weight /= weight.sum()
     mean_n = float(weight @ path.force_n)
     away = path.force_n - mean_n

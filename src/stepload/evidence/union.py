@@ -10,7 +10,8 @@ import math
 from collections.abc import Callable, Sequence
 
 from stepload.estimators.fit import FloatArray
-from stepload.evidence.lawfit import CHI2_95, LawFit, Point, alike
+from stepload.estimators.smooth import CHI2_95
+from stepload.evidence.lawfit import LawFit, Point, alike
 
 Read = Callable[[LawFit, float], FloatArray]
 """From a law and its shape parameter to the gradient of a length over the coefficients."""

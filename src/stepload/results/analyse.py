@@ -55,23 +55,15 @@ def identify_payload(data: PressData, conditions: Conditions) -> Identification:
     Raises:
         BadInputError: there is no load step, or too little in it.
     """
-    loading = data.branch(LOADING)
+    loading = data.first_loading()
     if not loading.any():
         raise BadInputError(
             "the run ended before the first load step: there is nothing to identify"
         )
-    loading = data.branch(LOADING, cycle=int(data.cycle[loading].min()))
-    return identify(
-        select(
-            data.travel_m[loading],
-            data.force_n[loading],
-            system_stiffness_n_per_m=conditions.sources.system_stiffness_n_per_m,
-            deflection=conditions.sources.deflection(),
-            time_s=data.time_s[loading],
-        ),
-        conditions,
-        pressed(data, conditions),
-    )
+    force_n = data.force_n[loading]
+    deformation_m = data.travel_m[loading] - conditions.bend(force_n)
+    selected = select(deformation_m, force_n, time_s=data.time_s[loading])
+    return identify(selected, conditions, pressed(data, conditions))
 
 
 def series_contact(conditions: Conditions) -> SeriesContact | None:

@@ -26,6 +26,7 @@ from stepload.results.saved import SavedRun, labelled
 from stepload.rig.pose import differences
 
 VALID_DAYS = 180
+_KEYS = ("stiffness_n_per_m", "sigma_n_per_m", "msde_m", "smooth_error_m")
 _LEVELS = 200
 """Number of common forces of the two runs in the difference method."""
 _LEAST_SHARE = 0.05
@@ -69,11 +70,7 @@ def from_system_runs(runs: Sequence[SavedRun], *, valid_days: int = VALID_DAYS) 
     made = _table(runs, fits, pooled)
     record = CalibrationRecord(
         **origin,
-        stiffness_n_per_m=pooled.stiffness_n_per_m,
-        sigma_n_per_m=pooled.sigma_n_per_m,
-        msde_m=pooled.msde_m,
-        smooth_error_m=pooled.smooth_error_m,
-        smooth_degrees=_at_least_one(pooled.smooth_degrees),
+        **_figures(pooled),
         smooth_length_n=length.length_n if length else runs[0].conditions.sources.smooth_length_n,
         **_rows(made),
         **sideways.keys(),
@@ -171,11 +168,7 @@ def from_two_spheres(
     )  # fmt: skip
     record = CalibrationRecord(
         **origin,
-        stiffness_n_per_m=fit.stiffness_n_per_m,
-        sigma_n_per_m=fit.sigma_n_per_m,
-        msde_m=fit.msde_m,
-        smooth_error_m=fit.smooth_error_m,
-        smooth_degrees=_at_least_one(fit.smooth_degrees),
+        **_figures(fit),
         smooth_length_n=first.conditions.sources.smooth_length_n,
         damping_n_s_per_m=0.0,
         force_from_n=float(grid[0]),
@@ -188,8 +181,13 @@ def from_two_spheres(
     )  # fmt: skip
 
 
-def _at_least_one(degrees: float | None) -> float | None:
-    return None if degrees is None else max(degrees, 1.0)
+def _figures(fit: PooledStiffness | TwoSphereFit) -> dict[str, Any]:
+    """The keys of the record that say K_s and its errors."""
+    degrees = fit.smooth_degrees
+    return {
+        **{key: getattr(fit, key) for key in _KEYS},
+        "smooth_degrees": None if degrees is None else max(degrees, 1.0),
+    }
 
 
 def _origin(runs: Sequence[SavedRun], valid_days: int) -> dict[str, Any]:
@@ -280,10 +278,9 @@ def common_pose(runs: Sequence[SavedRun]) -> dict[str, Any]:
 
 def _loading(run: SavedRun) -> tuple[FloatArray, FloatArray]:
     """Force and travel of the first loading."""
-    loading = run.data.branch(LOADING)
+    loading = run.data.first_loading()
     if not loading.any():
         raise BadInputError(f"{run.path}: the run ended before its first load step")
-    loading = run.data.branch(LOADING, cycle=int(run.data.cycle[loading].min()))
     return run.data.force_n[loading], run.data.travel_m[loading]
 
 

@@ -22,7 +22,6 @@ from stepload.results.figures import (
     svg_of,
 )
 from stepload.results.model import Figure
-from stepload.results.press_data import LOADING
 from stepload.units import format_quantity as f
 
 SHEET = "travel"
@@ -84,13 +83,11 @@ def figures_of(found: Calibration) -> list[Figure]:
 
 def _loadings(found: Calibration) -> list[Named]:
     """Force and travel of the first loading of every run that has one."""
-    made = []
-    for run in found.runs:
-        loading = run.data.branch(LOADING)
-        if loading.any():
-            loading = run.data.branch(LOADING, int(run.data.cycle[loading].min()))
-            made.append((run.name, run.data.force_n[loading], run.data.travel_m[loading]))
-    return made
+    return [
+        (run.name, run.data.force_n[loading], run.data.travel_m[loading])
+        for run in found.runs
+        if (loading := run.data.first_loading()).any()
+    ]
 
 
 def _travel(runs: Sequence[Named], stiffness_n_per_m: float) -> str:

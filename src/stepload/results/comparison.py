@@ -17,6 +17,7 @@ from stepload.estimators.compare import (
     CurveComparison,
     FitPair,
     Spread,
+    at_other_modulus,
     compare_curve,
     compare_fits,
     confidence_band,
@@ -177,12 +178,8 @@ def compare(
 
 def _secant_force_n(run: SavedRun) -> float:
     """The plan's secant force, or the highest force of the first loading if that is lower."""
-    loading = run.data.branch(LOADING)
     wanted_n = run.conditions.secant_force_n
-    if not loading.any():
-        return wanted_n
-    loading = run.data.branch(LOADING, int(run.data.cycle[loading].min()))
-    peak_n = float(run.data.force_n[loading].max())
+    peak_n = float(run.data.force_n[run.data.first_loading()].max(initial=0.0))
     return wanted_n if not 0.0 < peak_n < REACHED * wanted_n else peak_n
 
 
@@ -206,13 +203,9 @@ def _identified(run: SavedRun, secant_force_n: float) -> ComparedRun:
 
 def _cycle_fits(run: SavedRun, cycle: int, secant_force_n: float) -> dict[str, Fit]:
     loading = run.data.branch(LOADING, cycle)
-    selected = select(
-        run.data.since_touch(cycle),
-        run.data.force_n[loading],
-        system_stiffness_n_per_m=run.conditions.sources.system_stiffness_n_per_m,
-        deflection=run.conditions.sources.deflection(),
-        time_s=run.data.time_s[loading],
-    )
+    force_n = run.data.force_n[loading]
+    deformation_m = run.data.since_touch(cycle) - run.conditions.bend(force_n)
+    selected = select(deformation_m, force_n, time_s=run.data.time_s[loading])
     fits = fit_all(selected, secant_force_n=secant_force_n)
     return {name: fit for name in REPORTED if (fit := fits.get(name)) is not None and _usable(fit)}
 
@@ -268,21 +261,23 @@ def _against(each: ComparedRun, given: CurveGiven, tolerance: float) -> AgainstC
                 hint="give the curve's equivalent modulus: --curve-modulus",
             )
         other_pa = 1.0 / (1.0 / own_pa - 1.0 / conditions.plate_pa + 1.0 / given.plate_pa)
-    if other_pa is not None and own_pa is None:
-        raise BadInputError(f"{each.run.path}: the record does not tell its equivalent modulus")
     peak = int(np.argmax(curve.force_n)) + 1
+    curve_n, correction = curve.force_n[:peak], 1.0
+    if other_pa is not None:
+        if own_pa is None:
+            raise BadInputError(f"{each.run.path}: the record does not tell its equivalent modulus")
+        curve_n = at_other_modulus(curve_n, from_modulus_pa=other_pa, to_modulus_pa=own_pa)
+        correction = own_pa / other_pa
     result = compare_curve(
-        found.fit, covariance, curve.displacement_m[:peak], curve.force_n[:peak],
-        curve_modulus_pa=other_pa, modulus_pa=own_pa if other_pa is not None else None,
-        reached_n=found.peak_force_n,
-    )  # fmt: skip
+        found.fit, covariance, curve.displacement_m[:peak], curve_n, reached_n=found.peak_force_n
+    )
     gradient = secant_gradient(found.fit)
     sigma = math.sqrt(max(float(gradient @ covariance @ gradient), 0.0))
     half, smallest = NORMAL_95 * sigma, math.expm1((NORMAL_95 + normal(POWER)) * sigma)
     return AgainstCurve(
         each.run.name, found.believe, result, half, smallest,
         _curve_verdict(result, half, smallest, tolerance),
-        correction=own_pa / other_pa if own_pa and other_pa else 1.0,
+        correction=correction,
         secant_n_per_m=_curve_secant(found.fit, result),
     )  # fmt: skip
 

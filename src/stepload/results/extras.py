@@ -26,7 +26,7 @@ from stepload.estimators.unloading import OPINION, Unloading, unloading
 from stepload.evidence.identification import Identification
 from stepload.record.rows import Phase
 from stepload.results.model import NOTHING, Field, Table, interval, named, number, quantity, table
-from stepload.results.press_data import HOLDS, LOADING, UNLOADING, PressData
+from stepload.results.press_data import LOADING, UNLOADING, PressData, holds_of
 from stepload.units import format_quantity as f
 
 T = TypeVar("T")
@@ -86,11 +86,8 @@ def _relaxation(
     busy = data.branch((*LOADING, *UNLOADING))
     if not busy.any():
         return Missing("the run ended before the first load step")
-    held = np.isin(data.phase, HOLDS)
-    edges = np.flatnonzero(
-        np.diff(held.view(np.int8), prepend=0, append=0)
-        | np.diff(np.where(held, data.phase, -1), prepend=-1, append=-1).astype(bool)
-    )
+    held = holds_of(data.phase)
+    edges = np.flatnonzero(np.diff(held, prepend=0, append=0))
     holds = [
         HoldSamples(
             data.time_s[start:stop], deformation_m[start:stop], data.force_n[start:stop],
@@ -156,10 +153,9 @@ def _loss(data: PressData, deformation_m: FloatArray, found: Identification) -> 
 def _damping(
     data: PressData, deformation_m: FloatArray, found: Identification
 ) -> HuntCrossley | Missing:
-    mask = data.branch(LOADING)
+    mask = data.first_loading()
     if not mask.any():
         return Missing("not determined: there is no loading")
-    mask = data.branch(LOADING, cycle=int(data.cycle[mask].min()))
     return hunt_crossley(
         data.time_s[mask], deformation_m[mask], data.force_n[mask], found.fit,
         found.conditions.sources, lag_corrected_s=data.lag_corrected_s,
@@ -219,10 +215,10 @@ _LOSS: tuple[Field[CycleLoss], ...] = (
 def extras_tables(extras: Extras) -> list[Table]:
     """Tables for people: one of all results, and the figures behind each."""
     rows = [
-        ("relaxation in the holds", *_relaxed(extras.relaxation)),
-        ("unloading stiffness", *_unloaded(extras.unloading)),
-        ("loss per cycle", *_lost(extras.loss)),
-        ("Hunt–Crossley damping", *_damped(extras.hunt_crossley)),
+        _row("relaxation in the holds", extras.relaxation, _relaxed),
+        _row("unloading stiffness", extras.unloading, _unloaded),
+        _row("loss per cycle", extras.loss, _lost),
+        _row("Hunt–Crossley damping", extras.hunt_crossley, _damped),
     ]
     tables = [Table("Beside the law", ("result", "value", "what it is worth"), rows)]
     if isinstance(extras.relaxation, Relaxation):
@@ -236,9 +232,13 @@ def extras_tables(extras: Extras) -> list[Table]:
     return tables
 
 
-def _relaxed(found: Relaxation | Missing) -> tuple[str, str]:
-    if isinstance(found, Missing):
-        return NOTHING, found.why
+def _row(
+    name: str, found: T | Missing, told: Callable[[T], tuple[str, str]]
+) -> tuple[str, str, str]:
+    return (name, *((NOTHING, found.why) if isinstance(found, Missing) else told(found)))
+
+
+def _relaxed(found: Relaxation) -> tuple[str, str]:
     if not found.resolved:
         return NOTHING, found.why
     time = f", τ = {f(found.time_s, 's')}" if found.time_s is not None else ""
@@ -249,9 +249,7 @@ def _relaxed(found: Relaxation | Missing) -> tuple[str, str]:
     )
 
 
-def _unloaded(found: tuple[Unloading, ...] | Missing) -> tuple[str, str]:
-    if isinstance(found, Missing):
-        return NOTHING, found.why
+def _unloaded(found: tuple[Unloading, ...]) -> tuple[str, str]:
     first = found[0]
     return (
         f"{f(first.stiffness_n_per_m, 'N/m')} at {f(first.top_force_n, 'N')}, "
@@ -260,9 +258,7 @@ def _unloaded(found: tuple[Unloading, ...] | Missing) -> tuple[str, str]:
     )
 
 
-def _lost(found: Loss | Missing) -> tuple[str, str]:
-    if isinstance(found, Missing):
-        return NOTHING, found.why
+def _lost(found: Loss) -> tuple[str, str]:
     shares = ", ".join(f"{c.share:.1%} ± {c.share_sigma:.1%}" for c in found.cycles)
     worth = "of the energy stored, cycle by cycle, ± 1 σ"
     if found.change is not None and found.change_sigma is not None:
@@ -278,9 +274,7 @@ def _with_sigma(share: float, sigma: float) -> str:
     return f"{share:+.{places}%} ± {sigma:.{places}%}"
 
 
-def _damped(found: HuntCrossley | Missing) -> tuple[str, str]:
-    if isinstance(found, Missing):
-        return NOTHING, found.why
+def _damped(found: HuntCrossley) -> tuple[str, str]:
     if found.dissipation_s_per_m is None or found.interval_s_per_m is None:
         return f"d < {found.upper_bound_s_per_m:.3g} s/m", found.why
     low, high = found.interval_s_per_m

@@ -6,21 +6,18 @@ import io
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.estimators.fit import FloatArray
 from stepload.record.rows import Phase
+from stepload.results.press_data import IntArray, PressData
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-IntArray = NDArray[np.integer]
 
 MOST_POINTS, MOST_DOTS = 4000, 1500
 INK, BLUE, ORANGE, GREEN, RED, GREY, SAND = (
@@ -45,16 +42,6 @@ PHASE_TINT = {
     Phase.POST_TARE: "#e8edf3",
     Phase.SAFING: "#f6d0cd",
 }
-
-
-@dataclass(frozen=True, slots=True)
-class Trace:
-    """Measured data of a run on one time base; equal lengths (N,)."""
-
-    time_s: FloatArray
-    force_n: FloatArray
-    displacement_m: FloatArray
-    phase: IntArray
 
 
 @contextmanager
@@ -130,37 +117,37 @@ def thin(count: int, value: FloatArray) -> IntArray:
     return np.unique(picked)
 
 
-def _spans(trace: Trace) -> Iterator[tuple[Phase, float, float]]:
-    edges = np.flatnonzero(np.diff(trace.phase)) + 1
-    bounds = np.concatenate([[0], edges, [len(trace.phase) - 1]])
+def _spans(data: PressData) -> Iterator[tuple[Phase, float, float]]:
+    edges = np.flatnonzero(np.diff(data.phase)) + 1
+    bounds = np.concatenate([[0], edges, [len(data.phase) - 1]])
     for first, last in pairwise(bounds):
-        yield Phase(int(trace.phase[first])), float(trace.time_s[first]), float(trace.time_s[last])
+        yield Phase(int(data.phase[first])), float(data.time_s[first]), float(data.time_s[last])
 
 
-def _shade(axes: Axes, trace: Trace) -> None:
+def _shade(axes: Axes, data: PressData) -> None:
     named = set()
-    for phase, start_s, end_s in _spans(trace):
+    for phase, start_s, end_s in _spans(data):
         if tint := PHASE_TINT.get(phase):
             label = None if phase in named else phase.name.replace("_", " ").lower()
             named.add(phase)
             axes.axvspan(start_s, end_s, color=tint, lw=0, label=label)
 
 
-def over_time(trace: Trace) -> str:
-    """Force and displacement against time, phases shaded."""
+def over_time(data: PressData) -> str:
+    """Force and travel against time, phases shaded."""
     with figure_of(5.2, rows=2) as (figure, (upper, lower)):
         for axes, value, scale, label, colour in (
-            (upper, trace.force_n, 1.0, "force [N]", BLUE),
-            (lower, trace.displacement_m, 1e6, "displacement [µm]", ORANGE),
+            (upper, data.force_n, 1.0, "force [N]", BLUE),
+            (lower, data.travel_m, 1e6, "displacement [µm]", ORANGE),
         ):
             index = thin(MOST_POINTS, value)
-            _shade(axes, trace)
-            axes.plot(trace.time_s[index], value[index] * scale, color=colour)
+            _shade(axes, data)
+            axes.plot(data.time_s[index], value[index] * scale, color=colour)
             axes.set_ylabel(label)
             axes.margins(x=0)
-        seen = np.isin(trace.phase, [Phase.TOUCH_RETRACT, Phase.LOAD, Phase.HOLD, Phase.UNLOAD])
+        seen = np.isin(data.phase, [Phase.TOUCH_RETRACT, Phase.LOAD, Phase.HOLD, Phase.UNLOAD])
         if np.any(seen):
-            reach = trace.displacement_m[seen] * 1e6
+            reach = data.travel_m[seen] * 1e6
             pad = 0.08 * (np.ptp(reach) or 1.0)
             lower.set_ylim(max(reach.min(), -0.5 * reach.max()) - pad, reach.max() + pad)
         lower.set_xlabel("time since start [s]")
@@ -168,7 +155,7 @@ def over_time(trace: Trace) -> str:
         return svg_of(figure)
 
 
-def against_limit(trace: Trace, predicted_peak_n: FloatArray, tick_s: FloatArray,
+def against_limit(data: PressData, predicted_peak_n: FloatArray, tick_s: FloatArray,
                   limits_n: Mapping[str, float]) -> str:  # fmt: skip
     """Force and the supervisor's predicted peak against every limit; F_c on top."""
     with figure_of(3.4) as (figure, (axes,)):
@@ -176,8 +163,8 @@ def against_limit(trace: Trace, predicted_peak_n: FloatArray, tick_s: FloatArray
         axes.plot(
             tick_s[index], predicted_peak_n[index], color=GREY, lw=0.8, label="predicted peak (R2)"
         )
-        index = thin(MOST_POINTS, trace.force_n)
-        axes.plot(trace.time_s[index], trace.force_n[index], color=BLUE, label="measured force")
+        index = thin(MOST_POINTS, data.force_n)
+        axes.plot(data.time_s[index], data.force_n[index], color=BLUE, label="measured force")
         colours = {"F_c": RED, "counted on": ORANGE, "F_lim": GREEN}
         for name, limit_n in limits_n.items():
             colour = colours.get(name, INK)
@@ -186,7 +173,7 @@ def against_limit(trace: Trace, predicted_peak_n: FloatArray, tick_s: FloatArray
                 f"{name} {limit_n:.4g} N", (1.0, limit_n), xycoords=("axes fraction", "data"),
                 ha="right", va="bottom", color=colour, fontsize=9,
             )  # fmt: skip
-        axes.set_ylim(top=1.12 * max([*limits_n.values(), float(np.nanmax(trace.force_n))]))
+        axes.set_ylim(top=1.12 * max([*limits_n.values(), float(np.nanmax(data.force_n))]))
         axes.margins(x=0)
         axes.set(xlabel="time since start [s]", ylabel="force [N]")
         axes.legend(loc="upper left")
@@ -196,60 +183,60 @@ def against_limit(trace: Trace, predicted_peak_n: FloatArray, tick_s: FloatArray
 Law = Callable[[FloatArray], FloatArray]
 
 
-@dataclass(frozen=True, slots=True)
-class Curves:
-    """Force over payload deformation: measurement and laws; SI, (N,) each.
+def force_deformation(
+    loading: tuple[FloatArray, FloatArray],
+    unloading: tuple[FloatArray, FloatArray],
+    laws: Mapping[str, Law],
+    believed: str,
+    band: tuple[FloatArray, FloatArray, FloatArray] | None,
+    predicted: Sequence[tuple[str, FloatArray, FloatArray]],
+) -> str:
+    """Measured force against payload deformation with every fitted law and the predicted one.
 
-    Attributes:
-        loading, unloading: (deformation, force) as measured; the second may be empty.
+    Args:
+        loading, unloading: (deformation, force) as measured, SI, (N,) each; the second may be
+            empty.
         laws: every fitted law, deformation → force; `believed` is the name of one of them, or "".
         band: (deformation, lowest, highest force) of the believed law at 95 %, None without one.
         predicted: (label, deformation, force) of each law that theory predicts.
     """
-
-    loading: tuple[FloatArray, FloatArray]
-    unloading: tuple[FloatArray, FloatArray]
-    laws: Mapping[str, Law]
-    believed: str
-    band: tuple[FloatArray, FloatArray, FloatArray] | None
-    predicted: tuple[tuple[str, FloatArray, FloatArray], ...]
-
-
-def force_deformation(curves: Curves) -> str:
-    """Measured force against payload deformation with every fitted law and the predicted one."""
     with figure_of(3.2, width=5.4) as (figure, (axes,)):
         for (x, y), colour, name in (
-            (curves.unloading, SAND, "measured, unloading"),
-            (curves.loading, GREY, "measured, loading"),
+            (unloading, SAND, "measured, unloading"),
+            (loading, GREY, "measured, loading"),
         ):
             if x.size:
                 step = max(1, len(y) // MOST_DOTS)
                 axes.plot(x[::step] * 1e6, y[::step], ".", ms=2.0, color=colour, label=name)
-        if curves.band is not None:
-            x, low, high = curves.band
+        if band is not None:
+            x, low, high = band
             axes.fill_between(x * 1e6, low, high, color=BLUE, alpha=0.18, lw=0, label="95 % band")
-        x, y = curves.loading
+        x, y = loading
         reach = np.linspace(float(x.min()), float(x.max()), 400)
         others = iter((ORANGE, GREEN, RED, INK))
-        for name, law in curves.laws.items():
-            best = name == curves.believed
+        for name, law in laws.items():
+            best = name == believed
             axes.plot(
                 reach * 1e6, law(reach), color=BLUE if best else next(others, GREY),
                 lw=2.0 if best else 1.1, ls="-" if best else "--", zorder=3 if best else 2,
                 label=f"{name} (believed)" if best else name,
             )  # fmt: skip
-        for label, predicted_m, predicted_n in curves.predicted:
+        for label, predicted_m, predicted_n in predicted:
             axes.plot(predicted_m * 1e6, predicted_n, ":", lw=1.6, color=INK, label=label)
         axes.set(xlabel="payload deformation from touch [µm]", ylabel="force [N]")
-        _frame(axes, curves)
+        _frame(axes, loading, unloading)
         axes.legend(loc="upper left", markerscale=4, fontsize=8)
         return svg_of(figure)
 
 
-def _frame(axes: Axes, curves: Curves) -> None:
+def _frame(
+    axes: Axes,
+    loading: tuple[FloatArray, FloatArray],
+    unloading: tuple[FloatArray, FloatArray],
+) -> None:
     """Limits by what was measured: no band and no law hides it."""
-    x, y = (np.concatenate(pair) for pair in zip(curves.loading, curves.unloading, strict=True))
-    right, top = float(curves.loading[0].max()), float(y.max())
+    x, y = (np.concatenate(pair) for pair in zip(loading, unloading, strict=True))
+    right, top = float(loading[0].max()), float(y.max())
     left = max(float(x.min()), -0.15 * abs(right))
     pad = 0.04 * ((right - left) or 1e-9)
     axes.set_xlim((left - pad) * 1e6, (max(right, float(x.max())) + pad) * 1e6)

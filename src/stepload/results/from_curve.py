@@ -95,6 +95,8 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
         if not wishes.secant_force_n:
             notes.append(f"secant at the peak force of {format_quantity(secant_n, 'N', 4)}")
     quantum_m, quantum_n = quantum(whole.travel_m), quantum(whole.force_n)
+    # Neither steps nor noise: the travel was computed or smoothed, or is short.
+    hidden = not wishes.position_noise_m and is_exact(travel_m)
     conditions = wishes.applied(
         Conditions(
             sources=Sources(
@@ -106,11 +108,11 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
             ),
             secant_force_n=secant_n,
             touch_force_n=zeroed.touch_n,
-            position_resolution_m=_resolution(travel_m, quantum_m, wishes),
+            position_resolution_m=math.nan if hidden else quantum_m,
         )
     )
     stiffness = conditions.sources.system_stiffness_n_per_m
-    selected = select(travel_m, force_n, system_stiffness_n_per_m=stiffness, time_s=first.time_s)
+    selected = select(travel_m - conditions.bend(force_n), force_n, time_s=first.time_s)
     if stiffness is not None:
         check_what_is_left(selected, travel_m, force_n, stiffness)
         notes.append(TAKEN_AS_GUIDED)
@@ -181,15 +183,6 @@ def _fitted_zero(travel_m: FloatArray, force_n: FloatArray) -> float:
         return joint(travel_m[chosen], force_n[chosen]).zero_m
     except DomainError:
         return 0.0
-
-
-def _resolution(travel_m: FloatArray, quantum_m: float, wishes: Wishes) -> float:
-    """Position resolution (29) in m, from the steps of the travel.
-
-    NaN where the travel has neither steps nor noise, and no noise is stated: it was computed or
-    smoothed, or is short.
-    """
-    return math.nan if not wishes.position_noise_m and is_exact(travel_m) else quantum_m
 
 
 def _about_resolution(conditions: Conditions, wishes: Wishes) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from stepload.estimators.missing import Missing
 from stepload.estimators.runin import STEADY_CYCLES, RunIn
+from stepload.estimators.smooth import NORMAL_95
 from stepload.estimators.system import SystemStiffnessFit
 from stepload.evidence.identification import Identification
 from stepload.results import fields
@@ -46,7 +47,7 @@ def identification_tables(found: Identification) -> list[Table]:
     if (stated := found.budget) is not None:
         note = (
             f"All together: u(n) = {stated.sigma_n:.4f}, u(secant)/secant = "
-            f"{stated.sigma_secant_relative:.2%}; intervals are {stated.coverage_factor:.2f} u."
+            f"{stated.sigma_secant_relative:.2%}; intervals are {NORMAL_95:.2f} u."
         )
         title = f"Uncertainty budget of {found.believe}"
         tables.append(table(title, fields.BUDGET_LINE, stated.lines, [note], page_only=True))

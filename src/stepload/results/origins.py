@@ -61,9 +61,8 @@ def _surface_m(data: PressData) -> float | None:
 
 def _reach_m(data: PressData, length_n: float) -> float | None:
     """Travel over which the force changes by the length of the smooth error."""
-    loading = data.branch(LOADING)
+    loading = data.first_loading()
     if data.gauge or not loading.any():
         return None
-    loading = data.branch(LOADING, int(data.cycle[loading].min()))
     rise_n = float(np.ptp(data.force_n[loading]))
     return length_n * float(np.ptp(data.travel_m[loading])) / rise_n if rise_n > 0.0 else None

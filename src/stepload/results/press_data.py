@@ -120,6 +120,18 @@ class PressData:
         mask = np.isin(self.phase, phases)
         return mask if cycle is None else mask & (self.cycle == cycle)
 
+    def first_loading(self) -> NDArray[np.bool_]:
+        """Mask (N,) of the loading of the first cycle; of no sample where nothing was loaded."""
+        loading = self.branch(LOADING)
+        return loading & (self.cycle == self.cycle[loading].min()) if loading.any() else loading
+
+
+def holds_of(phase: IntArray) -> NDArray[np.intp]:
+    """(N,) number of the hold that each sample is in, from 1; 0 where the force is changing."""
+    resting = np.isin(phase, HOLDS)
+    begins = resting & ~np.concatenate([[False], resting[:-1] & (phase[1:] == phase[:-1])])
+    return np.where(resting, np.cumsum(begins), 0)
+
 
 def number(event: Event, key: str) -> float:
     """A numeric value of an event.

@@ -8,11 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepload.errors import BadInputError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
-from stepload.evidence.askew import Askew, coupling_of
-from stepload.evidence.lawfit import Roughness
+from stepload.evidence.askew import askew_of
 from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed, Touch
 from stepload.evidence.sideways import GUIDED_COMPLIANCE, Sideways, sideways
@@ -20,7 +18,7 @@ from stepload.record.rows import Phase
 from stepload.results.curve_zero import SAME_PEAK, Branch
 from stepload.results.from_curve import PreparedCurve
 from stepload.results.model import finite
-from stepload.results.press_data import HOLDS, LOADING, UNLOADING, PressData
+from stepload.results.press_data import LOADING, UNLOADING, PressData, holds_of
 from stepload.results.quality import quality_of
 
 CLOSING_OPENING = (
@@ -40,18 +38,9 @@ BEFORE_TOUCH_S = 0.05
 
 
 def pressed(data: PressData, conditions: Conditions) -> Pressed:
-    """The cycles of a run with the known errors.
-
-    Raises:
-        BadInputError: there is no load step.
-    """
-    numbers = np.unique(data.cycle[data.branch(LOADING)]).tolist()
-    if not numbers:
-        raise BadInputError(
-            "the run ended before the first load step: there is nothing to identify"
-        )
+    """The cycles of a run that was loaded, with the known errors."""
     tracks = []
-    for number in numbers:
+    for number in np.unique(data.cycle[data.branch(LOADING)]).tolist():
         loading = _track(data, data.branch(LOADING, number))
         unloading = data.branch(UNLOADING, number)
         tracks.append((number, loading, _track(data, unloading) if unloading.sum() > 1 else None))
@@ -65,15 +54,7 @@ def pressed(data: PressData, conditions: Conditions) -> Pressed:
         touches=_touches(data),
         zero_step_n=finite(data.zero_step_n),
         sideways=aside,
-        askew=Askew(
-            quality_of(data, conditions.lever_m),
-            arm=conditions.arm,
-            share=aside.share,
-            coupling=coupling_of(conditions.across, conditions.yields_m_per_n),
-            misalignment_rad=conditions.misalignment_rad,
-            yields_m_per_n=conditions.yields_m_per_n,
-            gauge_offset_m=conditions.gauge_offset_m,
-        ),
+        askew=askew_of(conditions, quality_of(data, conditions.lever_m), aside.share),
         adhesive=pulls(data),
         looked=data.looked,
         notes=(conditions.structure_note,) if conditions.structure_note else (),
@@ -115,19 +96,7 @@ def _pressed(conditions: Conditions, top_n: float, doubts: tuple[str, ...], **ow
             "may have yielded"
         )
         doubts = (*doubts, above)
-    return Pressed(
-        deflection=conditions.bend,
-        deflection_sigma=conditions.bend_sigma,
-        table_sigma=conditions.table_sigma,
-        sources=conditions.sources,
-        roughness=Roughness(conditions.rough_length_m, conditions.rough_length_sigma),
-        elastic_limit_n=limit_n,
-        secant_force_n=conditions.secant_force_n,
-        accuracy=1.0 / conditions.t,
-        laws=conditions.laws,
-        doubts=doubts,
-        **own,
-    )
+    return Pressed(conditions=conditions, doubts=doubts, **own)
 
 
 def _joined(branch: Branch, hold: Branch | None) -> Track:
@@ -169,9 +138,7 @@ def _share(branch: Branch) -> float | None:
 
 
 def _track(data: PressData, mask: NDArray[np.bool_]) -> Track:
-    resting = np.isin(data.phase[mask], HOLDS)
-    begins = resting & ~np.concatenate([[False], resting[:-1]])
-    held = np.where(resting, np.cumsum(begins), 0)
+    held = holds_of(data.phase[mask])
     return Track(data.time_s[mask], data.force_n[mask], data.travel_m[mask], held)
 
 
@@ -202,7 +169,7 @@ def sideways_of(data: PressData, conditions: Conditions) -> Sideways:
     The size counts near the top force, noise taken out; with its sign the share is the slope of
     force across over force along.
     """
-    across, share, size, away = conditions.across, None, None, 0.0
+    share, size, away = None, None, 0.0
     if data.across_n is not None:
         mask = data.branch(LOADING)
         mask &= data.force_n > NEAR_TOP * float(data.force_n[mask].max())
@@ -210,12 +177,9 @@ def sideways_of(data: PressData, conditions: Conditions) -> Sideways:
         noise_n = data.lateral_noise_n if math.isfinite(data.lateral_noise_n) else 0.0
         share = force_n @ across_n / (force_n @ force_n)
         size = _share_size(across_n, force_n, noise_n)
-        apart_n = across_n - np.outer(force_n, across.at_share or (0.0, 0.0))
+        apart_n = across_n - np.outer(force_n, conditions.across.at_share or (0.0, 0.0))
         away = _share_size(apart_n, force_n, noise_n)
-    return sideways(
-        across, conditions.sources.system_stiffness_n_per_m, share, size, away,
-        arm=conditions.arm, stuck_ratio=conditions.stuck_ratio,
-    )  # fmt: skip
+    return sideways(conditions, share, size, away)
 
 
 def pulls(data: PressData) -> bool:

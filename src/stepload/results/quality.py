@@ -13,7 +13,7 @@ from stepload.estimators.missing import Missing
 from stepload.estimators.shares import BranchShare
 from stepload.estimators.wrench import Wrench, turn_of
 from stepload.results.model import Table
-from stepload.results.press_data import HOLDS, LOADING, UNLOADING, PressData
+from stepload.results.press_data import LOADING, UNLOADING, PressData, holds_of
 from stepload.units import format_quantity as f
 
 
@@ -23,8 +23,6 @@ def wrench_of(data: PressData) -> Wrench | None:
         return None
     mask = data.branch((*LOADING, *UNLOADING))
     phase = data.phase[mask]
-    resting = np.isin(phase, HOLDS)
-    begins = resting & ~np.concatenate([[False], resting[:-1] & (phase[1:] == phase[:-1])])
     noise_n, torque_noise = data.lateral_noise_n, data.torque_noise_n_m
     torque = None if data.torque_n_m is None else data.torque_n_m[mask, :2]
     return Wrench(
@@ -33,7 +31,7 @@ def wrench_of(data: PressData) -> Wrench | None:
         across_n=data.across_n[mask],
         rising=np.isin(phase, LOADING),
         cycle=data.cycle[mask],
-        held=np.where(resting, np.cumsum(begins), 0),
+        held=holds_of(phase),
         noise_n=noise_n / math.sqrt(2.0) if math.isfinite(noise_n) else data.noise_n,
         torque_n_m=torque,
         torque_noise_n_m=torque_noise / math.sqrt(2.0) if math.isfinite(torque_noise) else 0.0,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from functools import partial
 
@@ -38,38 +39,35 @@ def law_figure(run: Evaluation) -> Figure | None:
     data, found = run.data, run.identification
     if data is None or run.envelope.plan.identify.kind == "system":
         return None
-    cycles = data.cycle[data.branch(LOADING)]
+    cycles = data.cycle[data.first_loading()]
     if not cycles.size:
         return None
     conditions = found.conditions if found else measured(planned(run.envelope), data)
 
     def branch(phases: tuple[Phase, ...]) -> tuple[FloatArray, FloatArray]:
-        mask = data.branch(phases, int(cycles.min()))
+        mask = data.branch(phases, int(cycles[0]))
         force_n = data.force_n[mask]
         return data.travel_m[mask] - conditions.bend(force_n), force_n
 
     loading = branch(LOADING)
     zero_m = found.fit.zero_m if found else 0.0
     grid_n = np.linspace(0.0, max(float(loading[1].max()), 1e-9), 200)
-    curves = figures.Curves(
-        loading=loading,
-        unloading=branch(UNLOADING),
-        laws=_laws(found) if found else {},
-        believed=found.believe if found else "",
-        band=_band(found) if found else None,
-        predicted=tuple(
-            (label, (grid_n / law.k) ** (1.0 / law.n) + zero_m, grid_n)
-            for label, law in _predicted(run.envelope.theory)
-        ),
-    )
+    band = _band(found) if found else None
+    predicted = [
+        (label, (grid_n / law.k) ** (1.0 / law.n) + zero_m, grid_n)
+        for label, law in _predicted(run.envelope.theory)
+    ]
     told = f"believed is {found.believe}" if found else "nothing could be fitted"
-    banded = ", with its 95 % band" if curves.band is not None else ""
+    banded = ", with its 95 % band" if band is not None else ""
     return Figure(
         "law", "Force against deformation",
         f"First cycle, both ways; {told}{banded}. Dotted: theory of the smooth contact, from the "
         "same zero.",
         "force over deformation with fitted and predicted laws",
-        partial(figures.force_deformation, curves),
+        partial(
+            figures.force_deformation, loading, branch(UNLOADING), _laws(found) if found else {},
+            found.believe if found else "", band, predicted,
+        ),
     )  # fmt: skip
 
 
@@ -105,7 +103,7 @@ def figures_of(run: Evaluation) -> list[Figure]:
     if data is None or len(data.time_s) < 2:
         return []
     start_s = run.outcome.start_s
-    trace = figures.Trace(data.time_s - start_s, data.force_n, data.travel_m, data.phase)
+    data = dataclasses.replace(data, time_s=data.time_s - start_s)
     limit_n, counted_n = (
         run.envelope.theory.elastic_limit_n, run.envelope.theory.counted.lower_n,
     )  # fmt: skip
@@ -116,7 +114,7 @@ def figures_of(run: Evaluation) -> list[Figure]:
         Figure(
             "time", "Force and displacement against time",
             "Tared contact force and travel since touch; colours are the phases of the procedure.",
-            "force and displacement over time", partial(figures.over_time, trace),
+            "force and displacement over time", partial(figures.over_time, data),
         ),
         Figure(
             "limit", "Force against F_c",
@@ -124,7 +122,7 @@ def figures_of(run: Evaluation) -> list[Figure]:
             "the elastic limit F_c.",
             f"force over time, elastic limit {f(limit_n, 'N')}",
             partial(
-                figures.against_limit, trace, ticks.predicted_peak_n, ticks.time_s - start_s,
+                figures.against_limit, data, ticks.predicted_peak_n, ticks.time_s - start_s,
                 {
                     "F_c": limit_n, "F_lim": run.envelope.force_limit_n,
                     **({} if counted_n == limit_n else {"counted on": counted_n}),

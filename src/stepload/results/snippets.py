@@ -27,7 +27,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Literal
 
 from stepload.errors import BadInputError, DomainError
 from stepload.estimators.judge import ResultVerdict
@@ -133,10 +133,11 @@ def _read(found: Identification, kind: Kind, from_n: float, at_n: float) -> Quan
     Raises:
         BadInputError: the data support none there.
     """
-    asked: dict[str, Any]
-    asked = {"between_n": (from_n, at_n)} if kind == "chord" else {"secant_force_n": at_n}
+    run = replace(found.run, conditions=replace(found.run.conditions, secant_force_n=at_n))
     try:
-        read = weigh(replace(found.run, **asked)).quantities.get(kind)
+        if kind == "chord":
+            run = replace(found.run, between_n=(from_n, at_n))
+        read = weigh(run).quantities.get(kind)
     except DomainError as error:
         raise BadInputError(error.message, hint=error.hint) from None
     if read is None or not math.isfinite(read.value_n_per_m):

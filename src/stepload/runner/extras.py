@@ -8,7 +8,7 @@ from typing import Any
 from stepload.errors import BadInputError
 
 
-def extra(name: str, wanted_for: str, extra_name: str) -> Any:
+def extra(name: str, wanted_for: str, extra_name: str, or_else: str = "") -> Any:
     """Import a library of an extra of the package.
 
     Raises:
@@ -19,5 +19,5 @@ def extra(name: str, wanted_for: str, extra_name: str) -> Any:
     except ImportError as error:
         raise BadInputError(
             f"{wanted_for} needs {name}, which is not installed",
-            hint=f'pip install "stepload[{extra_name}]"',
+            hint=f'pip install "stepload[{extra_name}]"{or_else}',
         ) from error

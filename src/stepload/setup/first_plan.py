@@ -22,7 +22,7 @@ from stepload.setup.flat import Value, below, flat, quoted, written
 from stepload.setup.plan_notes import NOTES, offered
 from stepload.setup.presets import UNKNOWN
 from stepload.setup.questions import QUESTIONS
-from stepload.units import format_quantity, parse_quantity
+from stepload.units import format_quantity, parse_named
 
 SHARE = 0.9
 STEPS = 6
@@ -132,13 +132,6 @@ def with_forces(
     return {**what, "rig": Value(quoted(rig), ""), **values, **chosen}
 
 
-def _stated_n(text: str) -> float:
-    try:
-        return parse_quantity(text, "N")
-    except BadInputError as error:
-        raise BadInputError(f"top_force {text!r}: {error.message}", hint=error.hint) from None
-
-
 def envelope_here(
     values: Mapping[str, Value], path: Path, derived: Callable[[Plan], Envelope] = envelope_of
 ) -> Envelope:
@@ -187,7 +180,7 @@ def first_plan(answers: Answers, rig: str, path: Path) -> tuple[str, Envelope]:
             raise refusal(envelope_here(lightest, path))
         origin = f"nine tenths of the largest safe force, {format_quantity(largest_n, 'N')}"
     else:
-        top_n, origin = _stated_n(asked), YOU
+        top_n, origin = parse_named(f"top_force {asked!r}", asked, "N"), YOU
     plan = with_forces(values, rig, top_n, STEPS, origin)
     envelope = envelope_here(plan, path)
     if envelope.verdict is PlanVerdict.REFUSED:

@@ -68,10 +68,8 @@ def rows(told: dict[tuple[str, str], list[int]], specimens: list[Specimen]) -> M
         if key in told:
             count = told[key][point.index % 4 if point.series != "payloads" else 0]
             each, all_of_them = share(count, 250), share(250, 250)
-            made.append(
-                Row(point, k_max(point.cell.conditions, point.cell.top_n), all_of_them, each, each,
-                    all_of_them, 0.1, "")
-            )  # fmt: skip
+            limit = k_max(point.cell.conditions, point.cell.payload.at_n)
+            made.append(Row(point, limit, all_of_them, each, each, all_of_them, 0.1, ""))
     return Map(STVF, specimens, made, 1, 250)
 
 

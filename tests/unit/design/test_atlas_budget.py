@@ -20,10 +20,10 @@ from stepload.estimators.smooth import NORMAL_95
 
 STVF = bench("stvf", None)
 CELL = Cell(
-    Payload(5e6, 1.5, STVF.top_n), STVF.conditions, STVF.top_n, STVF.touch_n,
+    Payload(5e6, 1.5, STVF.top_n), STVF.conditions, STVF.touch_n,
     STVF.zero_drift_n_per_s, STVF.damping_n_s_per_m,
 )  # fmt: skip
-PLAN = course(CELL.top_n, CELL.touch_n)
+PLAN = course(STVF.top_n, CELL.touch_n)
 OWN = reference(CELL, PLAN)
 
 
@@ -42,7 +42,7 @@ def judged(runs: Runs, own: Reference = OWN) -> Judged:
 
 
 def other_sources(**changed: float) -> Reference:
-    return replace(OWN, run=replace(OWN.run, sources=replace(OWN.run.sources, **changed)))
+    return replace(OWN, told=replace(OWN.told, sources=replace(OWN.told.sources, **changed)))
 
 
 def gain(runs: Runs) -> Judged:

@@ -17,7 +17,7 @@ from stepload.envelope.benches import bench
 from stepload.evidence.figures import HOPELESS
 
 STVF = bench("stvf", None)
-CELL = Cell(Payload(5e6, 1.5, STVF.top_n), STVF.conditions, STVF.top_n, STVF.touch_n)
+CELL = Cell(Payload(5e6, 1.5, STVF.top_n), STVF.conditions, STVF.touch_n)
 
 
 def row(

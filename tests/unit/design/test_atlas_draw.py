@@ -34,7 +34,7 @@ def drawn(count: int = COUNT, drift_n_per_s: float = 0.0, **one: Any) -> tuple[C
     """Runs with these sources of error, and no others."""
     sources = Sources(system_stiffness_n_per_m=STIFFNESS, **one)
     told = replace(STVF.conditions, sources=sources, rough_length_m=0.0)
-    cell = Cell(Payload(SECANT, 1.5, TOP_N), told, TOP_N, 4.0, drift_n_per_s)
+    cell = Cell(Payload(SECANT, 1.5, TOP_N), told, 4.0, drift_n_per_s)
     plan = course(TOP_N, 4.0)
     return plan, press(cell, plan, count, np.random.default_rng(1))
 

@@ -29,13 +29,13 @@ UR = bench("ur10e", None)
 def cell_of(rig: Bench, secant: float, told: Conditions | None = None, n: float = 1.5) -> Cell:
     payload = Payload(secant, n, rig.top_n)
     return Cell(
-        payload, told or rig.conditions, rig.top_n, rig.touch_n,
+        payload, told or rig.conditions, rig.touch_n,
         rig.zero_drift_n_per_s, rig.damping_n_s_per_m,
     )  # fmt: skip
 
 
 def pressed(cell: Cell, count: int, seed: int = 3) -> tuple[Course, Runs]:
-    plan = course(cell.top_n, cell.touch_n)
+    plan = course(cell.payload.at_n, cell.touch_n)
     return plan, press(cell, plan, count, np.random.default_rng(seed))
 
 

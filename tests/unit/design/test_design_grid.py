@@ -123,7 +123,7 @@ def test_every_plan_of_the_grid_is_one_that_preflight_lets_run() -> None:
         assert envelope.verdict is not PlanVerdict.REFUSED
         assert each.duration_s == envelope.duration_s
         cell = each.point(0, each.conditions).cell
-        assert (cell.top_n, cell.order) == (each.top_n, each.order)
+        assert (cell.payload.at_n, cell.order) == (each.top_n, each.order)
         assert cell.damping_n_s_per_m == 3.87e4
         assert cell.zero_drift_n_per_s == 0.005
         assert cell.payload.secant_n_per_m == envelope.theory.law.secant(each.top_n)

@@ -220,7 +220,7 @@ def test_the_recursive_fit_as_one_decomposition():
     rng = np.random.default_rng(0)
     force = np.repeat(np.linspace(3.0, 300.0, 900), 2)
     deformation = (force / 6.57e8) ** (1 / 1.5) + rng.normal(0, 1e-7, force.size)
-    selected = select(deformation, force, system_stiffness_n_per_m=None)
+    selected = select(deformation, force)
     used = selected.recursive_used
     fit = recursive_fit(selected, 300.0)
     batch = recursive_as_batch(deformation[used], force[used], 300.0)

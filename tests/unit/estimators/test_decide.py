@@ -75,27 +75,17 @@ def test_agreeing_fits_compare_with_the_paper() -> None:
     assert "roughness (7.5 µm)" in rough.why[-1]
 
 
-def test_outside_knowledge_becomes_doubts() -> None:
-    decision = decide(
-        table(PAPER, JOINT),
-        peak_force_n=300.0,
-        elastic_limit_n=261.0,
-        sigma_n={"joint": 0.05, "rs_btls": 0.06},
-    )
-    for each in decision.fits.values():
-        assert [doubt.flag for doubt in each.doubts] == [
-            Flag.ABOVE_ELASTIC_LIMIT,
-        ] + ([Flag.EXPONENT_UNDETERMINED] if each.estimator == "rs_btls" else [])
+def test_outside_knowledge_adds_a_doubt() -> None:
+    joint = fit("joint", n=1.49, flag=Flag.ABOVE_ELASTIC_LIMIT)
+    decision = decide(table(PAPER, joint), sigma_n={"joint": 0.06, "rs_btls": 0.05})
+    assert [doubt.flag for doubt in decision.fits["joint"].doubts] == [
+        Flag.ABOVE_ELASTIC_LIMIT,
+        Flag.EXPONENT_UNDETERMINED,
+    ]
+    assert decision.fits["rs_btls"].doubts == ()
 
 
-def test_doubts_are_not_doubled() -> None:
-    decision = decide(
-        table(fit("joint", flag=Flag.ABOVE_ELASTIC_LIMIT)), peak_force_n=300.0, elastic_limit_n=261
-    )
-    assert len(decision.fits["joint"].doubts) == 1
-
-
-def test_no_limits_no_doubts() -> None:
+def test_without_a_known_sigma_there_is_no_doubt() -> None:
     assert all(not each.doubts for each in decide(table(PAPER, JOINT)).fits.values())
 
 

@@ -15,7 +15,7 @@ from stepload.estimators.deflection import DeflectionTable, least_sigma
 from stepload.estimators.fit import Fit
 from stepload.estimators.inverse_law import joint
 from stepload.estimators.judge import ResultVerdict
-from stepload.estimators.selection import compensated, select
+from stepload.estimators.selection import select
 from stepload.estimators.smooth import smooth_lengths, worst_of
 from stepload.estimators.sources import Sources
 from stepload.evidence.identification import identify
@@ -76,15 +76,12 @@ def test_what_is_no_table_is_refused(rows: tuple[tuple[float, ...], ...], said: 
 def test_a_load_path_that_is_no_line_biases_k_s_and_not_the_table() -> None:
     deep = (FORCE / K) ** (1.0 / N)
     travel = deep + soft_m(FORCE)
-    taken = select(travel, FORCE, system_stiffness_n_per_m=KS, deflection=TABLE)
+    taken = select(travel - TABLE.at(FORCE), FORCE)
     assert taken.deformation_m == pytest.approx(deep, abs=3e-7)
     by_table = joint(taken.deformation_m, FORCE, secant_force_n=300.0)
     assert by_table.secant_n_per_m == pytest.approx(FIT.secant_n_per_m, rel=0.02)
-    line = joint(
-        compensated(travel, FORCE, system_stiffness_n_per_m=KS), FORCE, secant_force_n=300.0
-    )
+    line = joint(travel - FORCE / KS, FORCE, secant_force_n=300.0)
     assert abs(line.secant_n_per_m / FIT.secant_n_per_m - 1.0) > 0.05
-    assert compensated(travel, FORCE, system_stiffness_n_per_m=None) is travel
 
 
 def sources(**more: object) -> Sources:
@@ -128,7 +125,7 @@ def test_k_s_without_a_table_is_known_to_five_percent_at_the_best() -> None:
 def test_data_beyond_the_table_are_marginal() -> None:
     deep = (FORCE / K) ** (1.0 / N)
     given = Conditions(sources(), 300.0, 0.0, 2e-6)
-    selected = select(deep, FORCE, system_stiffness_n_per_m=None)
+    selected = select(deep, FORCE)
     travel = deep + TABLE.at(FORCE)
     whole = identify(selected, given, there_and_back(FORCE, travel, given))
     assert whole.judgement.verdict is ResultVerdict.IDENTIFIED, whole.judgement.reasons

@@ -7,20 +7,28 @@ import pytest
 
 from stepload.errors import DomainError
 from stepload.estimators import fit_all as room
+from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import Fit, Flag, FloatArray
-from stepload.estimators.selection import compensated, select
+from stepload.estimators.selection import select
+from stepload.estimators.sources import Sources
 
 K_S = 3.49e6
 TWO_PARAMETER = {"log_ls", "log_tls", "rs_btls", "mixed_ls_tls", "inverse_ls", "rs_rtls"}
 
 
 def fit_all(
-    x: FloatArray, y: FloatArray, *, secant_force_n: float, **wanted: Any
+    x: FloatArray,
+    y: FloatArray,
+    *,
+    system_stiffness_n_per_m: float | None,
+    secant_force_n: float,
+    time_s: FloatArray | None = None,
+    **wanted: Any,
 ) -> dict[str, Fit]:
     """Every fit of what is selected from a run."""
-    given = ("system_stiffness_n_per_m", "time_s")
-    chosen = {key: wanted.pop(key) for key in given if key in wanted}
-    return room.fit_all(select(x, y, **chosen), secant_force_n=secant_force_n, **wanted)
+    conditions = Conditions(Sources(system_stiffness_n_per_m), 300.0, 0.0, 0.0)
+    chosen = select(x - conditions.bend(y), y, time_s=time_s)
+    return room.fit_all(chosen, secant_force_n=secant_force_n, **wanted)
 
 
 def run(zero_m: float = 0.0, noise: float = 1.0) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -71,7 +79,7 @@ def test_compensation_is_done_once() -> None:
     _, x, y = run()
     raw = fit_all(x, y, system_stiffness_n_per_m=K_S, secant_force_n=300.0)
     done = fit_all(
-        compensated(x, y, system_stiffness_n_per_m=K_S),
+        x - y / K_S,
         y,
         system_stiffness_n_per_m=None,
         secant_force_n=300.0,

@@ -40,11 +40,9 @@ def test_of_stiff_payloads_the_joint_fit_is_always_there(
         force = np.linspace(5.0, 300.0, 60)
         k = 300.0 / (300.0 / secant) ** n
         path = (force / k) ** (1 / n) + force / KS + rng.normal(0, 1e-6, force.size)
-        selected = select(
-            np.round(path / 2e-6) * 2e-6,
-            np.round((force + rng.normal(0, 0.7, force.size)) / 1.5) * 1.5,
-            system_stiffness_n_per_m=KS * rng.normal(1.0, 0.005),
-        )
+        path = np.round(path / 2e-6) * 2e-6
+        force = np.round((force + rng.normal(0, 0.7, force.size)) / 1.5) * 1.5
+        selected = select(path - force / (KS * rng.normal(1.0, 0.005)), force)
         fits = fit_all(selected, secant_force_n=300.0, sigma_m=0.6e-6, sigma_n=0.8)
         assert "joint" in fits
         lost += 9 - len(fits)

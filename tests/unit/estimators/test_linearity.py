@@ -5,10 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from stepload.estimators.conditions import Conditions
 from stepload.estimators.linearity import ASSUMED_NONLINEARITY, linearity_errors
 from stepload.estimators.sources import Sources
-from stepload.evidence.errors import Context, components
+from stepload.evidence.elastic import Elastic
+from stepload.evidence.errors import errors_of
+from stepload.evidence.loops import Branch
 from stepload.evidence.path import Path
+from stepload.evidence.pressed import Pressed
 
 FORCE = np.linspace(0.0, 300.0, 301)
 
@@ -41,17 +45,11 @@ def test_the_evidence_has_a_line_of_it_as_the_whole_chain_is_compliant():
         time_s=ones, force_n=np.linspace(30.0, 300.0, 10), travel_m=ones, count=ones, span_m=ones,
         rate_n_per_s=ones, held=np.zeros(10, dtype=np.intp),
     )  # fmt: skip
-    softness = np.full(10, 2e-7)
-    context = Context(
-        compliance_m_per_n=softness, system_m_per_n=softness,
-        system_sigma_m=np.zeros((1, 10)), table_sigma_m=np.zeros(10),
-        expected_m=path.force_n * softness,
-    )  # fmt: skip
-    sources = Sources(2.5e6, nonlinearity=0.01)
-    found = {
-        part.source: part
-        for part in components(path, path.force_n * softness, sources, context, 50.0)
-    }
+    softness = 2e-7
+    run = Pressed([], Conditions(Sources(2.5e6, nonlinearity=0.01), 300.0, 3.0, 2e-6))
+    elastic = Elastic(300.0 * softness, 1.0, 300.0, lambda force: force * softness)
+    first = Branch(path, path.force_n * softness, ())
+    found = {part.source: part for part in errors_of(run, first, elastic, None, 50.0)}
     expected = 4e-7 * linearity_errors(path.force_n, 0.01)
     line = found["force linearity"]
     assert line.covariance == pytest.approx(expected.T @ expected)

@@ -197,14 +197,14 @@ def test_holds_on_the_way_down_alone_say_nothing_of_the_loading():
 
 def test_means_of_blocks():
     time_s = 1e6 + np.arange(0.0, 1.0, 0.0101)
-    made = blocks(time_s, time_s - 1e6, np.ones(time_s.size), 0.1)
-    assert made.time_s.size == 10
+    made = blocks(time_s, time_s - 1e6, np.ones(time_s.size))
+    assert made.time_s.size == 20
     assert made.samples.sum() == time_s.size
-    assert made.deformation_m == pytest.approx(0.05 + 0.1 * np.arange(10), abs=0.006)
+    assert made.deformation_m == pytest.approx(0.025 + 0.05 * np.arange(20), abs=0.006)
     assert made.time_s - 1e6 == pytest.approx(made.deformation_m, abs=1e-6)
     assert made.force_n == pytest.approx(1.0)
     gap = np.array([0.0, 0.01, 5.0])
-    assert blocks(gap, gap, gap, 0.1).samples.tolist() == [2.0, 1.0]
+    assert blocks(gap, gap, gap).samples.tolist() == [2.0, 1.0]
 
 
 def test_what_a_quantum_leaves_of_a_mean():

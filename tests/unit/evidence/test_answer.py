@@ -8,14 +8,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pressed_runs import HERTZ_K, World, hertz, press
+from pressed_runs import HERTZ_K, World, hertz, press, straight_table, told
 
 from stepload.contact.rough import RoughSphere
 from stepload.errors import DomainError
 from stepload.estimators.fit import FloatArray
 from stepload.evidence import contact_gates
 from stepload.evidence.answer import Evidence, weigh
-from stepload.evidence.lawfit import Roughness, Whitened, fit_law
+from stepload.evidence.lawfit import Whitened, fit_law
 from stepload.evidence.laws import BILINEAR, HERTZ_LINEAR, POWER
 from stepload.evidence.loops import Hold
 from stepload.evidence.path import Track
@@ -147,9 +147,9 @@ def test_a_secant_is_not_extrapolated() -> None:
 
 def test_roughness_that_is_stated_gives_a_secant_from_the_mean_plane() -> None:
     run = press(World())
-    silent = weigh(replace(run, roughness=Roughness(None)))
-    stated = weigh(replace(run, roughness=Roughness(1e-6)))
-    smooth = weigh(replace(run, roughness=Roughness(0.0)))
+    silent = weigh(told(run, rough_length_m=None))
+    stated = weigh(told(run, rough_length_m=1e-6))
+    smooth = weigh(told(run, rough_length_m=0.0))
     assert "secant_from_mean_plane" not in silent.quantities
     assert "secant_from_mean_plane" not in smooth.quantities
     assert stated.quantities["secant_from_mean_plane"].value_n_per_m > 0.0
@@ -165,8 +165,8 @@ def test_a_roughness_that_is_known_less_well_costs_width_and_is_in_the_budget() 
 
     run = press(World(law=law))
     found = [
-        weigh(replace(run, roughness=Roughness(rough.scale_m, *sigma))).quantities[PLANE]
-        for sigma in ((), (0.2,), (0.6,))
+        weigh(told(run, rough_length_m=rough.scale_m, **sigma)).quantities[PLANE]
+        for sigma in ({}, {"rough_length_sigma": 0.2}, {"rough_length_sigma": 0.6})
     ]
     default, least, wide = (each.half_width for each in found)
     assert default == least
@@ -196,9 +196,9 @@ def test_doubts_from_elsewhere_block_every_figure() -> None:
 def test_what_is_asked_for_decides() -> None:
     run = press(World())
     half = weigh(run).headline.half_width
-    assert weigh(replace(run, accuracy=1.01 * half)).headline.verdict == "identified"
-    assert weigh(replace(run, accuracy=0.99 * half)).headline.verdict == "marginal"
-    [why] = weigh(replace(run, accuracy=half * (1.0 - 1e-6))).headline.why
+    assert weigh(told(run, t=1.0 / (1.01 * half))).headline.verdict == "identified"
+    assert weigh(told(run, t=1.0 / (0.99 * half))).headline.verdict == "marginal"
+    [why] = weigh(told(run, t=1.0 / (half * (1.0 - 1e-6)))).headline.why
     shown, most = (float(each) for each in re.findall(r"±([\d.]+)%", why))
     assert shown > most
 
@@ -224,15 +224,15 @@ def test_every_line_widens_the_interval() -> None:
         {"temperature_sigma_k": 3.0, "position_m_per_k": 1e-6},
         {"temperature_sigma_k": 5.0, "modulus_per_k": 0.01},
     ):
-        wide = weigh(replace(run, sources=replace(run.sources, **wider))).headline.half_width
+        wide = weigh(told(run, **wider)).headline.half_width
         assert wide > 1.1 * narrow, wider
-    soft = replace(run, deflection_sigma=lambda force: 0.06 * force[None] / 3.49e6)
+    soft = told(run, system_stiffness_sigma_n_per_m=0.06 * 3.49e6)
     assert weigh(soft).headline.half_width > 1.5 * narrow
 
 
 def test_a_deformation_that_falls_is_refused() -> None:
     run = press(World(system_n_per_m=3.49e6))
-    stiff = replace(run, deflection=lambda force: force / 1e6)
+    stiff = told(run, system_stiffness_n_per_m=1e6, **straight_table(1e6, 300.0))
     with pytest.raises(DomainError, match="does not rise"):
         weigh(stiff)
 
@@ -269,7 +269,7 @@ def test_a_cycle_that_was_cut_short_is_left_out() -> None:
 
 
 def test_a_secant_below_the_chord_is_the_laws_word() -> None:
-    found = weigh(replace(press(World()), secant_force_n=5.0))
+    found = weigh(told(press(World()), secant_force_n=5.0))
     secant = found.quantities["secant_from_touch"]
     assert secant.verdict != "identified"
     assert "below the" in " ".join(secant.why)
@@ -348,8 +348,7 @@ def test_a_stated_drift_counts_where_the_zero_was_not_looked_at_again() -> None:
     run = press(World())
 
     def stated(drift_n_per_s: float, step_n: float | None = None) -> Evidence:
-        sources = replace(run.sources, zero_drift_n_per_s=drift_n_per_s)
-        return weigh(replace(run, sources=sources, zero_step_n=step_n))
+        return weigh(told(run, zero_drift_n_per_s=drift_n_per_s, zero_step_n=step_n))
 
     assert line_of(stated(0.0), "zero of force") == 0.0
     assert 0.0 < line_of(stated(0.01), "zero of force") < line_of(stated(0.1), "zero of force")

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from pressed_runs import World, press
+from pressed_runs import World, press, told
 
 from stepload.contact.law_names import LAW_NAMES
 from stepload.estimators.fit import FloatArray
@@ -15,14 +14,13 @@ from stepload.estimators.smooth import smooth_lengths
 from stepload.evidence import answer
 from stepload.evidence.answer import Evidence, weigh
 from stepload.evidence.errors import middle
-from stepload.evidence.lawfit import Roughness
 from stepload.evidence.laws import LAWS
 
 TOUCH = "secant_from_touch"
 
 
 def chosen(world: World, *words: str) -> Evidence:
-    return weigh(replace(press(world), laws=words))
+    return weigh(told(press(world), laws=words))
 
 
 def two_springs(force_n: FloatArray) -> FloatArray:
@@ -77,18 +75,18 @@ def test_an_exponent_that_was_assumed_is_not_a_finding() -> None:
 
 
 def test_a_choice_that_cannot_be_fitted_leaves_the_chord() -> None:
-    run = replace(press(World()), laws=("rough",))
-    found = weigh(replace(run, roughness=Roughness(0.0)))
+    run = told(press(World()), laws=("rough",))
+    found = weigh(told(run, rough_length_m=0.0))
     assert set(found.quantities) == {"chord"}
     assert "it cannot be fitted" in found.notes[-1]
-    assert TOUCH in weigh(replace(run, roughness=Roughness(None))).quantities
+    assert TOUCH in weigh(told(run, rough_length_m=None)).quantities
 
 
 def test_a_choice_that_cannot_be_fitted_with_the_length_that_stands_for_all_counts_with_none(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     run = press(World())
-    run = replace(run, sources=replace(run.sources, smooth_length_n=None), laws=("hertz",))
+    run = told(run, smooth_length_n=None, laws=("hertz",))
     assert TOUCH in weigh(run).quantities
     whole, asked = answer.chosen_fits, itertools.count()
     here = middle(len(smooth_lengths(None, 300.0)))

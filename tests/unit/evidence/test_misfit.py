@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pressed_runs import World, hertz, press
+from pressed_runs import World, hertz, press, told
 
 from stepload.estimators.fit import FloatArray
 from stepload.evidence.answer import weigh
@@ -30,8 +30,8 @@ def bent(share: float) -> World:
 
 def overstated(run: Pressed, times: float = 120.0) -> Pressed:
     errors = ("force_noise_n", "position_noise_m", "smooth_error_m")
-    wider = {name: times * getattr(run.sources, name) for name in errors}
-    return replace(run, sources=replace(run.sources, **wider))
+    wider = {name: times * getattr(run.conditions.sources, name) for name in errors}
+    return told(run, **wider)
 
 
 def gates(run: Pressed) -> dict[str, Gate]:
@@ -62,9 +62,9 @@ def test_a_fine_sensor_does_not_refuse_what_does_no_harm() -> None:
 
 
 def test_a_chosen_law_is_held_against_the_spread_too() -> None:
-    cone = replace(overstated(press(FINE), 20.0), laws=("cone",))
+    cone = told(overstated(press(FINE), 20.0), laws=("cone",))
     assert gates(cone)["misfit"].fires
-    assert not gates(replace(cone, laws=("hertz",)))["misfit"].fires
+    assert not gates(told(cone, laws=("hertz",)))["misfit"].fires
 
 
 def test_one_loading_has_no_pure_error() -> None:

@@ -9,7 +9,9 @@ import pytest
 from pressed_runs import World, press
 
 from stepload.estimators.across import CROSS_COMPLIANCE, Across
+from stepload.estimators.conditions import Conditions
 from stepload.estimators.judge import ResultVerdict
+from stepload.estimators.sources import Sources
 from stepload.evidence.answer import weigh
 from stepload.evidence.gates import FRICTION_HARMLESS, LARGEST_CORRECTION, STRONG_LATERAL
 from stepload.evidence.sideways import (
@@ -29,7 +31,12 @@ def found(across: Across, share: tuple[float, float] | None, **more: Any) -> Sid
     vector = None if share is None else np.array(share)
     size = None if share is None else float(np.hypot(*share))
     away = 0.0 if share is None else float(np.linalg.norm(across.away(np.array(share))))
-    return sideways(across, options.pop("stiffness", K_S), vector, size, away, **options)
+    told = conditions(across, options.pop("stiffness", K_S), **options)
+    return sideways(told, vector, size, away)
+
+
+def conditions(across: Across, stiffness: float | None = K_S, **arm: Any) -> Conditions:
+    return Conditions(Sources(stiffness), 300.0, 3.0, 1e-6, across=across, **arm)
 
 
 def fires(it: Sideways, deflection_share: float) -> set[str]:
@@ -112,10 +119,10 @@ def test_its_errors_point_where_the_share_is_from_that_of_the_calibration() -> N
 
 def test_before_a_run_only_what_is_certain_to_be_missing_costs_width() -> None:
     arm: dict[str, Any] = {"arm": True, "stuck_ratio": 3.3}
-    assert expected_sideways(Across(), K_S, **arm).relative == UNKNOWN_FRICTION
-    assert expected_sideways(KNOWN, K_S, **arm).relative == 0.0
-    assert expected_sideways(Across(at_share=(0.0, 0.0)), K_S, **arm).relative == 0.0
-    assert expected_sideways(Across(), K_S, arm=False, stuck_ratio=1.0).relative == 0.0
+    assert expected_sideways(conditions(Across(), **arm)).relative == UNKNOWN_FRICTION
+    assert expected_sideways(conditions(KNOWN, **arm)).relative == 0.0
+    assert expected_sideways(conditions(Across(at_share=(0.0, 0.0)), **arm)).relative == 0.0
+    assert expected_sideways(conditions(Across())).relative == 0.0
 
 
 def test_it_stands_in_the_budget_and_blocks_the_result() -> None:

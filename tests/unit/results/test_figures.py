@@ -36,17 +36,19 @@ def test_thinning_keeps_first_last_and_extremes(size: int, seed: int) -> None:
         assert covered.min() in value[index]
 
 
-def trace(count: int) -> figures.Trace:
+def trace(count: int) -> Any:
     time_s = np.linspace(0.0, 10.0, count)
     phase = np.full(count, int(Phase.LOAD))
     phase[: count // 2] = int(Phase.TARE)
-    return figures.Trace(time_s, 30.0 * time_s, 1e-5 * time_s, phase)
+    return SimpleNamespace(
+        time_s=time_s, force_n=30.0 * time_s, travel_m=1e-5 * time_s, phase=phase
+    )
 
 
-def curves(data: figures.Trace, laws: Mapping[str, figures.Law]) -> figures.Curves:
-    x, y, none = data.displacement_m, data.force_n, np.empty(0)
-    return figures.Curves(
-        (x, y), (none, none), laws, "joint", (x, 0.9 * y, 1.1 * y), (("predicted", x, y),)
+def curves(data: Any, laws: Mapping[str, figures.Law]) -> str:
+    x, y, none = data.travel_m, data.force_n, np.empty(0)
+    return figures.force_deformation(
+        (x, y), (none, none), laws, "joint", (x, 0.9 * y, 1.1 * y), [("predicted", x, y)]
     )
 
 
@@ -57,7 +59,7 @@ def test_every_figure_is_an_svg(count: int) -> None:
     for svg in (
         figures.over_time(data),
         figures.against_limit(data, data.force_n, data.time_s, {"F_c": 400.0, "F_lim": 350.0}),
-        figures.force_deformation(curves(data, law)),
+        curves(data, law),
         figures.residuals(data.force_n, {"joint": data.force_n * 0.0}, "joint"),
         figures.ellipse(
             np.array([1e8, 2e8, 1e8]), np.array([1.4, 1.5, 1.4]), [("joint", 1e8, 1.4)]

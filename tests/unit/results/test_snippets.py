@@ -19,7 +19,6 @@ from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.selection import select
 from stepload.estimators.sources import Sources
 from stepload.evidence.identification import Identification, identify
-from stepload.evidence.lawfit import Roughness
 from stepload.results.snippets import IMPEDANCE, SIMULATORS, Spring, snippet, spring_of
 
 LAW = ContactLaw(6.57e8, 1.5, "(7)")
@@ -34,8 +33,8 @@ def found() -> Identification:
     deep = (force / LAW.k) ** (1 / LAW.n) + rng.normal(0.0, 2e-8, force.size)
     sources = Sources(None, force_noise_n=0.1, position_noise_m=2e-8, smooth_error_m=5e-8)
     given = Conditions(sources, 300.0, 0.0, 1e-8, rough_length_m=0.0)
-    run = replace(there_and_back(force, deep, given), roughness=Roughness(0.0))
-    return identify(select(deep, force, system_stiffness_n_per_m=None), given, run)
+    run = there_and_back(force, deep, given)
+    return identify(select(deep, force), given, run)
 
 
 def chord(law: ContactLaw, at_n: float) -> float:

@@ -68,7 +68,7 @@ def test_a_law_nobody_knows_is_refused_with_the_list(texts: list[str]) -> None:
 def test_the_choice_of_laws_reaches_a_curve_and_replaces_that_of_a_record(curve: Path) -> None:
     given = Wishes(system_stiffness_n_per_m=KS, smooth_error_m=5e-7, laws=("hertz",))
     found, _ = identify_file(curve, given)
-    assert found.run.laws == ("hertz",)
+    assert found.run.conditions.laws == ("hertz",)
     assert found.conditions.laws == ("hertz",)
     assert identification_data(found)["laws_chosen"] == ("hertz",)
     assert Wishes(laws=()).applied(found.conditions).laws == ()

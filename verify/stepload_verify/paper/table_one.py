@@ -195,9 +195,8 @@ def simulated_fits(
 
 def _all_fits(run: RawRun) -> dict[str, Fit]:
     chosen = select(
-        run.travel_m[run.touch :],
+        run.deformation_m(),
         run.loaded_n(),
-        system_stiffness_n_per_m=run.stiffness_n_per_m,
         time_s=run.time_s[run.touch :],
     )
     return fit_all(chosen, secant_force_n=SECANT_FORCE_N)

@@ -23,10 +23,9 @@ from stepload.design.binomial import share
 from stepload.envelope.theory import Theory, theory_of
 from stepload.envelope.until import Until, sources_only, until_of
 from stepload.estimators.smooth import NORMAL_95, smooth_lengths
-from stepload.evidence.answer import errors_of
 from stepload.evidence.chord import chord
 from stepload.evidence.elastic import elastic_of
-from stepload.evidence.errors import middle, total
+from stepload.evidence.errors import errors_of, middle, total
 from stepload.evidence.expected import loading, without_error
 from stepload.evidence.figures import TWO_LOOKS
 from stepload.evidence.loops import Branch, loops_of
@@ -69,9 +68,9 @@ def draw(plan: Plan, theory: Theory, until: Until, factor: float, count: int) ->
     )
     law_m = np.array([factor * theory.law.deformation(each) for each in course[1]])
     run = sources_only(conditions, without_error(course, law_m + conditions.bend(course[1])))
-    first = loops_of(run.tracks, run.deflection, 0.0)[0].loading
-    elastic = elastic_of(first, chord(first), run.deflection)
-    lengths = smooth_lengths(run.sources.smooth_length_n, elastic.top_n)
+    first = loops_of(run.tracks, run.conditions.bend, 0.0)[0].loading
+    elastic = elastic_of(first, chord(first), run.conditions.bend)
+    lengths = smooth_lengths(run.conditions.sources.smooth_length_n, elastic.top_n)
     covariances = [total(errors_of(run, first, elastic, None, each)) for each in lengths]
     rng = np.random.default_rng(round(1000.0 * factor))
     root = np.linalg.cholesky(covariances[middle(len(lengths))])
