@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Mapping
 from operator import attrgetter
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from stepload.errors import DeviceError
 from stepload.rig.device import ForceSensor, Identity
@@ -14,8 +14,9 @@ from stepload.rig.faults import FaultCode
 from stepload.rig.options import Option
 from stepload.rig.samples import ForceSample, Status
 from stepload_drivers.clockwatch import JUMP_S, ClockWatch
+from stepload_drivers.options import values
 from stepload_drivers.stream import Stream
-from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed, require_serial_number
+from stepload_drivers.streamed import MAX_AGE, Deadline, Streamed, require_serial_number
 from stepload_drivers.ur.client import RtdeClient, Version, dashboard
 from stepload_drivers.ur.state import UrState
 
@@ -52,18 +53,12 @@ class UrForce(Streamed[ForceSample], ForceSensor):
 
     rate_hz = RATE_HZ
 
-    def __init__(
-        self,
-        *,
-        host: str,
-        range: float | None = None,
-        serial_number: str = "",
-        max_age: float = STALE_S,
-    ) -> None:
-        self._host, self._serial_number = host, serial_number
-        self._range_n = range
-        self._max_age_s = max_age
-        self._name = f"UR sensor at {host}"
+    def __init__(self, **options: Any) -> None:
+        told = values(self.OPTIONS, options)
+        self._host, self._serial_number = told["host"], told["serial_number"]
+        self._range_n: float | None = told["range"]
+        self._max_age_s = told["max_age"]
+        self._name = f"UR sensor at {self._host}"
         self._link: RtdeClient | None = None
 
     def _connect(self, deadline: Deadline) -> Identity:
