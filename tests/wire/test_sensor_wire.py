@@ -7,8 +7,8 @@ import statistics
 import pytest
 
 from stepload.errors import BadInputError, DeviceError
+from stepload.rig import usb
 from stepload.rig.faults import FaultCode
-from stepload_drivers import serialport
 from stepload_drivers.ati.net import AtiNet
 from stepload_drivers.ati.rdt import Record, encode
 from stepload_drivers.ati.sensor import AtiCan
@@ -227,7 +227,7 @@ def slow_adapter(monkeypatch, tmp_path):
         folder = tmp_path / port.rsplit("/", 1)[1]
         folder.mkdir(exist_ok=True)
         (folder / "latency_timer").write_text("16\n")
-        monkeypatch.setattr(serialport, "USB_SERIAL", tmp_path)
+        monkeypatch.setattr(usb, "USB_SERIAL", tmp_path)
 
     return install
 
