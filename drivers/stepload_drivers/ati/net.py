@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
-from operator import attrgetter
 from typing import Any, ClassVar
 
 from stepload.errors import BadInputError, DeviceError
@@ -154,13 +153,7 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
         self._heard_s, self._receive_s = time.monotonic(), -math.inf
         self._gone = False
         self._watch = ClockWatch(self._name, self._max_age_s)
-        return Stream(
-            self._name,
-            self._period_s,
-            self._max_age_s,
-            max(FROZEN_S, 25.0 * self._period_s),
-            attrgetter("wrench"),
-        )
+        return self._empty_stream(self._max_age_s, max(FROZEN_S, 25.0 * self._period_s))
 
     def _read(self, stream: Stream[ForceSample]) -> None:
         assert self._link is not None

@@ -6,7 +6,6 @@ import math
 import time
 import zlib
 from collections.abc import Mapping
-from operator import attrgetter
 from typing import Any, ClassVar
 
 from stepload.errors import DeviceError
@@ -89,12 +88,8 @@ class AtiCan(Streamed[ForceSample], ForceSensor):
         self._period_s = 1.0 / self.rate_hz
         self._poller = Poller(self._base, self._period_s, PAIR_LIMIT_S)
         self._last_question = 0
-        return Stream(
-            self._name,
-            self._period_s,
-            max(self._max_age_s, 10.0 * self._period_s),
-            max(FROZEN_S, 25.0 * self._period_s),
-            attrgetter("wrench"),
+        return self._empty_stream(
+            max(self._max_age_s, 10.0 * self._period_s), max(FROZEN_S, 25.0 * self._period_s)
         )
 
     def _read(self, stream: Stream[ForceSample]) -> None:

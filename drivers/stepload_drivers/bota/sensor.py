@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
-from operator import attrgetter
 from typing import Any, ClassVar
 
 from stepload.errors import BadInputError, DeviceError
@@ -109,12 +108,7 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
         self._sequence = 0
         self._watch = ClockWatch(self._name, self._max_age_s)
         self._last_s = -math.inf
-        stream: Stream[ForceSample] = Stream(
-            self._name, self._period_s, self._max_age_s, FROZEN_S, attrgetter("wrench")
-        )
-        if self._link is not None and self._link.slow:
-            stream.count("slow_latency_timer")
-        return stream
+        return self._empty_stream(self._max_age_s, FROZEN_S)
 
     def _read(self, stream: Stream[ForceSample]) -> None:
         assert self._link is not None

@@ -57,7 +57,6 @@ class LineForceSensor(LineSensor[ForceSample], ForceSensor):
     """
 
     DRIVER: ClassVar[str]
-    VALUE = "wrench"
 
     def __init__(
         self,

@@ -6,7 +6,6 @@ import math
 import time
 from abc import abstractmethod
 from collections.abc import Iterable, Mapping
-from operator import attrgetter
 from typing import Any, ClassVar
 
 from stepload.errors import BadInputError, DeviceError
@@ -149,13 +148,7 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
         self._last_s = -math.inf
         slowest_s = 10.0 * self._period_s
         smooth_s = 1.0 / self._cutoff_hz if self._cutoff_hz else 0.0
-        return Stream(
-            self._name,
-            self._period_s,
-            max(self._max_age_s, slowest_s),
-            max(FROZEN_S, smooth_s),
-            attrgetter("wrench"),
-        )
+        return self._empty_stream(max(self._max_age_s, slowest_s), max(FROZEN_S, smooth_s))
 
     def _read(self, stream: Stream[ForceSample]) -> None:
         assert self._link is not None

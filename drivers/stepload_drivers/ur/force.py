@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
-from operator import attrgetter
 from typing import Any, ClassVar
 
 from stepload.errors import DeviceError
@@ -52,6 +51,7 @@ class UrForce(Streamed[ForceSample], ForceSensor):
     }  # fmt: skip
 
     rate_hz = RATE_HZ
+    _period_s = 1.0 / RATE_HZ
 
     def __init__(self, **options: Any) -> None:
         told = values(self.OPTIONS, options)
@@ -103,7 +103,7 @@ class UrForce(Streamed[ForceSample], ForceSensor):
         self._sequence = 0
         self._last_s = self._receive_s = -math.inf
         self._watch = ClockWatch(self._name, self._max_age_s)
-        return Stream(self._name, 1.0 / RATE_HZ, self._max_age_s, FROZEN_S, attrgetter("wrench"))
+        return self._empty_stream(self._max_age_s, FROZEN_S)
 
     def _read(self, stream: Stream[ForceSample]) -> None:
         assert self._link is not None
