@@ -10,11 +10,12 @@ from stepload.errors import BadInputError, DeviceError
 from stepload.rig import usb
 from stepload.rig.faults import FaultCode
 from stepload_drivers.ati.net import AtiNet
-from stepload_drivers.ati.rdt import Record, encode
+from stepload_drivers.ati.rdt import Record
 from stepload_drivers.ati.sensor import AtiCan
 from stepload_drivers.bota.sensor import BotaSerial
 from stepload_drivers.line.force import LineSerial
 from stepload_drivers.robotous.sensor import RobotousCan, RobotousUart
+from stepload_verify.emulators.ati_net import encode
 from stepload_verify.emulators.catalog import driver_options
 
 TCP = {"transport": "socketcand"}
