@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from stepload.rig.options import Option
+from stepload.rig.world import PayloadTruth
 from stepload_drivers.options import values
 from stepload_drivers.sim import live
 from stepload_drivers.sim.arm import WorldArm
@@ -63,7 +64,7 @@ class SimArm(WorldArm):
             "seed": told["seed"],
             "arm_rate_hz": told["rate"],
             "surface_m": told["surface"],
-            "payload": live.smooth_payload(told["payload_k"], told["payload_n"]),
+            "payload": PayloadTruth("smooth", told["payload_k"], told["payload_n"]),
             "system_stiffness_n_per_m": stiffness,
             "system_damping_n_s_per_m": live.damping(stiffness, mass),
             "effective_mass_kg": mass,
