@@ -23,8 +23,8 @@ from can.interfaces.socketcand import SocketCanDaemonBus
 from stepload.errors import BadInputError, DeviceError
 from stepload.rig.faults import FaultCode
 from stepload.rig.options import Option
+from stepload.rig.usb import MAX_LATENCY_MS, latency_timer_ms
 from stepload_drivers.canframe import CanFrame
-from stepload_drivers.serialport import MAX_LATENCY_MS, latency_timer_ms
 
 CAN_OPTIONS: Mapping[str, Option] = {
     "interface": Option(
@@ -141,11 +141,10 @@ class CanLink:
 
     def __init__(self, interface: str, channel: str, bitrate: int, timeout_s: float) -> None:
         self.where = f"{interface} {channel}"
-        self.latency_ms: int | None = None
+        latency_ms = latency_timer_ms(channel) if interface == "slcan" else None
         try:
             if interface == "slcan":
                 self._bus: can.BusABC = FastSlcan(channel, bitrate=bitrate)
-                self.latency_ms = latency_timer_ms(channel)
             elif interface == "socketcand":
                 self._bus = _socketcand(channel, timeout_s)
             else:
@@ -156,10 +155,10 @@ class CanLink:
                 code=FaultCode.NOT_CONNECTED,
                 hint="check interface, channel, bit rate, and that the link is up",
             ) from error
-        if self.latency_ms is not None and self.latency_ms > MAX_LATENCY_MS:
+        if latency_ms is not None and latency_ms > MAX_LATENCY_MS:
             self.close()
             raise DeviceError(
-                f"USB adapter of {channel} has a latency timer of {self.latency_ms} ms "
+                f"USB adapter of {channel} has a latency timer of {latency_ms} ms "
                 f"(limit {MAX_LATENCY_MS} ms): frames would come in bursts",
                 code=FaultCode.UNSUPPORTED,
                 hint="write 1 to its latency_timer below /sys/bus/usb-serial/devices",

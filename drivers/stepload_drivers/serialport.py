@@ -9,17 +9,10 @@ from pathlib import Path
 import serial
 
 from stepload.errors import DeviceError
-from stepload.rig import usb
 from stepload.rig.faults import FaultCode
+from stepload.rig.usb import MAX_LATENCY_MS, USB_SERIAL, latency_timer_ms
 
-USB_SERIAL = usb.USB_SERIAL
-MAX_LATENCY_MS = usb.MAX_LATENCY_MS
 WAIT_S = 0.05
-
-
-def latency_timer_ms(port: str) -> int | None:
-    """The USB adapter's latency timer, None for ports that have none (not FTDI, not USB)."""
-    return usb.latency_timer_ms(port, USB_SERIAL)
 
 
 class SerialPort:

@@ -7,7 +7,8 @@ import math
 import threading
 import time
 from abc import abstractmethod
-from typing import Any, Generic, TypeVar
+from operator import attrgetter
+from typing import Any, ClassVar, Generic, TypeVar
 
 from stepload.errors import DeviceError
 from stepload.rig.device import Device, Health, Identity
@@ -105,6 +106,11 @@ class Streamed(Device, Generic[Sample]):
     thread, all else only from the engine's.
     """
 
+    VALUE: ClassVar[str] = "wrench"
+    """The field of a sample that must not repeat itself exactly for long."""
+
+    _name: str
+    _period_s: float
     _stream: Stream[Sample] | None = None
     _reader: Reader | None = None
     _link: Any = None
@@ -120,6 +126,15 @@ class Streamed(Device, Generic[Sample]):
     @abstractmethod
     def _read(self, stream: Stream[Sample]) -> None:
         """Move what has arrived into `stream`."""
+
+    def _empty_stream(self, stale_s: float, frozen_s: float) -> Stream[Sample]:
+        """A stream of this sensor at its period, with a count of 1 for a link known as slow."""
+        stream: Stream[Sample] = Stream(
+            self._name, self._period_s, stale_s, frozen_s, attrgetter(self.VALUE)
+        )
+        if getattr(self._link, "slow", False):
+            stream.count("slow_latency_timer")
+        return stream
 
     def _stop(self, link: Any) -> None:
         """Stop the data; may raise."""

@@ -7,14 +7,15 @@ import statistics
 import pytest
 
 from stepload.errors import BadInputError, DeviceError
+from stepload.rig import usb
 from stepload.rig.faults import FaultCode
-from stepload_drivers import serialport
 from stepload_drivers.ati.net import AtiNet
-from stepload_drivers.ati.rdt import Record, encode
+from stepload_drivers.ati.rdt import Record
 from stepload_drivers.ati.sensor import AtiCan
 from stepload_drivers.bota.sensor import BotaSerial
 from stepload_drivers.line.force import LineSerial
 from stepload_drivers.robotous.sensor import RobotousCan, RobotousUart
+from stepload_verify.emulators.ati_net import encode
 from stepload_verify.emulators.catalog import driver_options
 
 TCP = {"transport": "socketcand"}
@@ -227,7 +228,7 @@ def slow_adapter(monkeypatch, tmp_path):
         folder = tmp_path / port.rsplit("/", 1)[1]
         folder.mkdir(exist_ok=True)
         (folder / "latency_timer").write_text("16\n")
-        monkeypatch.setattr(serialport, "USB_SERIAL", tmp_path)
+        monkeypatch.setattr(usb, "USB_SERIAL", tmp_path)
 
     return install
 

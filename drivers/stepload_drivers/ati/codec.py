@@ -82,12 +82,6 @@ def gauges(first: bytes, second: bytes) -> tuple[int, tuple[int, ...]]:
     return status, (sg0, sg1, sg2, sg3, sg4, sg5)
 
 
-def gauge_frames(status: int, counts: Sequence[int]) -> tuple[bytes, bytes]:
-    """The two frames that `gauges` reads."""
-    sg0, sg1, sg2, sg3, sg4, sg5 = counts
-    return struct.pack(">Hhhh", status, sg0, sg2, sg4), struct.pack(">hhh", sg1, sg3, sg5)
-
-
 def saturated(counts: Sequence[int]) -> bool:
     """Whether a gauge is at its end stop (overload or broken cable): the sample is unusable."""
     return min(counts) <= GAUGE_LOW or max(counts) >= GAUGE_HIGH

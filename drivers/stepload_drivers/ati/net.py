@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
-from operator import attrgetter
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from stepload.errors import BadInputError, DeviceError
 from stepload.rig.device import ForceSensor, Identity
@@ -17,8 +16,9 @@ from stepload_drivers.ati import box, rdt
 from stepload_drivers.ati.box import HTTP_PORT, Box
 from stepload_drivers.ati.rdt import MONITOR, SUMMARY, Command, Record, Scale, StatusWord, step
 from stepload_drivers.clockwatch import JUMP_S, ClockWatch
+from stepload_drivers.options import values
 from stepload_drivers.stream import Stream
-from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed, require_serial_number
+from stepload_drivers.streamed import MAX_AGE, Deadline, Streamed, require_serial_number
 from stepload_drivers.udp import UdpLink
 
 FROZEN_S = 0.05
@@ -61,40 +61,26 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
         "max_age": MAX_AGE,
     }  # fmt: skip
 
-    def __init__(
-        self,
-        *,
-        host: str,
-        port: int = rdt.PORT,
-        http_port: int = HTTP_PORT,
-        rate: float | None = None,
-        counts_per_newton: float | None = None,
-        counts_per_newton_metre: float | None = None,
-        serial_number: str = "",
-        max_age: float = STALE_S,
-    ) -> None:
-        given = (counts_per_newton, counts_per_newton_metre)
-        if any(given) and not (all(given) and rate):
+    def __init__(self, **options: Any) -> None:
+        told = values(self.OPTIONS, options)
+        self._asked_hz: float | None = told["rate"]
+        self._serial_number: str = told["serial_number"]
+        given = (told["counts_per_newton"], told["counts_per_newton_metre"])
+        if any(given) and not (all(given) and self._asked_hz):
             raise BadInputError(
                 "ati_net: counts_per_newton, counts_per_newton_metre and rate belong together",
                 hint="give all three for a device without ATI's page, or none of the counts",
             )
-        if any(given) and serial_number:
+        if any(given) and self._serial_number:
             raise BadInputError(
                 "ati_net: a device without ATI's page does not tell its serial_number",
                 hint="leave it out",
             )
-        self._host, self._port, self._http_port = host, port, http_port
-        self._asked_hz = rate
-        self._given = (
-            Scale(1.0 / counts_per_newton, 1.0 / counts_per_newton_metre)
-            if counts_per_newton and counts_per_newton_metre
-            else None
-        )
-        self._serial_number = serial_number
-        self._max_age_s = max_age
-        self.rate_hz = rate or 1000.0
-        self._name = f"RDT sensor at {host}"
+        self._host, self._port, self._http_port = told["host"], told["port"], told["http_port"]
+        self._given = Scale(1.0 / given[0], 1.0 / given[1]) if all(given) else None
+        self._max_age_s = told["max_age"]
+        self.rate_hz = self._asked_hz or 1000.0
+        self._name = f"RDT sensor at {self._host}"
         self._link: UdpLink | None = None
         self._gone = False
 
@@ -167,13 +153,7 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
         self._heard_s, self._receive_s = time.monotonic(), -math.inf
         self._gone = False
         self._watch = ClockWatch(self._name, self._max_age_s)
-        return Stream(
-            self._name,
-            self._period_s,
-            self._max_age_s,
-            max(FROZEN_S, 25.0 * self._period_s),
-            attrgetter("wrench"),
-        )
+        return self._empty_stream(self._max_age_s, max(FROZEN_S, 25.0 * self._period_s))
 
     def _read(self, stream: Stream[ForceSample]) -> None:
         assert self._link is not None

@@ -19,7 +19,6 @@ HEADER = 0x1234
 RECORD_BYTES = 36
 MODULUS = 1 << 32
 
-_REQUEST = struct.Struct(">HHI")
 _RECORD = struct.Struct(">III6i")
 
 
@@ -46,20 +45,7 @@ class Record(NamedTuple):
 
 def request(command: Command, count: int = 0) -> bytes:
     """The 8 bytes of a request; `count` records, 0: until stopped."""
-    return _REQUEST.pack(HEADER, command, count)
-
-
-def requested(data: bytes) -> tuple[int, int] | None:
-    """Command and count of a request; None when it is none."""
-    if len(data) != _REQUEST.size:
-        return None
-    header, command, count = _REQUEST.unpack(data)
-    return (command, count) if header == HEADER else None
-
-
-def encode(record: Record) -> bytes:
-    """The 36 bytes of `record`."""
-    return _RECORD.pack(*record[:3], *record.counts)
+    return struct.pack(">HHI", HEADER, command, count)
 
 
 def decode(data: bytes) -> Record | None:

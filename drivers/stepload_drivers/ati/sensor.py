@@ -6,8 +6,7 @@ import math
 import time
 import zlib
 from collections.abc import Mapping
-from operator import attrgetter
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from stepload.errors import DeviceError
 from stepload.rig.device import ForceSensor, Identity
@@ -15,12 +14,13 @@ from stepload.rig.faults import FaultCode
 from stepload.rig.options import Option
 from stepload.rig.samples import ForceSample, Status
 from stepload_drivers.ati import codec
-from stepload_drivers.ati.codec import Calibration, Op, frame_id
+from stepload_drivers.ati.codec import DEFAULT_BASE, Calibration, Op, frame_id
 from stepload_drivers.ati.link import Dialogue
 from stepload_drivers.ati.poller import Answer, Poller
 from stepload_drivers.canbus import CAN_OPTIONS, CanLink
+from stepload_drivers.options import values
 from stepload_drivers.stream import Stream
-from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed, require_serial_number
+from stepload_drivers.streamed import MAX_AGE, Deadline, Streamed, require_serial_number
 
 FROZEN_S = 0.05
 PAIR_LIMIT_S = 1e-3
@@ -37,7 +37,7 @@ class AtiCan(Streamed[ForceSample], ForceSensor):
     OPTIONS: ClassVar[Mapping[str, Option]] = {
         **CAN_OPTIONS,
         "bitrate": Option("integer", "bit/s; the device's default is 250000", default=250_000),
-        "base": Option("integer", "base id of the device", default=0x20, low=0, high=0x7F),
+        "base": Option("integer", "base id of the device", default=DEFAULT_BASE, low=0, high=0x7F),
         "rate": Option("quantity", "polling rate", unit="Hz", default=500.0, low=10.0, high=1000.0),
         "calibration": Option("integer", "calibration slot", default=0, low=0, high=15),
         "units": Option("text", 'only for firmware before 3.7, e.g. "N N-m"', default=""),
@@ -45,25 +45,15 @@ class AtiCan(Streamed[ForceSample], ForceSensor):
         "max_age": MAX_AGE,
     }
 
-    def __init__(
-        self,
-        *,
-        channel: str,
-        interface: str = "socketcan",
-        bitrate: int = 250_000,
-        base: int = codec.DEFAULT_BASE,
-        rate: float = 500.0,
-        calibration: int = 0,
-        units: str = "",
-        serial_number: str = "",
-        max_age: float = STALE_S,
-    ) -> None:
-        self._interface, self._channel, self._bitrate = interface, channel, bitrate
-        self._base, self._slot, self._units = base, calibration, units
-        self._serial_number = serial_number
-        self._max_age_s = max_age
-        self.rate_hz = rate
-        self._name = f"NETCANOEM on {channel}"
+    def __init__(self, **options: Any) -> None:
+        told = values(self.OPTIONS, options)
+        self._interface, self._channel = told["interface"], told["channel"]
+        self._bitrate, self._base = told["bitrate"], told["base"]
+        self._slot, self._units = told["calibration"], told["units"]
+        self._serial_number = told["serial_number"]
+        self._max_age_s = told["max_age"]
+        self.rate_hz = told["rate"]
+        self._name = f"NETCANOEM on {self._channel}"
         self._link: CanLink | None = None
 
     def _connect(self, deadline: Deadline) -> Identity:
@@ -98,12 +88,8 @@ class AtiCan(Streamed[ForceSample], ForceSensor):
         self._period_s = 1.0 / self.rate_hz
         self._poller = Poller(self._base, self._period_s, PAIR_LIMIT_S)
         self._last_question = 0
-        return Stream(
-            self._name,
-            self._period_s,
-            max(self._max_age_s, 10.0 * self._period_s),
-            max(FROZEN_S, 25.0 * self._period_s),
-            attrgetter("wrench"),
+        return self._empty_stream(
+            max(self._max_age_s, 10.0 * self._period_s), max(FROZEN_S, 25.0 * self._period_s)
         )
 
     def _read(self, stream: Stream[ForceSample]) -> None:

@@ -47,12 +47,6 @@ def crc_x25(data: bytes) -> int:
     return (_MIRROR[plain & 0xFF] << 8 | _MIRROR[plain >> 8]) ^ 0xFFFF
 
 
-def encode(frame: Frame) -> bytes:
-    """The 37 bytes of `frame`."""
-    body = struct.pack("<H6fIf", frame.status, *frame.wrench, frame.clock_us, frame.temperature_c)
-    return bytes((HEADER,)) + body + crc_x25(body).to_bytes(2, "little")
-
-
 def decode(raw: bytes) -> Frame | None:
     """The frame in exactly 37 bytes; None when header or CRC do not fit."""
     if raw[0] != HEADER or crc_x25(raw[1:35]) != raw[35] | raw[36] << 8:

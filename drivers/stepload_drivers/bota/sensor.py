@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
-from operator import attrgetter
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from stepload.errors import BadInputError, DeviceError
 from stepload.rig.device import ForceSensor, Identity
@@ -25,9 +24,10 @@ from stepload_drivers.bota.codec import (
     FrameStatus,
 )
 from stepload_drivers.clockwatch import JUMP_S, ClockWatch
+from stepload_drivers.options import values
 from stepload_drivers.serialport import SerialPort
 from stepload_drivers.stream import Stream
-from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed, require_serial_number
+from stepload_drivers.streamed import MAX_AGE, Deadline, Streamed, require_serial_number
 
 FROZEN_S = 0.05
 LINE_SHARE = 0.95
@@ -47,16 +47,9 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
         "max_age": MAX_AGE,
     }
 
-    def __init__(
-        self,
-        *,
-        port: str,
-        baud: int = 460800,
-        rate: float = 1000.0,
-        fir: bool = False,
-        serial_number: str = "",
-        max_age: float = STALE_S,
-    ) -> None:
+    def __init__(self, **options: Any) -> None:
+        told = values(self.OPTIONS, options)
+        port, baud, rate = told["port"], told["baud"], told["rate"]
         if rate not in SINC_OF_RATE:
             listed = ", ".join(f"{value:g}" for value in sorted(SINC_OF_RATE))
             raise BadInputError(f"rate {rate:g} Hz: a Bota serial sensor has {listed} Hz")
@@ -67,9 +60,9 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
                 f"{rate:g} Hz needs {FRAME_BYTES * 10 * rate:.0f} bit/s, more than {baud} Bd carry",
                 hint="use 460800 Bd or a lower rate",
             )
-        self._path, self._baud, self._fir = port, baud, fir
-        self._serial_number = serial_number
-        self._max_age_s = max_age
+        self._path, self._baud, self._fir = port, baud, told["fir"]
+        self._serial_number = told["serial_number"]
+        self._max_age_s = told["max_age"]
         self._asked_hz = self.rate_hz = rate
         self._name = f"Bota sensor on {port}"
         self._link: SerialPort | None = None
@@ -115,12 +108,7 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
         self._sequence = 0
         self._watch = ClockWatch(self._name, self._max_age_s)
         self._last_s = -math.inf
-        stream: Stream[ForceSample] = Stream(
-            self._name, self._period_s, self._max_age_s, FROZEN_S, attrgetter("wrench")
-        )
-        if self._link is not None and self._link.slow:
-            stream.count("slow_latency_timer")
-        return stream
+        return self._empty_stream(self._max_age_s, FROZEN_S)
 
     def _read(self, stream: Stream[ForceSample]) -> None:
         assert self._link is not None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from stepload.rig.device import DisplacementSensor, Identity
 from stepload.rig.faults import FaultCode
@@ -13,6 +13,7 @@ from stepload.rig.samples import DisplacementSample, Status
 from stepload_drivers.line.codec import TERMINATORS, escaped_bytes
 from stepload_drivers.line.pattern import line_pattern, number_of
 from stepload_drivers.line.sensor import LineSensor, LineSettings
+from stepload_drivers.options import values
 from stepload_drivers.stream import Stream
 
 STALE_S = 0.5
@@ -51,38 +52,26 @@ class GaugeSerial(LineSensor[DisplacementSample], DisplacementSensor):
         "serial_number": Option("text", "serial number, for the record", default="unknown"),
     }
 
-    def __init__(
-        self,
-        *,
-        port: str,
-        baud: int = 9600,
-        rate: float = 10.0,
-        request: str = "",
-        pattern: str = DEFAULT_PATTERN,
-        terminator: str = "CR",
-        unit: str = "mm",
-        inverted: bool = False,
-        range: float = 0.1,
-        model: str = "digital gauge",
-        serial_number: str = "unknown",
-    ) -> None:
+    def __init__(self, **options: Any) -> None:
+        told = values(self.OPTIONS, options)
         settings = LineSettings(
-            name=f"gauge on {port}",
-            port=port,
-            baud=baud,
-            rate_hz=rate,
-            terminator=TERMINATORS[terminator],
-            request=escaped_bytes(request),
+            name=f"gauge on {told['port']}",
+            port=told["port"],
+            baud=told["baud"],
+            rate_hz=told["rate"],
+            terminator=TERMINATORS[told["terminator"]],
+            request=escaped_bytes(told["request"]),
             max_age_s=STALE_S,
             frozen_s=math.inf,
             refuse_latency=False,
         )
+        model, serial_number = told["model"], told["serial_number"]
         super().__init__(
             settings, Identity(self.DRIVER, model, serial_number, "unknown", "unknown")
         )
-        scale = -UNITS_M[unit] if inverted else UNITS_M[unit]
-        self._number = number_of(line_pattern(pattern, "value"), "value", scale)
-        self._range_m = range
+        scale = UNITS_M[told["unit"]] * (-1.0 if told["inverted"] else 1.0)
+        self._number = number_of(line_pattern(told["pattern"], "value"), "value", scale)
+        self._range_m = told["range"]
 
     def reading(self, line: str) -> float:
         return self._number(line)

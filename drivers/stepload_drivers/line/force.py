@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from stepload.rig.device import ForceSensor, Identity
 from stepload.rig.faults import FaultCode
@@ -13,6 +13,7 @@ from stepload.rig.samples import ForceSample, Status
 from stepload_drivers.line.codec import TERMINATORS, escaped_bytes
 from stepload_drivers.line.pattern import line_pattern, number_of
 from stepload_drivers.line.sensor import LineSensor, LineSettings
+from stepload_drivers.options import values
 from stepload_drivers.stream import Stream
 from stepload_drivers.streamed import MAX_AGE, STALE_S
 from stepload_drivers.units import UNITS_N
@@ -56,7 +57,6 @@ class LineForceSensor(LineSensor[ForceSample], ForceSensor):
     """
 
     DRIVER: ClassVar[str]
-    VALUE = "wrench"
 
     def __init__(
         self,
@@ -140,36 +140,22 @@ class LineSerial(LineForceSensor):
         "serial_number": Option("text", "serial number, for the record", default="unknown"),
     }
 
-    def __init__(
-        self,
-        *,
-        port: str,
-        range: float,
-        rate: float,
-        unit: str,
-        baud: int = 9600,
-        pattern: str = DEFAULT_PATTERN,
-        terminator: str = "CR",
-        request: str = "",
-        zero: str = "",
-        max_age: float = STALE_S,
-        frozen: float = FROZEN_S,
-        model: str = "load cell",
-        serial_number: str = "unknown",
-    ) -> None:
-        self._number = number_of(line_pattern(pattern, "force"), "force", UNITS_N[unit])
+    def __init__(self, **options: Any) -> None:
+        told = values(self.OPTIONS, options)
+        pattern = line_pattern(told["pattern"], "force")
+        self._number = number_of(pattern, "force", UNITS_N[told["unit"]])
         super().__init__(
-            port=port,
-            baud=baud,
-            rate_hz=rate,
-            range_n=range,
-            terminator=TERMINATORS[terminator],
-            request=escaped_bytes(request),
-            zero=escaped_bytes(zero),
-            max_age_s=max_age,
-            frozen_s=frozen,
-            model=model,
-            serial_number=serial_number,
+            port=told["port"],
+            baud=told["baud"],
+            rate_hz=told["rate"],
+            range_n=told["range"],
+            terminator=TERMINATORS[told["terminator"]],
+            request=escaped_bytes(told["request"]),
+            zero=escaped_bytes(told["zero"]),
+            max_age_s=told["max_age"],
+            frozen_s=told["frozen"],
+            model=told["model"],
+            serial_number=told["serial_number"],
         )
 
     def reading(self, line: str) -> float:

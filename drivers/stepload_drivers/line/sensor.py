@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 import time
 from abc import abstractmethod
-from operator import attrgetter
-from typing import ClassVar, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 from stepload.rig.device import Identity
 from stepload_drivers.arrival import ArrivalCounter, spread_back
@@ -22,18 +21,10 @@ STALE_PERIODS = 5.0
 
 
 class LineSettings(NamedTuple):
-    """Communication settings of a text-line sensor.
+    """Communication settings of a text-line sensor, each as `LineForceSensor` has it.
 
-    Attributes:
-        name: the sensor as the user knows it, for messages.
-        port: serial port, e.g. /dev/ttyUSB0.
-        baud: bit rate in bit/s.
-        rate_hz: readings per second.
-        terminator: what ends a line.
-        request: bytes that ask for one reading; empty: the sensor sends by itself.
-        max_age_s: silence after which the sensor counts as dead, at least five periods.
-        frozen_s: time after which exactly repeated readings are a fault; inf: never.
-        refuse_latency: refuse a USB adapter that delivers in bursts.
+    Besides, `name` is the sensor as the user knows it, for messages, a `frozen_s` of inf allows
+    readings to repeat for ever, and `refuse_latency` refuses a USB adapter that delivers in bursts.
     """
 
     name: str
@@ -53,9 +44,6 @@ class LineSensor(Streamed[Sample]):
     Lines carry no counter and no clock: losses are estimated from arrival times, or counted as
     requests without an answer. A subclass gives `reading` and `_sample`, and may give `_identify`.
     """
-
-    VALUE: ClassVar[str]
-    """The field of a sample that is compared for `frozen_s`."""
 
     rate_hz: float
     _link: SerialPort | None = None
@@ -99,16 +87,8 @@ class LineSensor(Streamed[Sample]):
         self._sequence = 0
         self._last_s = self._asked_s = -math.inf
         self._answered = True
-        stream: Stream[Sample] = Stream(
-            self._name,
-            self._period_s,
-            max(line.max_age_s, STALE_PERIODS * self._period_s),
-            line.frozen_s,
-            attrgetter(self.VALUE),
-        )
-        if self._link is not None and self._link.slow:
-            stream.count("slow_latency_timer")
-        return stream
+        stale_s = max(line.max_age_s, STALE_PERIODS * self._period_s)
+        return self._empty_stream(stale_s, line.frozen_s)
 
     def _read(self, stream: Stream[Sample]) -> None:
         assert self._link is not None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from stepload_drivers.canbus import CanLink
 from stepload_drivers.robotous.codec import CanPairer, UartDecoder, uart_frame
@@ -17,22 +17,6 @@ class Errors(NamedTuple):
     damaged: int
     skipped: int
     orphans: int
-
-
-class Link(Protocol):
-    """Commands out, payloads in."""
-
-    def send(self, command: bytes) -> None: ...
-
-    def receive(self) -> list[bytes]:
-        """All 16-byte payloads that have arrived; waits at most 0.1 s for the first bytes."""
-        ...
-
-    def discard_input(self) -> None: ...
-
-    def errors(self) -> Errors: ...
-
-    def close(self) -> None: ...
 
 
 class UartLink:
@@ -84,3 +68,7 @@ class CanPairLink:
 
     def close(self) -> None:
         self._bus.close()
+
+
+Link = UartLink | CanPairLink
+"""Commands out, 16-byte payloads in; `receive` waits at most 0.1 s for the first bytes."""

@@ -6,8 +6,7 @@ import math
 import time
 from abc import abstractmethod
 from collections.abc import Iterable, Mapping
-from operator import attrgetter
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from stepload.errors import BadInputError, DeviceError
 from stepload.rig.device import ForceSensor, Identity
@@ -16,13 +15,14 @@ from stepload.rig.options import Option
 from stepload.rig.samples import ForceSample, Status
 from stepload_drivers.arrival import ArrivalCounter, spread_back
 from stepload_drivers.canbus import CAN_OPTIONS, CanLink
+from stepload_drivers.options import values
 from stepload_drivers.robotous import codec
 from stepload_drivers.robotous.codec import Command
 from stepload_drivers.robotous.link import CanPairLink, Link, UartLink
 from stepload_drivers.robotous.models import Model, model_named
 from stepload_drivers.serialport import SerialPort
 from stepload_drivers.stream import Stream
-from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed, require_serial_number
+from stepload_drivers.streamed import MAX_AGE, Deadline, Streamed, require_serial_number
 
 CAN_BITRATE = 1_000_000
 REPLY_S = 0.2
@@ -55,11 +55,11 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
     _link: Link | None = None
     _model: Model
 
-    def __init__(self, *, rate: float, filter: float, serial_number: str, max_age: float) -> None:
-        self.rate_hz = _one_of("rate", rate, codec.RATE_CODES)
-        self._cutoff_hz = _one_of("filter", filter, (0.0, *codec.CUTOFFS_HZ))
-        self._serial_number = serial_number
-        self._max_age_s = max_age
+    def __init__(self, told: Mapping[str, Any]) -> None:
+        self.rate_hz = _one_of("rate", told["rate"], codec.RATE_CODES)
+        self._cutoff_hz = _one_of("filter", told["filter"], (0.0, *codec.CUTOFFS_HZ))
+        self._serial_number = told["serial_number"]
+        self._max_age_s = told["max_age"]
         self._name = f"RFT sensor ({self.DRIVER})"
 
     @abstractmethod
@@ -148,13 +148,7 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
         self._last_s = -math.inf
         slowest_s = 10.0 * self._period_s
         smooth_s = 1.0 / self._cutoff_hz if self._cutoff_hz else 0.0
-        return Stream(
-            self._name,
-            self._period_s,
-            max(self._max_age_s, slowest_s),
-            max(FROZEN_S, smooth_s),
-            attrgetter("wrench"),
-        )
+        return self._empty_stream(max(self._max_age_s, slowest_s), max(FROZEN_S, smooth_s))
 
     def _read(self, stream: Stream[ForceSample]) -> None:
         assert self._link is not None
@@ -223,18 +217,11 @@ class RobotousUart(_Robotous):
         **COMMON,
     }
 
-    def __init__(
-        self,
-        *,
-        port: str,
-        baud: int = 921600,
-        rate: float = 1000.0,
-        filter: float = 0.0,
-        serial_number: str = "",
-        max_age: float = STALE_S,
-    ) -> None:
-        super().__init__(rate=rate, filter=filter, serial_number=serial_number, max_age=max_age)
-        self._port, self._baud = port, baud
+    def __init__(self, **options: Any) -> None:
+        told = values(self.OPTIONS, options)
+        super().__init__(told)
+        self._port, self._baud = told["port"], told["baud"]
+        rate, baud = self.rate_hz, self._baud
         slowest = 921600 if rate > 500 else 230400 if rate > 333 else 57600
         if baud < slowest:
             raise BadInputError(
@@ -259,22 +246,11 @@ class RobotousCan(_Robotous):
         **COMMON,
     }
 
-    def __init__(
-        self,
-        *,
-        channel: str,
-        interface: str = "socketcan",
-        receiver_id: int = 0x64,
-        first_id: int = 1,
-        second_id: int = 2,
-        rate: float = 1000.0,
-        filter: float = 0.0,
-        serial_number: str = "",
-        max_age: float = STALE_S,
-    ) -> None:
-        super().__init__(rate=rate, filter=filter, serial_number=serial_number, max_age=max_age)
-        self._interface, self._channel = interface, channel
-        self._ids = (receiver_id, first_id, second_id)
+    def __init__(self, **options: Any) -> None:
+        told = values(self.OPTIONS, options)
+        super().__init__(told)
+        self._interface, self._channel = told["interface"], told["channel"]
+        self._ids = (told["receiver_id"], told["first_id"], told["second_id"])
         if len(set(self._ids)) != 3:
             raise BadInputError(f"CAN ids {self._ids} must all be different")
 

@@ -77,7 +77,7 @@ class Channel:
         self._quantum = quantum
         self._range = limit
         self._faults = faults
-        self._held: float | None = None
+        self._held: dict[str, Any] = {}
         self._ramp = 0.0
         self.last = 0.0
         """The newest reading, as the device reports it."""
@@ -103,12 +103,9 @@ class Channel:
         self.disturbed = True
         active = self._faults.active(time_s)
         self.raising = "raise" in active
+        held = self._kept("stuck_mean", active, truth)
         if "stuck_mean" in active:
-            if self._held is None:
-                self._held = truth
-            value = _quantised(value + self._held - truth, self._quantum)
-        else:
-            self._held = None
+            value = _quantised(value + held - truth, self._quantum)
         if "reversed" in active:
             value = -value
         self.swapped = "swapped" in active
@@ -132,6 +129,13 @@ class Channel:
         if arrives := self._arrives(time_s, active):
             self._emit(arrives[0], arrives[1], status, value)
 
+    def _kept(self, kind: str, active: dict[str, float], value: Any) -> Any:
+        """`value`, or while the fault `kind` is active what it was when that began."""
+        if kind in active:
+            return self._held.setdefault(kind, value)
+        self._held.pop(kind, None)
+        return value
+
     def _arrives(
         self, time_s: float, active: dict[str, float], prefix: str = ""
     ) -> tuple[float, float] | None:
@@ -146,7 +150,22 @@ class Channel:
         return device_s, receive_s
 
 
-class ForceChannel(Channel):
+class SensorChannel(Channel):
+    """Common part of the force sensors of one axis and of six."""
+
+    def __init__(self, truth: SensorTruth) -> None:
+        super().__init__(
+            rate_hz=truth.rate_hz,
+            delay_s=truth.delay_s,
+            clock_s=truth.clock_s,
+            noise=normal_source(truth.seed, truth.stream, truth.noise_n),
+            quantum=truth.quantum_n,
+            limit=truth.range_n,
+            faults=truth.faults,
+        )
+
+
+class ForceChannel(SensorChannel):
     """A force sensor: contact force → wrench.
 
     Args:
@@ -162,15 +181,7 @@ class ForceChannel(Channel):
         *,
         wrench: Callable[[float], Wrench] | None = None,
     ) -> None:
-        super().__init__(
-            rate_hz=truth.rate_hz,
-            delay_s=truth.delay_s,
-            clock_s=truth.clock_s,
-            noise=normal_source(truth.seed, truth.stream, truth.noise_n),
-            quantum=truth.quantum_n,
-            limit=truth.range_n,
-            faults=truth.faults,
-        )
+        super().__init__(truth)
         self._pressed = pressed
         self._offset = truth.offset_n
         self._drift = truth.drift_n_per_s
@@ -260,8 +271,6 @@ class ArmChannel(Channel):
         self._force_offset = force_offset_n
         self._mass = spec.second_tool_mass_kg
         self.arm_force_n = math.nan
-        self._force_held: float | None = None
-        self._arm_held: tuple[float, float] | None = None
         self._drift_m = 0.0
 
     def sample(self, time_s: float, back: float) -> None:
@@ -306,29 +315,16 @@ class ArmChannel(Channel):
         force += active.get("arm_force_bias", 0.0)
         if "arm_force_clipped" in active:
             force = max(-active["arm_force_clipped"], min(active["arm_force_clipped"], force))
-        if "arm_force_freeze" in active:
-            if self._force_held is None:
-                self._force_held = force
-            force = self._force_held
-        else:
-            self._force_held = None
+        force = self._kept("arm_force_freeze", active, force)
         if "position_drift" in active:
             self._drift_m += active["position_drift"] * self.period_s
             value = _quantised(value + self._drift_m, self._quantum)
         if "position_jump" in active:
             value = _quantised(value + active["position_jump"], self._quantum)
+        held = self._kept("position_frozen", active, self.last)
         if "position_frozen" in active:
-            if self._held is None:
-                self._held = self.last
-            value = self._held
-        else:
-            self._held = None
-        if "arm_freeze" in active:
-            if self._arm_held is None:
-                self._arm_held = (value, force)
-            value, force = self._arm_held
-        else:
-            self._arm_held = None
+            value = held
+        value, force = self._kept("arm_freeze", active, (value, force))
         self.last = value
         if "arm_nan" in active:
             value = math.nan

@@ -10,22 +10,13 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from stepload.rig.options import Option
+from stepload.rig.world import PayloadTruth
+from stepload_drivers.options import values
 from stepload_drivers.sim import live
 from stepload_drivers.sim.arm import WorldArm
 from stepload_drivers.sim.sensors import WorldDisplacementSensor, WorldForceSensor
 
 _WORLD = Option("text", "name of the simulated world to live in", default="sim")
-
-
-def _values(options: Mapping[str, Option], given: Mapping[str, Any]) -> dict[str, Any]:
-    """The values of all options, defaults filled in.
-
-    Raises:
-        TypeError: there is no such option.
-    """
-    if unknown := given.keys() - options.keys():
-        raise TypeError(f"no option is called {min(unknown)!r}")
-    return {name: given.get(name, option.default) for name, option in options.items()}
 
 
 def _length(help_text: str, default: float, low: float = 0.0) -> Option:
@@ -67,13 +58,13 @@ class SimArm(WorldArm):
     }
 
     def __init__(self, **options: Any) -> None:
-        told = _values(self.OPTIONS, options)
+        told = values(self.OPTIONS, options)
         stiffness, mass = told["system_stiffness"], told["mass"]
         truth = {
             "seed": told["seed"],
             "arm_rate_hz": told["rate"],
             "surface_m": told["surface"],
-            "payload": live.smooth_payload(told["payload_k"], told["payload_n"]),
+            "payload": PayloadTruth("smooth", told["payload_k"], told["payload_n"]),
             "system_stiffness_n_per_m": stiffness,
             "system_damping_n_s_per_m": live.damping(stiffness, mass),
             "effective_mass_kg": mass,
@@ -108,7 +99,7 @@ class SimForceSensor(WorldForceSensor):
     }
 
     def __init__(self, **options: Any) -> None:
-        told = _values(self.OPTIONS, options)
+        told = values(self.OPTIONS, options)
         second = told["second"]
         prefix = "second_force" if second else "force"
         truth = {
@@ -135,7 +126,7 @@ class SimDisplacementSensor(WorldDisplacementSensor):
     }
 
     def __init__(self, **options: Any) -> None:
-        told = _values(self.OPTIONS, options)
+        told = values(self.OPTIONS, options)
         truth = {
             "gauge_rate_hz": told["rate"],
             "gauge_noise_m": told["noise"],

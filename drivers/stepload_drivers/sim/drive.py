@@ -16,13 +16,11 @@ class Drive:
     """Advanced by fixed steps of `step_s`; position and speed in m and m/s.
 
     Args:
-        lost_motion_m: play and slip between servo and axis.
-        both_ways: whether the limited push also stops it when it goes back.
+        across: a drive across the press: without play and slip between servo and axis, and its
+            limited push stops it when it goes back too.
     """
 
-    def __init__(
-        self, spec: WorldSpec, step_s: float, *, lost_motion_m: float, both_ways: bool = False
-    ) -> None:
+    def __init__(self, spec: WorldSpec, step_s: float, *, across: bool = False) -> None:
         self.target_m = self.follower_m = self.position_m = self.speed_m_s = 0.0
         self._commands: deque[tuple[float, float]] = deque()
         self._step_s = step_s
@@ -35,8 +33,17 @@ class Drive:
         self._brake_gap = accel * (2.0 - self._follow * step_s) / self._follow**2
         self._max_speed = spec.max_speed_m_s
         self._max_push = spec.max_push_n
-        self._half_lost = 0.5 * lost_motion_m
-        self._both_ways = both_ways
+        lost_m = 0.0 if across else spec.lost_motion_m + spec.slip_m
+        self._half_lost = 0.5 * lost_m
+        self._slip_share = spec.slip_m / lost_m if lost_m > 0.0 else 0.0
+        self._both_ways = across
+
+    @property
+    def measured_m(self) -> float:
+        """Position where the arm measures it: before what slips."""
+        if self._slip_share:
+            return self.position_m + self._slip_share * (self.follower_m - self.position_m)
+        return self.position_m
 
     def command(self, apply_s: float, target_m: float) -> None:
         """Follow `target_m` from `apply_s` on; commands take effect in order."""

@@ -41,9 +41,9 @@ class Felt:
         weight = tool_mass_kg * np.array(mount.gravity_m_s2)
         contact, tool = _with_moment(sensor.lever_m), _with_moment(sensor.tool_cog_m)
         turned = -skew(weight) @ np.array(mount.turn_rad_per_n)
-        self._of_load = _six_rows(shows @ (contact + tool @ turned))
-        self._of_tool = _six_rows(shows @ tool * tool_mass_kg) if tool_mass_kg else None
-        self._of_weight = _six_rows((shows @ tool @ -weight)[:, None]) if weighs else None
+        self._of_load: Any = (shows @ (contact + tool @ turned)).tolist()
+        self._of_tool: Any = (shows @ tool * tool_mass_kg).tolist() if tool_mass_kg else None
+        self._of_weight: Any = (shows @ tool @ -weight).tolist() if weighs else None
 
     def wrench(self, back: float = 0.0) -> Wrench:
         """Now, or a share `back` of a base step earlier."""
@@ -58,7 +58,7 @@ class Felt:
                 own = [a * x + b * y + c * z for a, b, c in self._of_tool]
                 six = [one + other for one, other in zip(six, own, strict=True)]
             if self._of_weight is not None:
-                six = [one + other for one, (other,) in zip(six, self._of_weight, strict=True)]
+                six = [one + other for one, other in zip(six, self._of_weight, strict=True)]
         return tuple(six)
 
 
@@ -79,9 +79,3 @@ def _shows(sensor: SensorMount, axis: str) -> FloatArray:
         mixing += np.array(sensor.cross_talk)
     shown: FloatArray = mixing @ frame
     return shown
-
-
-def _six_rows(matrix: FloatArray) -> list[Any]:
-    """Rows as plain floats."""
-    rows: list[Any] = matrix.tolist()
-    return rows

@@ -21,11 +21,6 @@ from stepload_drivers.sim.simulation import World
 from stepload_drivers.sim.six_plant import SixPlant
 
 
-def smooth_payload(k: float, n: float) -> PayloadTruth:
-    """A smooth payload F = K δ^n without hysteresis, limit or stop."""
-    return PayloadTruth("smooth", k, n, math.inf, 0.0, 0.0, 0.0, math.inf)
-
-
 def damping(stiffness_n_per_m: float, mass_kg: float) -> float:
     """Critical damping C_s of mass and K_s, in N·s/m."""
     return 2.0 * math.sqrt(stiffness_n_per_m * mass_kg)
@@ -33,7 +28,7 @@ def damping(stiffness_n_per_m: float, mass_kg: float) -> float:
 
 DEFAULT_SPEC = WorldSpec(
     seed=0,
-    payload=smooth_payload(6.57e8, 1.5),
+    payload=PayloadTruth("smooth", k=6.57e8, n=1.5),
     surface_m=2e-3,
     arm_rate_hz=500.0,
     system_stiffness_n_per_m=3.49e6,
@@ -41,14 +36,11 @@ DEFAULT_SPEC = WorldSpec(
     effective_mass_kg=20.0,
     command_delay_s=0.002,
     lag_s=0.004,
-    lost_motion_m=0.0,
     max_speed_m_s=0.25,
     max_acceleration_m_s2=2.0,
     max_push_n=1000.0,
     position_quantum_m=2e-6,
     position_noise_m=0.5e-6,
-    kinematic_error_m=0.0,
-    kinematic_length_m=0.0,
     arm_has_force=True,
     arm_force_noise_n=3.0,
     force_rate_hz=1000.0,
@@ -58,10 +50,6 @@ DEFAULT_SPEC = WorldSpec(
     force_delay_s=0.002,
     force_range_n=1000.0,
     start_force_bias_n=5.0,
-    force_drift_n_per_s=0.0,
-    gauge_rate_hz=0.0,
-    gauge_quantum_m=0.0,
-    gauge_noise_m=0.0,
 )
 """A stiff one-axis machine with the paper's plastic sphere, 2 mm above it."""
 

@@ -1,8 +1,14 @@
-"""What the channels of a simulated rig need of its mechanics, of one axis or of six."""
+"""What the channels of a simulated rig read: its mechanics, of one axis or of six."""
 
 from __future__ import annotations
 
 from typing import Protocol
+
+from stepload_drivers.sim.plant import Plant
+from stepload_drivers.sim.six_plant import SixPlant
+
+Mechanics = Plant | SixPlant
+"""Both have the same names for what is along the press; `Plant` says what each means."""
 
 
 class Pressed(Protocol):
@@ -13,51 +19,3 @@ class Pressed(Protocol):
 
     @property
     def last_force_n(self) -> float: ...
-
-
-class Mechanics(Pressed, Protocol):
-    """A plant; positions and forces along the press. See `Plant` for what each means."""
-
-    step_s: float
-    time_s: float
-    braked: bool
-
-    @property
-    def peak_n(self) -> float: ...
-
-    @property
-    def peak_equivalent_n(self) -> float: ...
-
-    @property
-    def target_m(self) -> float: ...
-
-    @property
-    def drive_m(self) -> float: ...
-
-    @property
-    def drive_speed(self) -> float: ...
-
-    @property
-    def measured_m(self) -> float: ...
-
-    @property
-    def tip_m(self) -> float: ...
-
-    @property
-    def tip_speed(self) -> float: ...
-
-    @property
-    def tip_acceleration_m_s2(self) -> float: ...
-
-    @property
-    def closed_m(self) -> float: ...
-
-    @property
-    def surface_m(self) -> float: ...
-
-    @property
-    def sub_steps(self) -> int: ...
-
-    def command(self, apply_s: float, target_m: float) -> None: ...
-
-    def step(self) -> None: ...

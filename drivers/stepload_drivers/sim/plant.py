@@ -56,9 +56,7 @@ class Plant:
         self.force_n = self.last_force_n = self.peak_n = self._tangent = 0.0
         self.braked = self._resting = False
         self.sub_steps = self._steps = 0
-        lost_m = spec.lost_motion_m + spec.slip_m
-        self._slip_share = spec.slip_m / lost_m if spec.slip_m > 0.0 else 0.0
-        self._axis = Drive(spec, step_s, lost_motion_m=lost_m)
+        self._axis = Drive(spec, step_s)
         self._law = (contact or contact_of(spec)).law
         self._give = path_give(spec)
         self._evaluate = self._law.evaluate
@@ -121,10 +119,7 @@ class Plant:
     @property
     def measured_m(self) -> float:
         """Travel where the arm measures it: before what slips."""
-        axis = self._axis
-        if self._slip_share:
-            return axis.position_m + self._slip_share * (axis.follower_m - axis.position_m)
-        return axis.position_m
+        return self._axis.measured_m
 
     def command(self, apply_s: float, target_m: float) -> None:
         """Let the drive follow `target_m` from `apply_s` on; commands take effect in order."""

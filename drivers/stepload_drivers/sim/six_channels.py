@@ -9,9 +9,9 @@ import numpy as np
 
 from stepload.rig.mount import SensorMount
 from stepload.rig.samples import ForceSample, Status
-from stepload_drivers.sim.channels import Channel, Wrench
+from stepload_drivers.sim.channels import SensorChannel, Wrench
 from stepload_drivers.sim.felt import Felt
-from stepload_drivers.sim.noise import noise_about, normal_source
+from stepload_drivers.sim.noise import noise_about
 from stepload_drivers.sim.sensor_truth import SensorTruth
 
 _FULL_SCALE = int(Status.OVERRANGE | Status.SATURATED)
@@ -26,7 +26,7 @@ _floor = math.floor
 _new: Any = tuple.__new__
 
 
-class WrenchChannel(Channel):
+class WrenchChannel(SensorChannel):
     """A six-axis force sensor: every component has noise, a zero, a resolution and a full scale.
 
     Args:
@@ -45,15 +45,7 @@ class WrenchChannel(Channel):
         *,
         bend: tuple[float, float] = (0.0, 0.0),
     ) -> None:
-        super().__init__(
-            rate_hz=truth.rate_hz,
-            delay_s=truth.delay_s,
-            clock_s=truth.clock_s,
-            noise=normal_source(truth.seed, truth.stream, truth.noise_n),
-            quantum=truth.quantum_n,
-            limit=truth.range_n,
-            faults=truth.faults,
-        )
+        super().__init__(truth)
         axis, range_n, offset_n = truth.axis, truth.range_n, truth.offset_n
         self._felt = felt
         self._press = "xyz".index(axis[-1])
@@ -72,7 +64,6 @@ class WrenchChannel(Channel):
         spread = [truth.noise_n] * 3 + [sensor.torque_noise_nm] * 3
         self._aside = noise_about(zeros, np.array(spread), [truth.seed, truth.stream, 2])
         self._last_wrench: Wrench = (0.0,) * 6
-        self._held_wrench: Wrench | None = None
 
     def sample(self, time_s: float, back: float) -> None:
         truth = self._felt.wrench(back)
@@ -130,12 +121,9 @@ class WrenchChannel(Channel):
         active = self._faults.active(time_s)
         self.raising = "raise" in active
         values = list(six)
+        held = self._kept("stuck_mean", active, truth)
         if "stuck_mean" in active:
-            if self._held_wrench is None:
-                self._held_wrench = truth
-            values = [v + h - t for v, h, t in zip(six, self._held_wrench, truth, strict=True)]
-        else:
-            self._held_wrench = None
+            values = [v + h - t for v, h, t in zip(six, held, truth, strict=True)]
         gain = active.get("gain", 1.0) * (-1.0 if "reversed" in active else 1.0)
         added = active.get("bias", 0.0)
         if "gain_ramp" in active or "bias_ramp" in active:

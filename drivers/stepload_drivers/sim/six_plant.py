@@ -49,13 +49,8 @@ class SixPlant:
         self.time_s = 0.0
         self.braked = False
         self._steps = 0
-        lost_m = spec.lost_motion_m + spec.slip_m
-        self._slip_share = spec.slip_m / lost_m if spec.slip_m > 0.0 else 0.0
-        self._axial = Drive(spec, step_s, lost_motion_m=lost_m)
-        self._across = (
-            Drive(spec, step_s, lost_motion_m=0.0, both_ways=True),
-            Drive(spec, step_s, lost_motion_m=0.0, both_ways=True),
-        )
+        self._axial = Drive(spec, step_s)
+        self._across = Drive(spec, step_s, across=True), Drive(spec, step_s, across=True)
         self._shifted = False
         self._held = held(spec, mount, step_s)
         axes = self._held.to_press
@@ -220,10 +215,7 @@ class SixPlant:
     @property
     def measured_m(self) -> float:
         """Travel where the arm measures it: before what slips, and before what gives way."""
-        drive = self._axial
-        if self._slip_share:
-            return drive.position_m + self._slip_share * (drive.follower_m - drive.position_m)
-        return drive.position_m
+        return self._axial.measured_m
 
     @property
     def tip_m(self) -> float:

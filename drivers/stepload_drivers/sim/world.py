@@ -9,13 +9,17 @@ from stepload_drivers.sim.sensors import WorldDisplacementSensor, WorldForceSens
 from stepload_drivers.sim.simulation import World
 
 
-class VirtualClock:
-    """Time that passes only when it is slept on, and takes the world with it."""
+class VirtualHost:
+    """The program's side of a simulated rig (a `stream.Host`, and its place), and its clock.
+
+    Time passes only when it is slept on, and takes the world with it.
+    """
 
     virtual = True
+    origin_s = 0.0
 
     def __init__(self, world: World) -> None:
-        self._world = world
+        self.world = world
         self._now_s = 0.0
         self._stalls = Schedule(world.spec.faults, kinds=HOST)
 
@@ -27,17 +31,12 @@ class VirtualClock:
             return
         if time_s >= self._stalls.next_s:
             time_s += self._stalls.take(time_s)
-        self._world.advance(time_s)
+        self.world.advance(time_s)
         self._now_s = time_s
 
-
-class VirtualHost:
-    """The program's side of a simulated rig in virtual time (a `stream.Host`, and its place)."""
-
-    def __init__(self, world: World) -> None:
-        self.world = world
-        self.clock = VirtualClock(world)
-        self.origin_s = 0.0
+    @property
+    def clock(self) -> VirtualHost:
+        return self
 
     def host(self) -> VirtualHost:
         return self
@@ -46,7 +45,7 @@ class VirtualHost:
         """The world goes on for as long as anything refers to it."""
 
     def catch_up(self) -> float:
-        return self.clock._now_s
+        return self._now_s
 
 
 class _OpenWorld:
@@ -67,7 +66,7 @@ class _OpenWorld:
             force=WorldForceSensor(host),
             displacement=WorldDisplacementSensor(host) if world.gauge else None,
             second_force=WorldForceSensor(host, second=True) if world.second_force else None,
-            clock=host.clock,
+            clock=host,
             world=world,
         )
 

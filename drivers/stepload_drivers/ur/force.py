@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
-from operator import attrgetter
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from stepload.errors import DeviceError
 from stepload.rig.device import ForceSensor, Identity
@@ -14,8 +13,9 @@ from stepload.rig.faults import FaultCode
 from stepload.rig.options import Option
 from stepload.rig.samples import ForceSample, Status
 from stepload_drivers.clockwatch import JUMP_S, ClockWatch
+from stepload_drivers.options import values
 from stepload_drivers.stream import Stream
-from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed, require_serial_number
+from stepload_drivers.streamed import MAX_AGE, Deadline, Streamed, require_serial_number
 from stepload_drivers.ur.client import RtdeClient, Version, dashboard
 from stepload_drivers.ur.state import UrState
 
@@ -51,19 +51,14 @@ class UrForce(Streamed[ForceSample], ForceSensor):
     }  # fmt: skip
 
     rate_hz = RATE_HZ
+    _period_s = 1.0 / RATE_HZ
 
-    def __init__(
-        self,
-        *,
-        host: str,
-        range: float | None = None,
-        serial_number: str = "",
-        max_age: float = STALE_S,
-    ) -> None:
-        self._host, self._serial_number = host, serial_number
-        self._range_n = range
-        self._max_age_s = max_age
-        self._name = f"UR sensor at {host}"
+    def __init__(self, **options: Any) -> None:
+        told = values(self.OPTIONS, options)
+        self._host, self._serial_number = told["host"], told["serial_number"]
+        self._range_n: float | None = told["range"]
+        self._max_age_s = told["max_age"]
+        self._name = f"UR sensor at {self._host}"
         self._link: RtdeClient | None = None
 
     def _connect(self, deadline: Deadline) -> Identity:
@@ -108,7 +103,7 @@ class UrForce(Streamed[ForceSample], ForceSensor):
         self._sequence = 0
         self._last_s = self._receive_s = -math.inf
         self._watch = ClockWatch(self._name, self._max_age_s)
-        return Stream(self._name, 1.0 / RATE_HZ, self._max_age_s, FROZEN_S, attrgetter("wrench"))
+        return self._empty_stream(self._max_age_s, FROZEN_S)
 
     def _read(self, stream: Stream[ForceSample]) -> None:
         assert self._link is not None

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import contextlib
 import time
+from typing import Any
 
 from stepload.errors import DeviceError
 from stepload.rig.device import ArmConfiguration
-from stepload.rig.samples import SixFloats
 from stepload_drivers.ur import frames
 from stepload_drivers.ur.client import RtdeClient
 
@@ -93,7 +93,7 @@ class ToldClient(RtdeClient):
         if frame.kind != frames.DATA or len(frame.payload) != self._layout.size:
             return False
         numbers = self._layout.unpack(frame.payload)[1:]
-        values: dict[str, tuple[float, ...]] = {}
+        values: dict[str, Any] = {}
         for name in self._names:
             count, limit = WANTED[name]
             values[name], numbers = numbers[:count], numbers[count:]
@@ -104,24 +104,16 @@ class ToldClient(RtdeClient):
         return True
 
 
-def _configuration(values: dict[str, tuple[float, ...]]) -> ArmConfiguration:
+def _configuration(values: dict[str, Any]) -> ArmConfiguration:
     slider, mass = values.get("target_speed_fraction"), values.get("payload")
-    cog = values.get("payload_cog")
     return ArmConfiguration(
         joints_rad=values.get("actual_q"),
-        tcp_offset=_six(values.get("tcp_offset")),
+        tcp_offset=values.get("tcp_offset"),
         payload_kg=None if mass is None else mass[0],
-        payload_cog_m=None if cog is None else (cog[0], cog[1], cog[2]),
+        payload_cog_m=values.get("payload_cog"),
         speed_fraction=None if slider is None else slider[0],
-        held_pose=_six(values.get("target_TCP_pose")),
+        held_pose=values.get("target_TCP_pose"),
     )
-
-
-def _six(values: tuple[float, ...] | None) -> SixFloats | None:
-    if values is None:
-        return None
-    one, two, three, four, five, six = values
-    return one, two, three, four, five, six
 
 
 def told(host: str, deadline_s: float) -> ArmConfiguration:

@@ -41,12 +41,12 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
         "n": envelope.theory.law.n,
         "k_softest": envelope.theory.softest.k,
         "k_stiffest": envelope.theory.stiffest.k,
-        "top_force_n": envelope.top_force_n,
+        "top_force_n": envelope.plan.procedure.top_force_n,
         "largest_safe_force_n": envelope.largest_safe_force_n,
         "force_limit_n": envelope.force_limit_n,
         "deformation_m": envelope.deformation_m,
         "secant_n_per_m": envelope.secant_n_per_m,
-        "secant_force_n": envelope.secant_force_n,
+        "secant_force_n": envelope.plan.identify.secant_force_n,
         "k_max_n_per_m": found.k_max_n_per_m if found else None,
         "identifiability": found,
         "guarded_speed_m_s": envelope.guarded_speed_m_s,
@@ -131,7 +131,7 @@ def show_figures(envelope: Envelope, out: Output, *, details: bool = True) -> No
             "F_allowed - headroom, with these steps",
         ),
         ("force limit F_lim (R1)", f(envelope.force_limit_n, "N"), "supervisor"),
-        ("top force", f(envelope.top_force_n, "N"), "plan"),
+        ("top force", f(envelope.plan.procedure.top_force_n, "N"), "plan"),
         *_law_rows(envelope),
     ]
     if found is not None:
@@ -183,7 +183,8 @@ def _law_rows(envelope: Envelope) -> list[tuple[str, str, str]]:
     """The contact law by theory; for a range both ends."""
     from stepload.units import format_quantity as f
 
-    theory, top_n, secant_n = envelope.theory, envelope.top_force_n, envelope.secant_force_n
+    theory, plan = envelope.theory, envelope.plan
+    top_n, secant_n = plan.procedure.top_force_n, plan.identify.secant_force_n
     laws = [theory.softest, theory.stiffest] if theory.is_range else [theory.law]
 
     def both(figures: list[str]) -> str:

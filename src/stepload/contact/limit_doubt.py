@@ -109,11 +109,6 @@ def limit_in(body: Material, other: Material, geometry: Geometry) -> DoubtedLimi
     return DoubtedLimit(onset.force_n, sources)
 
 
-def lower_end(limits: tuple[DoubtedLimit, ...], coverage: float) -> float:
-    """The force in N that lies `coverage` standard uncertainties below every body's limit."""
-    return min(limit.lower_end(coverage) for limit in limits)
-
-
 def probability_below(limits: tuple[DoubtedLimit, ...], force_n: float) -> float:
     """Upper bound, a sum over the bodies, of the probability that one yields below a force."""
     return min(1.0, sum(limit.probability_below(force_n) for limit in limits))

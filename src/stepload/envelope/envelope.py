@@ -72,8 +72,8 @@ class Envelope:
     force is safe the speeds are 0 and the budget is empty. `bounds` are the rig's delays and
     inertia, `shake` is the best shake to prove the force channels, None where no mass is stated,
     `until` the deformation needed at every level where the plan may end its loading early,
-    `aligning` and `nulling` the parameters of motion across the approach. Secants and deformation
-    are theory's, `top_force_n` is the plan's.
+    `aligning` and `nulling` the parameters of motion across the approach. `secant_n_per_m`, at
+    `identify.secant_force_n` of the plan, and the deformation are theory's.
     """
 
     plan: Plan
@@ -107,16 +107,6 @@ class Envelope:
     def tells(self) -> Tells:
         """The force channels that an approach waits for."""
         return EVERY if self.limits is None else tells_of(self.plan, self.limits)
-
-    @property
-    def top_force_n(self) -> float:
-        """The highest load level of the plan."""
-        return self.plan.procedure.top_force_n
-
-    @property
-    def secant_force_n(self) -> float:
-        """The force at which `secant_n_per_m` is taken."""
-        return self.plan.identify.secant_force_n
 
     @property
     def duration_s(self) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,7 +11,7 @@ from mcap.opcode import Opcode
 from stepload.record.container import MAGIC
 from stepload.record.layout import EVENTS, MESSAGE_HEAD, MESSAGE_OPCODE, RECORD_HEAD
 from stepload.record.reader import Event, Reading, events_in
-from stepload.record.rows import ArmColumns, Columns, ForceColumns, TickColumns
+from stepload.record.rows import ArmColumns, ForceColumns, TickColumns
 from stepload.record.scan import (
     MAX_RECORD_BYTES,
     DamageError,
@@ -152,12 +151,8 @@ class Tail:
 
     def rows(self) -> tuple[TickColumns, ForceColumns, ArmColumns, ForceColumns]:
         """Ticks, force, arm and second force since the last call."""
+        stream, path = self._reading.stream, self.path
         return (
-            self._stream("tick", TickColumns),
-            self._stream("force", ForceColumns),
-            self._stream("arm", ArmColumns),
-            self._stream("second_force", ForceColumns),
-        )
-
-    def _stream(self, name: str, columns: Callable[..., Columns]) -> Columns:
-        return self._reading.stream(name, columns, self.path)
+            stream("tick", path), stream("force", path), stream("arm", path),
+            stream("second_force", path),
+        )  # fmt: skip

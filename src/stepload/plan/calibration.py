@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
@@ -16,7 +15,6 @@ from typing import Annotated, Any, ClassVar
 
 from stepload.contact.across import across_problem
 from stepload.estimators.deflection_rows import table_problem, upper_stiffness_n_per_m
-from stepload.plan.draft import UnknownError, whole
 from stepload.plan.leaves import (
     Angle,
     Axis,
@@ -40,11 +38,10 @@ from stepload.plan.leaves import (
     Temperature,
     Version,
 )
-from stepload.plan.problems import PlanError, Problem
-from stepload.plan.reader import read_section
+from stepload.plan.problems import Problem
+from stepload.plan.reader import read_file
 from stepload.plan.sections import Entry, Key, entries
 from stepload.plan.source import Source, read_source
-from stepload.plan.tree import Place, parse_tree
 from stepload.plan.whole_file import replace_file
 from stepload.rig.samples import SixFloats
 from stepload.units import format_quantity
@@ -174,13 +171,7 @@ def read_calibration(path: Path) -> CalibrationRecord:
 
 def parse_calibration(source: Source) -> CalibrationRecord:
     """The calibration record in `source`; raises as `read_calibration`."""
-    root, problems = parse_tree(source)
-    record = read_section(CalibrationRecord, root, Place(source, 1, 1), problems)
-    with suppress(UnknownError):
-        problems += _impossible(source, record)
-    if problems:
-        raise PlanError(tuple(problems))
-    return whole(record)
+    return read_file(CalibrationRecord, source, _impossible)
 
 
 def _impossible(source: Source, record: CalibrationRecord) -> Iterator[Problem]:

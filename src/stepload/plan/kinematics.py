@@ -7,22 +7,21 @@ read as strictly as a plan: every quantity with its unit, no key that means noth
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar
 
 from stepload.errors import BadInputError
-from stepload.plan.draft import UnknownError, put, whole
+from stepload.plan.draft import put
 from stepload.plan.leaves import Angle, Length, Name, Offset, Quantity, Remark, Torque, Version
 from stepload.plan.model import Plan
-from stepload.plan.problems import PlanError, Problem, guess, printable
-from stepload.plan.reader import read_section
+from stepload.plan.problems import Problem, guess, printable
+from stepload.plan.reader import read_file
 from stepload.plan.references import names_a_file
 from stepload.plan.sections import Key
 from stepload.plan.shelf import ARMS, Disk, shipped_names
 from stepload.plan.source import Source
-from stepload.plan.tree import Place, parse_tree
+from stepload.plan.tree import Place
 
 JOINTS = 6
 _JointStiffness = Annotated[float, Quantity("N m/rad", 1.0, 1e9)]
@@ -107,13 +106,7 @@ def read_arm(name: str) -> ArmKinematics:
 
 def parse_arm(source: Source) -> ArmKinematics:
     """The arm in `source`; raises as `read_arm`."""
-    root, problems = parse_tree(source)
-    arm = read_section(ArmKinematics, root, Place(source, 1, 1), problems)
-    with suppress(UnknownError):
-        problems += _impossible(source, arm)
-    if problems:
-        raise PlanError(tuple(problems))
-    return whole(arm)
+    return read_file(ArmKinematics, source, _impossible)
 
 
 def _impossible(source: Source, arm: ArmKinematics) -> Iterator[Problem]:

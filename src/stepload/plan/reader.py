@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from typing import Any, TypeVar, cast
 
-from stepload.plan.draft import Draft, UnknownError, kind_of, leave_out, put
+from stepload.plan.draft import Draft, UnknownError, kind_of, leave_out, put, whole
 from stepload.plan.leaves import Leaf, LeafError, Stated
-from stepload.plan.problems import Problem, guess, printable
+from stepload.plan.problems import PlanError, Problem, guess, printable
 from stepload.plan.sections import (
     SHAPE,
     Each,
@@ -19,9 +19,30 @@ from stepload.plan.sections import (
     entries,
     written_entries,
 )
-from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar, Sequence
+from stepload.plan.source import Source
+from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar, Sequence, parse_tree
 
 T = TypeVar("T")
+
+
+def read_file(
+    kind: Callable[..., T], source: Source, impossible: Callable[[Source, T], Iterable[Problem]]
+) -> T:
+    """The one section that `source` holds.
+
+    Args:
+        impossible: what is wrong with its values together.
+
+    Raises:
+        PlanError: every problem with its place.
+    """
+    root, problems = parse_tree(source)
+    section = read_section(kind, root, Place(source, 1, 1), problems)
+    with suppress(UnknownError):
+        problems += impossible(source, section)
+    if problems:
+        raise PlanError(tuple(problems))
+    return whole(section)
 
 
 def read_section(

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from mcap import records
@@ -15,13 +16,7 @@ from numpy.typing import NDArray
 from stepload.errors import BadInputError
 from stepload.record import layout
 from stepload.record.layout import MESSAGE_HEAD, MESSAGE_OPCODE, RECORD_HEAD, STREAMS, Topic
-from stepload.record.rows import (
-    ArmColumns,
-    Columns,
-    DisplacementColumns,
-    ForceColumns,
-    TickColumns,
-)
+from stepload.record.rows import ArmColumns, DisplacementColumns, ForceColumns, TickColumns
 from stepload.record.scan import (
     DamageError,
     RawRecord,
@@ -37,6 +32,14 @@ BATCH_BYTES = 1 << 22
 """Message bytes gathered before they are turned into columns."""
 MOST_EVENTS = 200_000
 """A run has some ten events for each step; each takes memory of its own."""
+COLUMNS: Mapping[str, Any] = {
+    "force": ForceColumns,
+    "second_force": ForceColumns,
+    "arm": ArmColumns,
+    "displacement": DisplacementColumns,
+    "tick": TickColumns,
+}
+"""The columns of each stream."""
 _TEXT_AT = RECORD_HEAD + MESSAGE_HEAD + 4
 
 
@@ -230,8 +233,8 @@ class Reading:
         """Whether the file has the stream's topics."""
         return STREAMS[stream].topics[0].name in self._columns
 
-    def stream(self, name: str, columns: Callable[..., Columns], path: Path) -> Columns:
-        """The columns of a stream: all its topics, row by row together."""
+    def stream(self, name: str, path: Path) -> Any:
+        """The `COLUMNS` of a stream: all its topics, row by row together."""
         found: dict[str, NDArray[np.generic]] = {}
         numbers = {}
         for topic in STREAMS[name].topics:
@@ -248,7 +251,7 @@ class Reading:
         for field in fields.keys() - found.keys():  # declared after the file was made
             column = found[field] = np.empty(number, fields[field].numpy)
             column[:] = np.nan if column.dtype.kind == "f" else 0
-        return columns(**{field: found[field] for field in fields})
+        return COLUMNS[name](**{field: found[field] for field in fields})
 
 
 def _as_defined(at: int, known: Topic, definition: bytes) -> Topic:
@@ -296,15 +299,15 @@ def read_recording(path: Path, mean_of: int = 1) -> Recording:
     except DamageError as error:
         raise BadInputError(f"{path}: {error}") from error
     outcome = reading.metadata.get("result", {})
-    second = reading.stream("second_force", ForceColumns, path)
-    gauge = reading.stream("displacement", DisplacementColumns, path)
+    second = reading.stream("second_force", path)
+    gauge = reading.stream("displacement", path)
     return Recording(
         path=path,
-        force=reading.stream("force", ForceColumns, path),
+        force=reading.stream("force", path),
         second_force=second if reading.has("second_force") else None,
-        arm=reading.stream("arm", ArmColumns, path),
+        arm=reading.stream("arm", path),
         displacement=gauge if reading.has("displacement") else None,
-        ticks=reading.stream("tick", TickColumns, path),
+        ticks=reading.stream("tick", path),
         events=events,
         metadata=reading.metadata["run"],
         outcome=outcome,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from stepload.errors import BadInputError
-from stepload.record.reader import Reading
+from stepload.record.reader import COLUMNS, Reading
 from stepload.record.rows import (
     ArmColumns,
     DisplacementColumns,
@@ -20,13 +20,6 @@ from stepload.record.rows import (
 )
 from stepload.record.scan import DamageError, open_scan
 
-COLUMNS = {
-    "force": ForceColumns,
-    "second_force": ForceColumns,
-    "arm": ArmColumns,
-    "displacement": DisplacementColumns,
-    "tick": TickColumns,
-}
 LATE_S = 5.0
 """A stream that is this much in s behind the newest one in the file is taken to have ended."""
 
@@ -59,9 +52,9 @@ class _Pending:
 
     def take(self) -> None:
         """Take what the reading has gathered."""
-        for name, kind in COLUMNS.items():
+        for name in COLUMNS:
             if self._reading.has(name):
-                columns = self._reading.stream(name, kind, self._path)
+                columns = self._reading.stream(name, self._path)
                 if len(times_of(columns)):
                     self._parts[name].append(columns)
 
@@ -83,7 +76,7 @@ class _Pending:
         return Stretch(start_s, end_s, *found.values())
 
     def _split(self, name: str, end_s: float) -> Any:
-        parts = self._parts[name] or [self._reading.stream(name, COLUMNS[name], self._path)]
+        parts = self._parts[name] or [self._reading.stream(name, self._path)]
         kind = COLUMNS[name]
         whole = kind(*(np.concatenate(column) for column in zip(*parts, strict=True)))
         before = times_of(whole) < end_s

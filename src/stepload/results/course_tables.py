@@ -46,7 +46,7 @@ def predicted_table(run: Evaluation) -> Table:
             "levels held on the way up", number(".0f"),
             len(procedure.levels_n) * procedure.cycles, outcome.levels_done,
         ),
-        ("largest force", newton, envelope.top_force_n, outcome.peak_force_n),
+        ("largest force", newton, envelope.plan.procedure.top_force_n, outcome.peak_force_n),
     ]  # fmt: skip
     if run.data is not None:
         planned_n = envelope.limits.noise_n if envelope.limits else envelope.bounds.noise_n

@@ -17,6 +17,7 @@ from stepload.rig.contract_trial import (
     require,
 )
 from stepload.rig.device import Arm
+from stepload.rig.samples import ArmSample
 
 ARRIVE_S = 1.0
 HOLD_S = 0.5
@@ -115,11 +116,20 @@ def _held(arm: Arm, trial: Trial) -> float:
 
 
 def _position(device: Arm, trial: Trial) -> float:
+    return newest(device, trial).position_m
+
+
+def newest(device: Arm, trial: Trial) -> ArmSample:
+    """The newest sample after a wait for one.
+
+    Raises:
+        ContractViolation: none comes.
+    """
     device.drain()
     for _ in range(200):
         trial.wait(device.period_s)
         if samples := device.drain():
-            return samples[-1].position_m
+            return samples[-1]
     fault = device.fault()
     why = f": {fault.code}: {fault.message}" if fault else ""
     raise ContractViolation(f"an open arm delivers no samples{why}")

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 
-from stepload.rig.contract_motion import ARRIVE_S, NEAR_SHARE, moving_arm, refused
-from stepload.rig.contract_trial import ContractViolation, SkippedCheck, Trial, require
+import numpy as np
+from numpy.typing import NDArray
+
+from stepload.rig.contract_motion import ARRIVE_S, NEAR_SHARE, moving_arm, newest, refused
+from stepload.rig.contract_trial import SkippedCheck, Trial, require
 from stepload.rig.device import LARGEST_SHIFT_M, Arm
 
-Vector = tuple[float, float, float]
+Vector = NDArray[np.float64]
 
 
 def check_shift(trial: Trial) -> str:
@@ -30,13 +33,13 @@ def check_shift(trial: Trial) -> str:
         second = _moved("axis 2", arm, begin, start_m, trial)
         before = _rest(arm, trial)[1]
         arm.retract(way_m, trial.speed_m_s, trial.open_timeout_s)
-        back = _less(before, _rest(arm, trial)[1])
-        across_m = max(abs(_dot(back, axis)) / way_m for axis in (first, second))
+        back = before - _rest(arm, trial)[1]
+        across_m = max(abs(float(back @ axis)) / way_m for axis in (first, second))
         require(
             across_m < NEAR_SHARE * way_m,
             f"a retract went {across_m * 1e3:.4f} mm across the approach: it must keep the shift",
         )
-        turn = _dot(_cross(first, second), back) / way_m**3
+        turn = float(np.cross(first, second) @ back) / way_m**3
         require(
             turn > 0.5,
             "axes 1 and 2 and the approach are no right-handed frame by the arm's pose: a tilt "
@@ -49,9 +52,9 @@ def check_shift(trial: Trial) -> str:
 def _moved(name: str, arm: Arm, begin: Vector, start_m: float, trial: Trial) -> Vector:
     """The measured change of the pose: it must be across the approach, and as far as asked."""
     position_m, pose = _rest(arm, trial)
-    went, asked_m = _less(pose, begin), trial.move_m
+    went, asked_m = pose - begin, trial.move_m
     along_m = position_m - start_m
-    went_m = math.sqrt(max(0.0, _dot(went, went) - along_m**2))
+    went_m = math.sqrt(max(0.0, float(went @ went) - along_m**2))
     require(
         abs(went_m - asked_m) < NEAR_SHARE * asked_m,
         f"shift along {name}: the pose went {went_m * 1e3:.4f} mm across the approach, asked were "
@@ -82,22 +85,5 @@ def _ramp(
 
 def _rest(arm: Arm, trial: Trial) -> tuple[float, Vector]:
     """Position along the approach and place of the TCP, of the newest sample."""
-    arm.drain()
-    for _ in range(200):
-        trial.wait(arm.period_s)
-        if samples := arm.drain():
-            return samples[-1].position_m, samples[-1].pose[:3]
-    raise ContractViolation("an open arm delivers no samples")
-
-
-def _less(one: Vector, other: Vector) -> Vector:
-    return one[0] - other[0], one[1] - other[1], one[2] - other[2]
-
-
-def _dot(one: Vector, other: Vector) -> float:
-    return sum(a * b for a, b in zip(one, other, strict=True))
-
-
-def _cross(one: Vector, other: Vector) -> Vector:
-    (a, b, c), (x, y, z) = one, other
-    return b * z - c * y, c * x - a * z, a * y - b * x
+    sample = newest(arm, trial)
+    return sample.position_m, np.array(sample.pose[:3])

@@ -44,11 +44,11 @@ class PayloadTruth:
     law: str
     k: float
     n: float
-    elastic_limit_n: float
-    roughness_m: float
-    kappa: float
-    hysteresis: float
-    hard_stop_m: float
+    elastic_limit_n: float = math.inf
+    roughness_m: float = 0.0
+    kappa: float = 0.0
+    hysteresis: float = 0.0
+    hard_stop_m: float = math.inf
     stop_stiffness_n_per_m: float = 1e9
     pad_stiffness_n_per_m: float = math.inf
     pad_depth_m: float = 0.0
@@ -102,14 +102,11 @@ class WorldSpec:
     effective_mass_kg: float
     command_delay_s: float
     lag_s: float
-    lost_motion_m: float
     max_speed_m_s: float
     max_acceleration_m_s2: float
     max_push_n: float
     position_quantum_m: float
     position_noise_m: float
-    kinematic_error_m: float
-    kinematic_length_m: float
     arm_has_force: bool
     arm_force_noise_n: float
     force_rate_hz: float
@@ -119,10 +116,13 @@ class WorldSpec:
     force_delay_s: float
     force_range_n: float
     start_force_bias_n: float
-    force_drift_n_per_s: float
-    gauge_rate_hz: float
-    gauge_quantum_m: float
-    gauge_noise_m: float
+    lost_motion_m: float = 0.0
+    kinematic_error_m: float = 0.0
+    kinematic_length_m: float = 0.0
+    force_drift_n_per_s: float = 0.0
+    gauge_rate_hz: float = 0.0
+    gauge_quantum_m: float = 0.0
+    gauge_noise_m: float = 0.0
     faults: tuple[WorldFault, ...] = ()
     second_force_rate_hz: float = 0.0
     second_force_axis: str = "+fz"

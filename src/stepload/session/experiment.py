@@ -24,7 +24,7 @@ from stepload.engine.tick import Engine
 from stepload.envelope.envelope import Envelope, envelope_of, refusal_of
 from stepload.envelope.pose import plan_where_it_stands
 from stepload.envelope.reason import PlanVerdict
-from stepload.errors import LeftEarlyError, RefusedError
+from stepload.errors import LeftEarlyError, RefusedError, in_words
 from stepload.plan.hazards import refuse_unread
 from stepload.record.outcome import RunOutcome
 from stepload.record.plain import plain
@@ -306,7 +306,7 @@ def _evaluated(session: _Session, finished: Finished, record: Path) -> Finished:
         finished = replace(finished, evaluation=evaluation, data=plain(run_data(evaluation)))
         return replace(finished, document=run_document(evaluation))
     except Exception as error:  # a bug here must not cost the record
-        problems = (*finished.problems, f"the evaluation failed: {_named(error)}")
+        problems = (*finished.problems, f"the evaluation failed: {in_words(error)}")
         data = {**finished.data, "reasons": list(problems)}
         return replace(finished, problems=problems, data=data)
 
@@ -322,7 +322,7 @@ def _identified(
         finished = replace(finished, left_early=error.signal_number)
         problem = "the evaluation was left out on request: `stepload identify` does it"
     except Exception as error:  # a bug there must not cost the report
-        problem = f"the evaluation failed: {_named(error)}"
+        problem = f"the evaluation failed: {in_words(error)}"
     finally:
         operator.moving = True
     return replace(finished, problems=(problem,)), replace(bare, problem=problem)
@@ -330,7 +330,7 @@ def _identified(
 
 def _given_up(finished: Finished, recorder: Recorder, error: Exception) -> RecordingFailedError:
     """The error of a record that could not be finished; what is known is still written down."""
-    reason = error.message if isinstance(error, RecordingFailedError) else _named(error)
+    reason = error.message if isinstance(error, RecordingFailedError) else in_words(error)
     with contextlib.suppress(Exception):
         recorder.abandon()
     with contextlib.suppress(OSError):
@@ -349,9 +349,5 @@ def _write_files(finished: Finished) -> list[str]:
             document = with_record(document, finished.directory / files.RECORD)
         files.write_results(finished.directory, finished.data, document)
     except Exception as error:
-        return [f"report or results not written: {_named(error)}"]
+        return [f"report or results not written: {in_words(error)}"]
     return []
-
-
-def _named(error: Exception) -> str:
-    return f"{type(error).__name__}: {error}"

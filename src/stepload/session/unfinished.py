@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from stepload.errors import SteploadError
+from stepload.errors import SteploadError, in_words
 from stepload.evidence.identification import Identification
 from stepload.record.recovery import Recovered, find_unfinished, recover
 from stepload.results.data import identification_data
@@ -103,5 +103,5 @@ def repair_all(directory: Path) -> list[Repaired]:
 
 
 def _one_line(error: Exception) -> str:
-    text = error.message if isinstance(error, SteploadError) else f"{type(error).__name__}: {error}"
+    text = error.message if isinstance(error, SteploadError) else in_words(error)
     return " ".join(text.split())

@@ -105,7 +105,7 @@ def test_a_gauge_on_an_arm_counts_as_beside_the_contact_until_its_offset_is_stat
     unknown = with_gauge(Structure.ARM, None)
     assert gauge_offset_of(unknown.rig) == UNKNOWN_OFFSET_M
     envelope = envelope_for(unknown)
-    secant = envelope.theory.law.secant(envelope.top_force_n)
+    secant = envelope.theory.law.secant(envelope.plan.procedure.top_force_n)
     expected = UNKNOWN_OFFSET_M * TURN_RAD_PER_N * secant
     assert notes(unknown) == [pytest.approx(expected)]
     assert notes(with_gauge(Structure.ARM, 0.004)) == []

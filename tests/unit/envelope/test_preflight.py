@@ -41,7 +41,7 @@ def test_plastic_sphere_goes(sphere: Plan) -> None:
     assert check.theory.elastic_limit_n == pytest.approx(727.0, abs=0.5)
     assert check.identifiability is not None
     assert check.identifiability.k_max_n_per_m == pytest.approx(7.23e6, rel=1e-3)
-    assert check.top_force_n < check.force_limit_n < check.theory.elastic_limit_n
+    assert sphere.procedure.top_force_n < check.force_limit_n < check.theory.elastic_limit_n
 
 
 def test_what_too_few_cycles_cannot_show_is_a_note(sphere: Plan) -> None:

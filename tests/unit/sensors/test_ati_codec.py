@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from stepload_drivers.ati import codec
 from stepload_drivers.ati.codec import Calibration, Op
+from stepload_verify.emulators.ati import gauge_frames
 
 h = bytes.fromhex
 
@@ -88,4 +89,4 @@ def test_ids():
     st.lists(st.integers(-32768, 32767), min_size=6, max_size=6),
 )
 def test_gauge_frames_are_read_back(status, counts):
-    assert codec.gauges(*codec.gauge_frames(status, counts)) == (status, tuple(counts))
+    assert codec.gauges(*gauge_frames(status, counts)) == (status, tuple(counts))

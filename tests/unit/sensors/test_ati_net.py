@@ -15,7 +15,8 @@ from stepload_drivers import stream as stream_module
 from stepload_drivers import streamed
 from stepload_drivers.ati import net
 from stepload_drivers.ati.net import AtiNet
-from stepload_drivers.ati.rdt import Command, Record, encode, request
+from stepload_drivers.ati.rdt import Command, Record, request
+from stepload_verify.emulators.ati_net import encode
 
 HOST = "10.0.0.9"
 

@@ -4,9 +4,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stepload_drivers.ati.codec import gauge_frames
 from stepload_drivers.ati.poller import ANSWER_S, SILENCE_S, Poller
 from stepload_drivers.canframe import CanFrame
+from stepload_verify.emulators.ati import gauge_frames
 
 PERIOD_S = 1e-3
 

@@ -10,6 +10,7 @@ from stepload.rig.faults import FaultCode
 from stepload_drivers.ati import rdt
 from stepload_drivers.ati.box import read_box
 from stepload_drivers.ati.rdt import AXIA, NET_BOX, Command, Record, Scale
+from stepload_verify.emulators.ati_net import encode, requested
 
 
 @pytest.mark.parametrize(
@@ -23,12 +24,12 @@ from stepload_drivers.ati.rdt import AXIA, NET_BOX, Command, Record, Scale
 )
 def test_requests(command, count, data):
     assert rdt.request(command, count).hex() == data
-    assert rdt.requested(bytes.fromhex(data)) == (command, count)
+    assert requested(bytes.fromhex(data)) == (command, count)
 
 
 @pytest.mark.parametrize("data", ["", "1235000200000000", "123400020000", "12340002000000000000"])
 def test_what_is_no_request(data):
-    assert rdt.requested(bytes.fromhex(data)) is None
+    assert requested(bytes.fromhex(data)) is None
 
 
 def test_a_record():
@@ -39,7 +40,7 @@ def test_a_record():
     counts = (1_000_000, -1_000_000, -1, 0, 2**31 - 1, -(2**31))
     record = rdt.decode(data)
     assert record == Record(7, 123456, 0x80020000, counts)
-    assert rdt.encode(record) == data
+    assert encode(record) == data
     wrench = Scale(1e-6, 1e-3).wrench(counts)
     assert wrench == pytest.approx((1.0, -1.0, -1e-6, 0.0, 2147483.647, -2147483.648))
 

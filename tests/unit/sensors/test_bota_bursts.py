@@ -7,8 +7,9 @@ from types import SimpleNamespace
 import pytest
 
 from stepload_drivers.bota import sensor as module
-from stepload_drivers.bota.codec import Frame, encode
+from stepload_drivers.bota.codec import Frame
 from stepload_drivers.bota.sensor import BotaSerial
+from stepload_verify.emulators.bota import encode
 
 PERIOD_S = 1e-3
 BURST = 16

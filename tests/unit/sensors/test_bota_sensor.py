@@ -13,8 +13,9 @@ from stepload_drivers import stream as stream_module
 from stepload_drivers import streamed
 from stepload_drivers.bota import dialogue
 from stepload_drivers.bota import sensor as bota_module
-from stepload_drivers.bota.codec import CLOCK_MODULUS_US, Frame, FrameStatus, encode
+from stepload_drivers.bota.codec import CLOCK_MODULUS_US, Frame, FrameStatus
 from stepload_drivers.bota.sensor import BotaSerial
+from stepload_verify.emulators.bota import encode
 
 BANNER = b"App Init\r\nname: SensONE\r\nS/N: B7\r\nFW version: 1.2\r\n"
 

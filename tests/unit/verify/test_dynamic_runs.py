@@ -37,7 +37,7 @@ def test_every_world_has_plans_that_may_go_and_is_its_plan_with_something_wrong(
 ) -> None:
     draft, story, envelope = drawn(world, 3, tmp_path)
     assert ALL[world].fits(draft)
-    assert envelope.top_force_n < envelope.theory.elastic_limit_n
+    assert envelope.plan.procedure.top_force_n < envelope.theory.elastic_limit_n
     assert bool(story) == (world != "as-declared")
     again, _, _ = drawn(world, 3, tmp_path)
     assert again.text == draft.text

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 import struct
+from collections.abc import Sequence
 
 from stepload_drivers.ati.codec import (
     DEFAULT_BASE,
@@ -14,7 +15,6 @@ from stepload_drivers.ati.codec import (
     TORQUE_UNITS_NM,
     Op,
     frame_id,
-    gauge_frames,
 )
 from stepload_verify.emulators.canwire import CanProtocol, Frame
 from stepload_verify.emulators.emulator import Measured
@@ -32,6 +32,12 @@ MATRIX = (
 WATCHDOG_RESET, BAD_CALIBRATION, ANY_ERROR = 1 << 0, 1 << 6, 1 << 15
 SLOTS = 2
 RATED_SHARE = 0.6
+
+
+def gauge_frames(status: int, counts: Sequence[int]) -> tuple[bytes, bytes]:
+    """The two frames (8 and 6 bytes) of an answer with these gauge counts sg0..sg5."""
+    sg0, sg1, sg2, sg3, sg4, sg5 = counts
+    return struct.pack(">Hhhh", status, sg0, sg2, sg4), struct.pack(">hhh", sg1, sg3, sg5)
 
 
 class AtiDevice:

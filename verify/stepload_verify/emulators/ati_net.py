@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from stepload_drivers.ati.rdt import (
-    MODULUS,
-    SUMMARY,
-    Command,
-    Record,
-    encode,
-    requested,
-)
+import struct
+
+from stepload_drivers.ati.rdt import HEADER, MODULUS, SUMMARY, Command, Record
 from stepload_verify.emulators.emulator import Measured
 from stepload_verify.emulators.faults import FaultBoard
 from stepload_verify.emulators.physics import Wrench, WrenchSource
@@ -18,6 +13,19 @@ REQUEST_BYTES = 8
 UNITS = {"N": 1.0, "lbf": 4.4482216152605, "kN": 1000.0}
 SATURATED = 1 << 17
 SATURATED_SHARE = 1.5
+
+
+def requested(data: bytes) -> tuple[int, int] | None:
+    """Command and count of a request; None when it is none."""
+    if len(data) != REQUEST_BYTES:
+        return None
+    header, command, count = struct.unpack(">HHI", data)
+    return (command, count) if header == HEADER else None
+
+
+def encode(record: Record) -> bytes:
+    """The 36 bytes of `record`."""
+    return struct.pack(">III6i", *record[:3], *record.counts)
 
 
 class NetBox:

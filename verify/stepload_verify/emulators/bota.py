@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 import re
+import struct
 
 from stepload_drivers.bota.codec import (
     CLOCK_MODULUS_US,
+    HEADER,
     SINC_OF_RATE,
     SINC_STEP_S,
     Frame,
     FrameStatus,
-    encode,
+    crc_x25,
 )
 from stepload_verify.emulators.emulator import Measured
 from stepload_verify.emulators.faults import FaultBoard
@@ -27,6 +29,12 @@ _SETTINGS = {
     "b": re.compile(rf"b(,{_NUMBER}){{5}}, *-?\d+\.\d{{3}}"),
     "m": re.compile(rf"m\d(,{_NUMBER}){{5}}, *-?\d+\.\d{{6}}"),
 }
+
+
+def encode(frame: Frame) -> bytes:
+    """The 37 bytes of `frame`."""
+    body = struct.pack("<H6fIf", frame.status, *frame.wrench, frame.clock_us, frame.temperature_c)
+    return bytes((HEADER,)) + body + crc_x25(body).to_bytes(2, "little")
 
 
 class BotaDevice:

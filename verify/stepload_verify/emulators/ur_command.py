@@ -37,12 +37,13 @@ def emulate_ur(
 
     axis: Axis = FreeAirAxis()
     if surface_mm is not None:
-        from stepload_drivers.sim.live import damping, smooth_payload
+        from stepload.rig.world import PayloadTruth
+        from stepload_drivers.sim.live import damping
         from stepload_verify.emulators.ur_world import axis_in_world
 
         axis = axis_in_world(
             surface_m=surface_mm * 1e-3,
-            payload=smooth_payload(payload_k, payload_n),
+            payload=PayloadTruth("smooth", payload_k, payload_n),
             system_stiffness_n_per_m=system_stiffness,
             system_damping_n_s_per_m=damping(system_stiffness, 5.0),
             effective_mass_kg=5.0,

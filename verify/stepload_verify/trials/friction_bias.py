@@ -24,10 +24,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepload.rig.mount import Matrix3, Mount
-from stepload.rig.world import WorldSpec
+from stepload.rig.world import PayloadTruth, WorldSpec
 from stepload_drivers.sim.contact import contact_of
 from stepload_drivers.sim.frames import rows
-from stepload_drivers.sim.live import DEFAULT_SPEC, smooth_payload
+from stepload_drivers.sim.live import DEFAULT_SPEC
 from stepload_drivers.sim.six_plant import SixPlant
 
 FloatArray = NDArray[np.float64]
@@ -109,7 +109,7 @@ def press(compliance: Matrix3, friction: float, k: float, n: float, top_n: float
     mass = 8.0
     spec: WorldSpec = replace(
         DEFAULT_SPEC,
-        payload=smooth_payload(k, n),
+        payload=PayloadTruth("smooth", k, n),
         surface_m=SURFACE_M,
         system_stiffness_n_per_m=stiffness,
         system_damping_n_s_per_m=sqrt(stiffness * mass),
