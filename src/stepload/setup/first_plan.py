@@ -171,7 +171,7 @@ def first_plan(answers: Answers, rig: str, path: Path) -> tuple[str, Envelope]:
     asked = answers.text("top_force") if stated is None else stated.text
     if asked == "most" and stated is None and levels is not None:
         last = levels.text.strip("[] ").rpartition(",")[2]
-        top_n, origin = _stated_n(last), "the last of the levels"
+        top_n, origin = parse_named("levels", last, "N"), "the last of the levels"
     elif asked == "most" and stated is None:
         tried, lightest, _ = _lightest(values, rig, path, let_through=False)
         largest_n = tried.largest_safe_force_n
