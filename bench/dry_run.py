@@ -55,7 +55,7 @@ def measure(hours: float, path: Path = PLAN, mount: bool = False) -> dict[str, f
     if hours:
         each_s = envelope_of(plan).duration_s
         each_s -= envelope_of(replace(plan, procedure=replace(plan.procedure, cycles=1))).duration_s
-        cycles = round(hours * 3600.0 / each_s)
+        cycles = max(1, round(hours * 3600.0 / each_s))
         plan = replace(plan, procedure=replace(plan.procedure, cycles=cycles))
     loop_s = cpu_s = loop_mb = 0.0
     run_loop = experiment.run_loop
@@ -75,6 +75,7 @@ def measure(hours: float, path: Path = PLAN, mount: bool = False) -> dict[str, f
         done = experiment.run_plan(envelope_of(plan), dry_run=True, out=Path(place) / "run")
         command_cpu_s = time.process_time() - begin_cpu_s
         all_s = time.perf_counter() - begin_s
+        runner_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
         size = (done.directory / "run.mcap").stat().st_size
         begin_cpu_s = time.process_time()
         results_of_file(done.directory / "run.mcap", Wishes())
@@ -90,7 +91,7 @@ def measure(hours: float, path: Path = PLAN, mount: bool = False) -> dict[str, f
         "all_s": all_s,
         "loop_mb": loop_mb,
         "record_mb": size / 1e6,
-        "runner_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
+        "runner_mb": runner_mb,
         "writer_mb": resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024.0,
     }
 

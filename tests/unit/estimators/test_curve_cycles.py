@@ -87,6 +87,19 @@ def test_adhesion_and_spikes_make_no_cycle() -> None:
     assert unloaded == force.size
 
 
+def test_spikes_of_force_and_travel_at_once_make_no_cycle() -> None:
+    force = ramp(0, 0, 100, 0, 0, count=300)
+    travel = ramp(-20, 0, 21, 0, -20, count=300)
+    force[100:102], travel[100:102] = 80.0, 40.0
+    assert len(bounds(force, travel)) == 1
+
+
+def test_a_pull_that_the_travel_eases_begins_no_cycle() -> None:
+    """The arm pulls, and comes back towards the payload: the force rises, and presses nothing."""
+    ((loaded, _, _),) = bounds(ramp(0, 100, -30, 0), ramp(0, 20, -10, -2))
+    assert loaded == pytest.approx(200, abs=3)
+
+
 def test_nothing_pressed_is_no_cycle() -> None:
     assert cycles_of(np.zeros(50), np.arange(50.0)) == []
     assert cycles_of(-ramp(0, 10), ramp(0, 10)) == []

@@ -125,7 +125,7 @@ def planned(kind: str, place: Path) -> Iterator[Path]:
     plan, port = _read("demo-wire", WIRE), place / "force.tty"
     plan["rig"]["arm"]["options"]["host"] = HOST
     plan["rig"]["force"]["options"]["port"] = str(port)
-    path.write_text(json.dumps(plan))
+    path.write_text(json.dumps(plan, default=str))
     world = world_for(envelope_of(load_plan(path)))
     with RigProcess(world, ur=HOST, sensors=(SENSOR,), links={SENSOR: port}):
         yield path
