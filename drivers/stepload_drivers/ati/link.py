@@ -21,7 +21,9 @@ from stepload_drivers.ati.codec import (
 from stepload_drivers.canbus import CanLink
 from stepload_drivers.streamed import Deadline
 
-REPLY_S = 0.2
+REPLY_S = 0.5
+"""Time in s for an answer; it is asked before and after a run. A sensor takes some ms, a busy host
+more."""
 MATRIX_OPS = (Op.MATRIX, Op.MATRIX_2, Op.MATRIX_3)
 
 

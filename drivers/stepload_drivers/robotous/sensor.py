@@ -25,7 +25,9 @@ from stepload_drivers.stream import Stream
 from stepload_drivers.streamed import MAX_AGE, Deadline, Streamed, require_serial_number
 
 CAN_BITRATE = 1_000_000
-REPLY_S = 0.2
+REPLY_S = 0.5
+"""Time in s for an answer; it is asked before and after a run. A sensor takes some ms, a busy host
+more."""
 STOP_S = 0.02
 FROZEN_S = 0.05
 
