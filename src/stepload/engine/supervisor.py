@@ -407,7 +407,8 @@ class Supervisor:
 
         A tick in which they agree takes back one in which they did not, no more: noise, or a
         loose contact, that lets them agree now and then does not hide what is wrong most of the
-        time. While the target moves away, which is safe, the count rests.
+        time. While the target moves away, which is safe, the count rests: in a hold it does so in
+        every other tick, and only like may be counted against like.
         """
         limits = self._limits
         raw_n = self.arm.force_n if self.second is None else self.second.raw_n
@@ -415,10 +416,10 @@ class Supervisor:
         self._cross.add(force_n, second_n)
         difference_n = self._cross.difference_n
         tolerance_n = limits.cross_tolerance_n + limits.cross_relative * abs(smooth_n)
+        if self.motion.speed_m_s < 0.0:
+            return None
         if -tolerance_n <= difference_n <= tolerance_n:
             self._cross_s = max(0.0, self._cross_s - limits.period_s)
-            return None
-        if self.motion.speed_m_s < 0.0:
             return None
         self._cross_s += limits.period_s
         if self._cross_s <= limits.cross_time_s:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import pytest
 from rule_feed import PERIOD_S, PLANNED, Feed, arm_sample, force_sample
@@ -191,6 +192,21 @@ def test_r5_counts_nothing_while_the_target_moves_away() -> None:
     feed.moving(200, -1e-4, 0.0, second_n=60.0)
     assert feed.supervisor.cause is None
     feed.until("R5", 0.1, 0.0, second_n=60.0)
+
+
+def test_r5_takes_nothing_back_while_the_target_moves_away() -> None:
+    """In a hold every other tick moves away; there agreement counts as little as its contrary."""
+    supervisor = Feed(jump_n=1e9).supervisor
+    shown = SimpleNamespace(add=lambda *_: None, difference_n=0.0)
+    supervisor._cross = shown  # type: ignore[assignment]
+    found = None
+    for tick in range(4 * round(PLANNED.cross_time_s / PERIOD_S)):
+        away = tick % 2 == 0
+        supervisor.motion.speed_m_s = -1e-3 if away else 1e-3
+        shown.difference_n = 0.0 if away else 300.0
+        found = found or supervisor._judge_cross_check(0.0, 0.0)
+    assert found is not None
+    assert found.rule == "R5"
 
 
 def test_r5_judges_the_second_channel_tared() -> None:
