@@ -95,7 +95,8 @@ _POWERS = {"²": 2, "³": 3}
 _PLUS_MINUS = re.compile(r"±|\+/-|\+-")
 
 
-def _parse_unit(text: str) -> _Unit:
+def _parse_unit(text: str, wanted: _Unit | None = None) -> _Unit:
+    """The unit of a text; an unknown one that stands alone is held against those like `wanted`."""
     if text in _CELSIUS:
         return _Unit(_UNITS["K"].dimension, Decimal(1))
     exponents = [0, 0, 0, 0, 0]
@@ -111,7 +112,10 @@ def _parse_unit(text: str) -> _Unit:
         for factor in factors:
             match = _FACTOR.fullmatch(factor)
             if match is None or match[1] not in _UNITS:
-                raise QuantityError(f"unknown unit {factor!r}", hint=_nearest(factor))
+                raise QuantityError(
+                    f"unknown unit {factor!r}",
+                    hint=_nearest(factor, wanted if factor == text else None),
+                )
             unit = _UNITS[match[1]]
             power = int(_POWERS.get(match[2], match[2] or 1)) * (-1 if position else 1)
             exponents = [e + power * d for e, d in zip(exponents, unit.dimension, strict=True)]
@@ -120,8 +124,10 @@ def _parse_unit(text: str) -> _Unit:
     return _Unit((a, b, c, d, e), scale)
 
 
-def _nearest(symbol: str) -> str:
+def _nearest(symbol: str, wanted: _Unit | None) -> str:
     known = [*_UNITS, *_CELSIUS]
+    if wanted is not None:
+        known = [each for each in known if _parse_unit(each).dimension == wanted.dimension]
     near = [u for u in known if u.lower() == symbol.lower()]
     near = near or get_close_matches(symbol, known, n=3, cutoff=0.5)
     if near:
@@ -183,12 +189,12 @@ def parse_quantity(text: object, unit: str) -> float:
     unit_text = text[number.end() :].strip()
     if not unit_text:
         raise QuantityError(f"{shown} has no unit", hint=expected)
+    wanted = _parse_unit(unit)
     try:
-        given = _parse_unit(unit_text)
+        given = _parse_unit(unit_text, wanted)
     except QuantityError as error:
         hint = f"{expected}; {error.hint}"
         raise QuantityError(f"{shown}: {error.message}", hint=hint) from None
-    wanted = _parse_unit(unit)
     if given.dimension != wanted.dimension or (unit == "K" and unit_text in _CELSIUS):
         other, _ = _named(unit_text)
         raise QuantityError(f"{shown} is {other}, not {name}", hint=expected)

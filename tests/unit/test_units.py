@@ -73,6 +73,8 @@ def test_a_quantity_is_read_into_si(text: str, unit: str, value: float) -> None:
         ("50 N/m", "N s/m", "is a stiffness, not a damping", "N s/m"),
         ("28.7 Mm", "m", "unknown unit 'Mm'", "'mm'"),
         ("3 newton", "N", "unknown unit 'newton'", "a force"),
+        ("5 microns", "m", "unknown unit 'microns'", "units are written like"),
+        ("5 kgf", "N", "unknown unit 'kgf'", "units are written like"),
         ("nan N", "N", "not a number", "a force"),
         ("inf N", "N", "not a number", "a force"),
         (math.nan, "N", "not a finite number", "a force"),

@@ -137,7 +137,10 @@ def find_run(text: str, directory: Path) -> Path:
         BadInputError: there is none, or more than one.
     """
     if not directory.is_dir():
-        raise BadInputError(f"{text}: no such file, and no directory {directory} of runs")
+        raise BadInputError(
+            f"{text}: no such file, and no directory {directory} of runs",
+            hint="give the path of a record, or say where the runs are: STEPLOAD_RUNS",
+        )
     wanted = text.lower()
     found = [row for row in rows(directory) if wanted and row.run_id.startswith(wanted)]
     if len(found) != 1:

@@ -102,7 +102,7 @@ class _Run:
             cause=engine.cause,
             why=why_it_stopped(
                 status, engine.cause, retracted, engine.still_closed, self.safing, self.start_s,
-                self.loop_end_s, signal_number,
+                self.loop_end_s, signal_number, course.target_m - course.start_m,
             ),
             retracted=retracted,
             safing=self.safing,

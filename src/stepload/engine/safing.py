@@ -69,6 +69,10 @@ def _run(action: Action, operator: Operator) -> ActionResult:
     return ActionResult(action.name, True, "; ".join(errors), start_s, duration_s)
 
 
+ELSEWHERE_M = 1e-4
+"""An arm this far from its start pose stands elsewhere: the next run would begin there."""
+
+
 def stop_notice(cause: Cause | None, start_s: float) -> str:
     """What the operator reads in the moment of a stop; `start_s` counts as zero."""
     if cause is None:
@@ -93,12 +97,14 @@ def why_it_stopped(
     start_s: float,
     loop_end_s: float,
     signal_number: int = 0,
+    stands_m: float = 0.0,
 ) -> str:
     """One paragraph: what triggered, its value and limit, what safing did and when.
 
     `still_closed` says why the contact cannot be said to be open after the retract. `start_s` is
     the time on the run's clock that counts as zero, `loop_end_s` when the loop ended,
-    `signal_number` the first signal that asked for the end, 0 for none.
+    `signal_number` the first signal that asked for the end, 0 for none. `stands_m` is how far the
+    arm stands from where it began: no run leads it back.
     """
     if cause is None:
         asked = f" ({Signals(signal_number).name})" if signal_number else ""
@@ -114,6 +120,12 @@ def why_it_stopped(
         text += "."
     if status != "completed":
         text += _retract_told(retracted, still_closed, loop_end_s - start_s)
+    if abs(stands_m) >= ELSEWHERE_M:
+        text += (
+            f" The arm stands {abs(stands_m) * 1e3:.2f} mm"
+            f" {'beyond' if stands_m > 0.0 else 'behind'} its start pose: lead it back there before"
+            " the next run."
+        )
     begun_s = outcomes[0].start_s if outcomes else 0.0
     for outcome in outcomes:
         verdict = outcome.error or "confirmed"

@@ -81,11 +81,18 @@ def stiffness_reasons(plan: Plan) -> Iterator[Reason]:
     first_n, last_n = known.table.force_n[0], known.table.force_n[-1]
     share = min(1.0, last_n / top_n)
     short = top_n > BEYOND * last_n
-    further = "; beyond it the slope of its last rows is taken, as a doubt" if short else ""
+    further = (
+        "; beyond it the slope of its last rows is taken, and the result is marginal at best"
+        if short
+        else ""
+    )
     yield Reason(
         "deflection_table", Severity.WARN if short else Severity.NOTE,
         f"the table of the system's deflection ({format_quantity(first_n, 'N')} to "
         f"{format_quantity(last_n, 'N')}) covers {share:.0%} of the forces of this plan{further}",
-        "calibrate up to the top force of this plan" if short else "",
+        "calibrate up to the top force of this plan, or press no further than "
+        f"{format_quantity(last_n, 'N')}"
+        if short
+        else "",
         last_n, top_n, "N",
     )  # fmt: skip

@@ -157,9 +157,9 @@ class Scan:
         """
         data = self._file.read(_BLOCK_BYTES)
         if not data.startswith(MAGIC):
+            why = f"not an MCAP file (begins with {data[:8]!r})" if data else "the file is empty"
             raise BadInputError(
-                f"{getattr(self._file, 'name', 'file')}: not an MCAP file "
-                f"(begins with {data[:8]!r})",
+                f"{getattr(self._file, 'name', 'file')}: {why}",
                 hint="records of stepload are named run.mcap; curves in CSV end in .csv",
             )
         base, at, crc = 0, len(MAGIC), 0

@@ -264,7 +264,8 @@ def common_pose(runs: Sequence[SavedRun]) -> dict[str, Any]:
         if first is not None and other is not None and (apart := differences(first, other)):
             raise BadInputError(
                 f"{run.path}: the arm stood elsewhere than in {runs[0].path}: {'; '.join(apart)}",
-                hint="one record is for one rig in one pose; calibrate each by itself",
+                hint="one record is for one rig in one pose: lead the arm back to its start pose"
+                " before each run (none does), or calibrate each by itself",
             )
     if first is None:
         return {}

@@ -193,7 +193,7 @@ def _zeroed(
         raise BadInputError(
             "nothing was pressed: the run ended after touches that measure the plate's tilt"
             if circled
-            else "the run has no touch: the surface was not found before it ended",
+            else "nothing was pressed: the run ended before it touched the payload",
             hint="see why it stopped: `stepload replay` and the report",
         )
     times = np.array([touch.time_s for touch in touches])

@@ -345,6 +345,12 @@ def test_the_paragraph_tells_what_triggered_and_what_safing_did() -> None:
         "stopped", cause, False, "", (), 10.0, 13.0
     )
     assert why_it_stopped("completed", None, True, "", (), 0.0, 1.0) == "The run was completed."
+    ended = why_it_stopped("completed", None, True, "", (), 0.0, 1.0, stands_m=4.3e-3)
+    assert "completed. The arm stands 4.30 mm beyond its start pose: lead it back" in ended
+    behind = why_it_stopped("stopped", cause, True, "", (), 0.0, 1.0, stands_m=-8e-3)
+    assert "The arm stands 8.00 mm behind its start pose" in behind
+    for near_m in (0.9e-4, -0.9e-4, math.nan):
+        assert "stands" not in why_it_stopped("completed", None, True, "", (), 0.0, 1.0, 0, near_m)
     silent = why_it_stopped("interrupted", None, True, "", (), 0.0, 1.0)
     assert silent.startswith("The run was interrupted on the operator's request. The run itself")
     asked = why_it_stopped("interrupted", None, True, "", (), 0.0, 1.0, 15)
