@@ -48,6 +48,9 @@ LEAST_UNCHECKED_N = 15.0
 """Smallest elastic limit that may be pressed with one force channel and no mechanical fuse."""
 HARD_STOP_N_PER_M = 1e9
 """Stiffness of a hidden hard stop: metal on metal over some square millimetres."""
+BOTH_SIGMAS = 3.0 / math.sqrt(2.0)
+"""Standard uncertainties by which two independent gains may both be too low: together as unlikely
+as one that is by three."""
 TOP_SPEED_SHARE = 0.8
 """Share of the arm's largest speed that is ever commanded."""
 
@@ -213,16 +216,18 @@ def _forces(
     second_noise_n: float = 0.0,
 ) -> ForceLimits:
     """The ladder. What is compared with a second force channel is as wrong as that one's zero may
-    be, and by the tolerance besides and what noise hides from R5. With one channel nothing checks
-    the gain: it may read too little by three times its uncertainty; a shift of its zero comes on
-    top of that."""
+    be, and by the tolerance besides and what noise hides from R5; two sensors whose gains are both
+    too low pass that by what they state. With one channel nothing checks the gain: it may read too
+    little by three times its uncertainty, or as it is bent if that is more; a shift of its zero
+    comes on top."""
     rig, second = plan.rig, plan.rig.second_force
+    common = rig.common_force_error
     if second.source is SecondForceSource.NONE:
-        too_little = 3.0 * rig.force.gain_uncertainty
+        too_little = max(3.0 * rig.force.gain_uncertainty, rig.force.nonlinearity or 0.0)
         if too_little >= 1.0:
             raise RefusedError(
-                f"3 times the gain's uncertainty of {rig.force.gain_uncertainty:.0%} is all of the"
-                " reading, and nothing checks the only force channel",
+                f"3 times the gain's uncertainty of {rig.force.gain_uncertainty:.0%}, or its"
+                " nonlinearity, is all of the reading, and nothing checks the only force channel",
                 hint="calibrate the force sensor (rig.force.gain_uncertainty), or declare a second"
                 " force channel",
             )
@@ -231,6 +236,9 @@ def _forces(
     else:
         tolerance_n = second.tolerance_n + cross_blind_n(rig, noise_n, second_noise_n)
         relative = second.tolerance_relative
+        if second.sensor is not None:
+            least = min(rig.force.gain_uncertainty, second.sensor.gain_uncertainty)
+            common = max(common, BOTH_SIGMAS * least)
         bias_n = max(shift_n, second_zero_n(second))
     return force_limits(
         elastic_limit_n,
@@ -239,7 +247,7 @@ def _forces(
         noise_n=noise_n,
         tolerance_n=tolerance_n,
         tolerance_relative=relative,
-        common_relative=rig.common_force_error,
+        common_relative=common,
         bias_n=bias_n,
         capacity_n=min(rig.arm.max_push_n, 0.95 * rig.force.range_n),
         left=left,

@@ -61,7 +61,7 @@ def make_directory(directory: Path) -> None:
             f"cannot make the directory {directory}: {error.strerror}",
             hint="choose another with --out",
         ) from error
-    for name in (RECORD, PART):
+    for name in (RECORD, PART, RESULTS, REPORT):
         if os.path.lexists(directory / name):
             raise BadInputError(
                 f"{directory / name} exists already", hint="a run needs a directory of its own"

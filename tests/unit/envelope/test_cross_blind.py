@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from run_plans import limits_for, stvf_plan
 from stepload.engine.cross_check import CrossCheck
 from stepload.envelope.bounds import CROSS_CHECK_FILTER_S, channel_skew_s, cross_blind_n
 from stepload.envelope.unseen import unseen
-from stepload.plan.model import Plan, Rig
+from stepload.plan.model import Plan, Rig, SecondForce, SecondForceSource
 
 PLAN = stvf_plan()
 NOISE_N = 0.5
@@ -115,3 +116,28 @@ def test_a_main_channel_beside_a_frozen_one_errs_by_what_noise_hides_too() -> No
         return found.forces_n[0]
 
     assert force_n(8.0) > force_n(0.0) + 3.0
+
+
+def allowed_n(u: float, second_u: float | None, crooked: float | None = None) -> float:
+    """F_allowed of sensors with these uncertainties of their gains; None: no second channel."""
+    rig = PLAN.rig
+    force = replace(rig.force, gain_uncertainty=u, nonlinearity=crooked)
+    second = SecondForce()
+    if second_u is not None:
+        sensor = replace(rig.force, gain_uncertainty=second_u)
+        second = replace(rig.second_force, source=SecondForceSource.SENSOR, sensor=sensor)
+    plan = replace(PLAN, rig=replace(rig, force=force, second_force=second))
+    return limits_for(plan, F_C).allowed_n
+
+
+def test_two_gains_that_may_both_be_too_low_count_where_that_is_more_than_they_share() -> None:
+    shared = allowed_n(0.02, 0.1)
+    assert allowed_n(0.1, 0.02) == allowed_n(0.005, 0.005) == shared
+    both = allowed_n(0.1, 0.12)
+    assert shared - both == pytest.approx(F_C * (0.3 / math.sqrt(2.0) - 0.05) / 1.05)
+
+
+def test_what_bends_the_only_channel_counts_as_stated() -> None:
+    straight = allowed_n(0.01, None)
+    assert allowed_n(0.01, None, 0.02) == straight
+    assert straight - allowed_n(0.01, None, 0.1) == pytest.approx(0.95 * F_C * 0.07, rel=1e-3)
