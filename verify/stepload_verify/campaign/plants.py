@@ -105,7 +105,7 @@ def _second(
     sensor = ForceSpec(
         driver=_SIM, axis="+fz", rate_hz=chance.choice((500.0, 1000.0)), range_n=range_n,
         resolution_n=u(0.0, 0.3), noise_n=noise_n, delay_s=u(0.001, 0.004),
-        gain_uncertainty=0.01, drift_n_per_s=0.0,
+        gain_uncertainty=0.0, drift_n_per_s=0.0,
     )  # fmt: skip
     return SecondForce(
         SecondForceSource.SENSOR, u(2.0, 5.0), relative, 0.02, noise_n, sensor, 0.0
