@@ -305,9 +305,15 @@ def test_links_in_the_directory_are_not_followed(quick: Path, tmp_path: Path) ->
     out, victim = tmp_path / "run", tmp_path / "victim"
     out.mkdir()
     victim.write_text("untouched")
-    for name in ("results.json", "report.html", "control"):
+    words = "run", quick, "--dry-run", "--quiet", "--out", out
+    for name in ("results.json", "report.html"):
         (out / name).symlink_to(victim)
-    done = in_process("run", quick, "--dry-run", "--quiet", "--out", out)
+        done = in_process(*words)
+        assert done.returncode == 2
+        assert f"{name} exists already" in done.stderr
+        (out / name).unlink()
+    (out / "control").symlink_to(victim)
+    done = in_process(*words)
     assert done.returncode == 0, done.stderr
     assert victim.read_text() == "untouched"
     assert results(out)["status"] == "completed"
