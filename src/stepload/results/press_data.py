@@ -17,11 +17,18 @@ from numpy.typing import NDArray
 from stepload.errors import BadInputError
 from stepload.estimators.across import Across
 from stepload.estimators.fit import FloatArray
+from stepload.plan.problems import printable
 from stepload.record.align import Aligned, ChannelClock, align
 from stepload.record.lag import Lag, measure_lag
 from stepload.record.reader import Event, Recording
 from stepload.record.rows import Phase
 
+WRONG_READINGS = {
+    "R4": "a reading could not be used",
+    "R5": "the force channels disagree",
+    "R9": "the force jumped",
+}
+"""The rules whose stop says that readings were wrong, and what each says of them."""
 MOST_MISSING = 20.0
 """Largest ratio of expected to recorded samples of a usable record."""
 IntArray = NDArray[np.integer]
@@ -72,6 +79,8 @@ class PressData:
         torque_noise_n_m: rms of the first two together in free air; NaN without them.
         axis: the pressing axis, "+fx" … "-fz".
         looked: whether the loading could end early at a level (`until`).
+        doubts: sentences that block every figure: a rule that stopped the run says that its
+            readings were wrong.
     """
 
     time_s: FloatArray
@@ -94,6 +103,7 @@ class PressData:
     zero_step_n: float = math.nan
     second_zero_shift_n: float = math.nan
     looked: bool = False
+    doubts: tuple[str, ...] = ()
 
     @property
     def contact(self) -> IntArray:
@@ -243,6 +253,18 @@ def largest_step(means_n: FloatArray) -> float:
     return float(steps[np.argmax(np.abs(steps))]) if steps.size else math.nan
 
 
+def stop_doubts(events: Sequence[Event]) -> tuple[str, ...]:
+    """Doubts about every figure of a run that was stopped because its readings were wrong: when
+    a rule sees it the channel may have been wrong for long, within what the rule allows."""
+    return tuple(
+        f"the run was stopped by {rule} ({means}: {printable(str(event.data.get('message')), 400)})"
+        "; what was wrong then may have been wrong before, within what the rule allows"
+        for event in events
+        if event.kind == "trip"
+        and (means := WRONG_READINGS.get(rule := str(event.data.get("rule"))))
+    )
+
+
 def _check_times(recording: Recording, time_s: FloatArray) -> None:
     """Sample times must be those of a run: what comes after builds even grids from them."""
     step_s = np.diff(time_s)
@@ -320,4 +342,5 @@ def press_data(
         zero_step_n=largest_step(means),
         second_zero_shift_n=float(seconds[-1] - seconds[0]) if len(seconds) > 1 else math.nan,
         looked=any(event.kind == "until" for event in recording.events),
+        doubts=stop_doubts(recording.events),
     )

@@ -49,7 +49,7 @@ def pressed(data: PressData, conditions: Conditions) -> Pressed:
     return _pressed(
         conditions,
         peak_n,
-        tuple(conditions.table_doubts(peak_n)),
+        (*data.doubts, *conditions.table_doubts(peak_n)),
         tracks=tracks,
         touches=_touches(data),
         zero_step_n=finite(data.zero_step_n),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from stepload.plan.model import Plan
 from stepload.record.outcome import ActionResult, Cause, Lateness, RunOutcome, RunStatus
 from stepload.record.reader import Recording
 from stepload.record.rows import Phase, TickColumns
-from stepload.record.untrusted import untrusted
+from stepload.record.untrusted import of_damaged, untrusted
 from stepload.results.analyse import Evaluation, evaluate
 from stepload.results.conditions import from_attachments
 from stepload.results.facts import started_on
@@ -72,7 +73,15 @@ def evaluation_of(path: Path, wishes: Wishes | None = None) -> Evaluation:
             recording.metadata.get("dry_run") == "true",
         )  # fmt: skip
         conditions = from_attachments(recording.attachments)
-        return evaluate(run, wishes.applied(conditions) if wishes else conditions)
+        return damage_named(evaluate(run, wishes.applied(conditions) if wishes else conditions))
+
+
+def damage_named(run: Evaluation) -> Evaluation:
+    """The evaluation, its problem after the damage of the record where there is any."""
+    read = run.recording
+    if not (run.problem and read.damage):
+        return run
+    return replace(run, problem=of_damaged(read.path, read.damage, run.problem))
 
 
 def outcome_of(recording: Recording) -> RunOutcome:
