@@ -12,6 +12,8 @@ import numpy as np
 from stepload.errors import BadInputError
 from stepload.record.reader import read_recording
 
+OF_NUMBERS = (ArithmeticError, ValueError, TypeError, LookupError, MemoryError)
+"""What the numbers of a file may cause."""
 MEAN_OF = 100
 """Samples read as one where only the damage of a record is looked for."""
 
@@ -33,7 +35,7 @@ def untrusted(path: Path) -> Iterator[None]:
     except BadInputError as error:
         _name_damage(error, path / "run.mcap" if path.is_dir() else path)
         raise
-    except (ArithmeticError, ValueError, TypeError, LookupError, MemoryError) as error:
+    except OF_NUMBERS as error:
         raise BadInputError(
             f"{path}: its numbers cannot be evaluated: {error}",
             hint="the file is damaged, or was not made by stepload",
@@ -48,7 +50,8 @@ def of_damaged(path: Path, damage: str, message: str) -> str:
 def _name_damage(error: BadInputError, path: Path) -> None:
     """Let an error of a damaged record begin with the damage, once."""
     damage = ""
-    with suppress(BadInputError, OSError):  # no record, or one whose error says it already
+    # No record, or one whose error says it already; and its numbers may be anything.
+    with suppress(BadInputError, *OF_NUMBERS, OSError), np.errstate(all="ignore"):
         damage = read_recording(path, MEAN_OF).damage
     if damage and damage not in error.message:
         error.message = of_damaged(path, damage, error.message)
