@@ -72,6 +72,7 @@ class PressData:
         torque_noise_n_m: rms of the first two together in free air; NaN without them.
         axis: the pressing axis, "+fx" … "-fz".
         looked: whether the loading could end early at a level (`until`).
+        arm_m: position of the arm beside a `gauge`; None without one.
     """
 
     time_s: FloatArray
@@ -94,6 +95,7 @@ class PressData:
     zero_step_n: float = math.nan
     second_zero_shift_n: float = math.nan
     looked: bool = False
+    arm_m: FloatArray | None = None
 
     @property
     def contact(self) -> IntArray:
@@ -320,4 +322,5 @@ def press_data(
         zero_step_n=largest_step(means),
         second_zero_shift_n=float(seconds[-1] - seconds[0]) if len(seconds) > 1 else math.nan,
         looked=any(event.kind == "until" for event in recording.events),
+        arm_m=aligned.position_m if gauge else None,
     )

@@ -55,6 +55,7 @@ def pressed(data: PressData, conditions: Conditions) -> Pressed:
         zero_step_n=finite(data.zero_step_n),
         sideways=aside,
         askew=askew_of(conditions, quality_of(data, conditions.lever_m), aside.share),
+        arm_drift_m_per_s=_arm_drift(data),
         adhesive=pulls(data),
         looked=data.looked,
         notes=(conditions.structure_note,) if conditions.structure_note else (),
@@ -139,7 +140,8 @@ def _share(branch: Branch) -> float | None:
 
 def _track(data: PressData, mask: NDArray[np.bool_]) -> Track:
     held = holds_of(data.phase[mask])
-    return Track(data.time_s[mask], data.force_n[mask], data.travel_m[mask], held)
+    arm_m = None if data.arm_m is None else data.arm_m[mask]
+    return Track(data.time_s[mask], data.force_n[mask], data.travel_m[mask], held, arm_m)
 
 
 def _touches(data: PressData) -> tuple[Touch, Touch] | None:
@@ -153,6 +155,14 @@ def _touches(data: PressData) -> tuple[Touch, Touch] | None:
         for t in (first[0], later[0])
     )
     return one, other
+
+
+def _arm_drift(data: PressData) -> float | None:
+    """Drift of the arm's position between the touches in m/s, what the payload set included."""
+    ends = [touch for touch in data.touches if touch.purpose in ("first", "again", "cycle", "last")]
+    if data.arm_m is None or len(ends) < 2 or not ends[-1].time_s > ends[0].time_s:
+        return None
+    return (ends[-1].position_m - ends[0].position_m) / (ends[-1].time_s - ends[0].time_s)
 
 
 def _blur_m(data: PressData, time_s: float) -> float:
