@@ -14,7 +14,14 @@ from stepload.estimators.across import Across
 from stepload.estimators.conditions import ROUGH_LENGTH_SIGMA, Conditions
 from stepload.estimators.linearity import ASSUMED_NONLINEARITY
 from stepload.estimators.sources import Sources
-from stepload.plan.model import Payload, Plan, Rig, Structure, SystemStiffness
+from stepload.plan.model import (
+    DisplacementSpec,
+    Payload,
+    Plan,
+    Rig,
+    Structure,
+    SystemStiffness,
+)
 
 HARDNESS_PER_YIELD = 5.0
 UNKNOWN_LAG_SIGMA_S = 1e-3
@@ -32,32 +39,8 @@ def conditions_of(plan: Plan, theory: Theory) -> Conditions:
     """The conditions of a plan, with the rig's figures."""
     rig, stiffness, wanted = plan.rig, plan.rig.system_stiffness, plan.identify
     gauge, payload = rig.displacement, plan.payload
-    smooth_m, crooked = stiffness.smooth_error_m, rig.force.nonlinearity
-    known = known_stiffness(plan)
-    table = None if gauge else known.table
-    sources = Sources(
-        system_stiffness_n_per_m=None if gauge else stiffness.stiffness_n_per_m,
-        system_stiffness_sigma_n_per_m=0.0 if gauge else known.sigma_n_per_m,
-        smooth_error_m=0.0 if gauge else stiffness.msde_m if smooth_m is None else smooth_m,
-        smooth_degrees=None if gauge else stiffness.smooth_degrees,
-        smooth_length_n=None if gauge else stiffness.smooth_length_n,
-        force_noise_n=rig.force.noise_n,
-        force_resolution_n=rig.force.resolution_n,
-        position_noise_m=gauge.noise_m if gauge else rig.arm.position_noise_m,
-        position_resolution_m=gauge.resolution_m if gauge else rig.arm.position_resolution_m,
-        lag_sigma_s=UNKNOWN_LAG_SIGMA_S,
-        gain_sigma=rig.force.gain_uncertainty,
-        zero_drift_n_per_s=rig.force.drift_n_per_s,
-        nonlinearity=ASSUMED_NONLINEARITY if crooked is None else crooked,
-        temperature_sigma_k=wanted.temperature_uncertainty_k,
-        position_m_per_k=payload.height_m * payload.thermal_expansion_per_k
-        + (0.0 if gauge else rig.load_path_m * rig.thermal_expansion_per_k),
-        modulus_per_k=payload.modulus_change_per_k,
-        deflection_force_n=table.force_n if table else (),
-        deflection_m=table.deflection_m if table else (),
-        deflection_sigma_m=table.sigma_m if table else (),
-        system_stiffness_note="" if gauge else known.note,
-    )
+    sources = _sources(plan, gauge)
+    beside = gauge is not None and wanted.kind == "payload"
     return Conditions(
         sources=sources,
         secant_force_n=wanted.secant_force_n,
@@ -87,6 +70,38 @@ def conditions_of(plan: Plan, theory: Theory) -> Conditions:
         misalignment_rad=misalignment_of(rig),
         yields_m_per_n=1.0 / stiffness.stiffness_n_per_m,
         gauge_offset_m=gauge_offset_of(rig),
+        arm_sources=_sources(plan, None) if beside else None,
+    )
+
+
+def _sources(plan: Plan, gauge: DisplacementSpec | None) -> Sources:
+    """The sources of the travel that a gauge measures, or the arm where it is None."""
+    rig, payload, stiffness = plan.rig, plan.payload, plan.rig.system_stiffness
+    smooth_m, crooked = stiffness.smooth_error_m, rig.force.nonlinearity
+    known = known_stiffness(plan)
+    table = None if gauge else known.table
+    return Sources(
+        system_stiffness_n_per_m=None if gauge else stiffness.stiffness_n_per_m,
+        system_stiffness_sigma_n_per_m=0.0 if gauge else known.sigma_n_per_m,
+        smooth_error_m=0.0 if gauge else stiffness.msde_m if smooth_m is None else smooth_m,
+        smooth_degrees=None if gauge else stiffness.smooth_degrees,
+        smooth_length_n=None if gauge else stiffness.smooth_length_n,
+        force_noise_n=rig.force.noise_n,
+        force_resolution_n=rig.force.resolution_n,
+        position_noise_m=gauge.noise_m if gauge else rig.arm.position_noise_m,
+        position_resolution_m=gauge.resolution_m if gauge else rig.arm.position_resolution_m,
+        lag_sigma_s=UNKNOWN_LAG_SIGMA_S,
+        gain_sigma=rig.force.gain_uncertainty,
+        zero_drift_n_per_s=rig.force.drift_n_per_s,
+        nonlinearity=ASSUMED_NONLINEARITY if crooked is None else crooked,
+        temperature_sigma_k=plan.identify.temperature_uncertainty_k,
+        position_m_per_k=payload.height_m * payload.thermal_expansion_per_k
+        + (0.0 if gauge else rig.load_path_m * rig.thermal_expansion_per_k),
+        modulus_per_k=payload.modulus_change_per_k,
+        deflection_force_n=table.force_n if table else (),
+        deflection_m=table.deflection_m if table else (),
+        deflection_sigma_m=table.sigma_m if table else (),
+        system_stiffness_note="" if gauge else known.note,
     )
 
 

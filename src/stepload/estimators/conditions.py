@@ -48,6 +48,8 @@ class Conditions:
             that is in the travel; 0 where it is not known.
         gauge_offset_m: lateral distance from the contact at which a gauge on a serial arm measures;
             0 without one.
+        arm_sources: the sources of the arm's travel where a gauge measures beside it; None without
+            a gauge, and in records of earlier versions.
         structure_note: remark on `arm` where it is not stated; "" where it is.
     """
 
@@ -77,6 +79,7 @@ class Conditions:
     yields_m_per_n: float = 0.0
     gauge_offset_m: float = 0.0
     structure_note: str = ""
+    arm_sources: Sources | None = None
     rough_length_sigma: float = ROUGH_LENGTH_SIGMA
 
     def table_doubts(self, peak_force_n: float) -> list[str]:

@@ -17,6 +17,7 @@ from stepload.evidence.drift import drift_of, without_drift
 from stepload.evidence.elastic import Elastic, elastic_of
 from stepload.evidence.errors import Component, errors_of, middle, total
 from stepload.evidence.gates import UNLOADED, Gate
+from stepload.evidence.gauge import against_arm
 from stepload.evidence.lawfit import (
     CANNOT_TELL,
     LawFit,
@@ -103,12 +104,14 @@ def weigh(run: Pressed) -> Evidence:
     data, laws = fitted[here]
     every = [each for _, each in fitted if each]
     chosen = [chosen_fits(data, each, told) for data, each in fitted]
+    of_gauge, said = against_arm(run, main)
     shape = shape_of(first, main, elastic, data, laws, chosen[here], told, drawn[0])
     power = laws.get(POWER.name)
     # A chosen law that cannot be fitted with the middle correlation length is not used at all.
     counting = [each for each in chosen if each and chosen[here]] if told.laws else every
     misfit = _misfit(loops, shape.law, elastic, drawn, main) if shape.law is not None else []
     notes, blocking = _cannot_show(run, loops)
+    notes += said
     notes.append(
         "the point of touch is extrapolated by the laws: the data begin at "
         f"{format_quantity(lowest_n, 'N')}, and a film or a seat that gives way below makes a "
@@ -122,7 +125,7 @@ def weigh(run: Pressed) -> Evidence:
         law_sets=counting if power is not None else [],
         power=power.best.shape if power is not None else 1.0,
         left=left._replace(shape=abs(shape.off) / 2.0),
-        gates=[*gates, *shape.gates, *misfit],
+        gates=[*gates, *of_gauge, *shape.gates, *misfit],
         doubts=(*run.doubts, *blocking),
         law_doubts=run.law_doubts,
     )

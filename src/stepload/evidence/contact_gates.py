@@ -108,8 +108,15 @@ def contact_signs(
     if drift is not None:
         shift_m = drift.rate_m_per_s * elapsed_s
         share, shift = abs(shift_m) / main.span_m, format_quantity(shift_m, "m")
+        elapsed = f"{elapsed_s:.0f} {'s' if run.timed else 'rows'}"
         gates.append(
-            judged("drift", share, HARMLESS_DRIFT, shift=shift, elapsed=f"{elapsed_s:.0f} s")
+            judged(
+                "drift",
+                share,
+                HARMLESS_DRIFT,
+                shift=shift,
+                elapsed=elapsed,
+            )
         )
     if run.touches is not None:
         gates.append(_touch(run, run.touches, main, elastic, drift))

@@ -111,6 +111,14 @@ _MEANS = {
     "share_change": "the force across the axis differs by {value} of that along it between the "
     "first loading and the second (allowed {limit}): friction has changed, or the contact has "
     "slipped to another place",
+    "gauge_scale": "from {low} to {high} the gauge changes by {gauge}, the arm's travel less the "
+    "system's deflection by {arm}: {value} apart (allowed {limit}); the gauge has come to the end "
+    "of its range or has a wrong scale, or K_s is not that of this run",
+    "gauge_stands": "the gauge stands still from {low} to {high}, while the arm's travel less the "
+    "system's deflection goes on by {value} (allowed {limit}): it has come to the end of its range",
+    "gauge_stops": "the gauge stands still from {low} to {high}; at its pace just below it would "
+    "have changed by {value} (allowed {limit}), and the arm does not say that the payload stopped: "
+    "the gauge has come to the end of its range",
     "misfit": "the law ({law}) does not fit: it leaves {value} rms (allowed {limit}), and loading "
     "again scatters by {scatter} only: this is no noise, whatever errors were stated",
 }

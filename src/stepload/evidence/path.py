@@ -27,12 +27,14 @@ class Track:
     Attributes:
         time_s, force_n, travel_m: travel in metres from one zero for all branches of a run.
         held: number of the hold that a sample lies in; 0 while the force is moving.
+        arm_m: position of the arm where `travel_m` is that of a gauge; else None.
     """
 
     time_s: FloatArray
     force_n: FloatArray
     travel_m: FloatArray
     held: IntArray
+    arm_m: FloatArray | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,9 +37,12 @@ class Pressed:
         zero_step_n: largest change of the force's zero from one tare to the next; None without two.
         sideways: the lateral force, and the uncertainty that it causes.
         askew: how the contact was made, and how well rig and plate are aligned.
+        arm_drift_m_per_s: drift of the arm's position from the first touch to the last, beside a
+            gauge; None where it is not known.
         adhesive: whether the force was negative near the touch.
         between_n: forces of the chord; None: 10 % of the top force, and the top.
         looked: whether the loading might have ended at an earlier level because of its deformation.
+        timed: whether the times of the tracks are times, not rows.
         notes: sentences to be reported with the figures.
         doubts: sentences that block every figure.
         law_doubts: sentences that block figures that rest on a law, and so on the zero of the
@@ -52,9 +55,11 @@ class Pressed:
     zero_step_n: float | None = None
     sideways: Sideways = field(default_factory=lambda: Sideways("guided"))
     askew: Askew = field(default_factory=Askew)
+    arm_drift_m_per_s: float | None = None
     adhesive: bool = False
     between_n: tuple[float, float] | None = None
     looked: bool = False
+    timed: bool = True
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
     law_doubts: tuple[str, ...] = ()

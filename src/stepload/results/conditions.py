@@ -71,15 +71,20 @@ def from_attachments(attachments: Mapping[str, bytes]) -> Conditions:
         laws = tuple(data.get("laws", ()))
         across = _across(data.get("across"))
         sources = _sources(data["sources"])
-        found = Conditions(**{**data, "sources": sources, "laws": laws, "across": across})
+        beside = data.get("arm_sources")
+        arm_sources = None if beside is None else _sources(beside)
+        made = {"sources": sources, "laws": laws, "across": across, "arm_sources": arm_sources}
+        found = Conditions(**{**data, **made})
         _check(found)
+        if arm_sources is not None:
+            _check(replace(found, sources=arm_sources, arm_sources=None))
     except (ValueError, TypeError, KeyError, RecursionError) as error:
         raise BadInputError(f"{FILE} in the record is damaged: {error}") from None
     return found
 
 
 _NO_NUMBERS = ("sources", "kind", "laws", "pose", "temperature_c", "system_stiffness_note",
-               "across", "arm", "structure_note")  # fmt: skip
+               "across", "arm", "structure_note", "arm_sources")  # fmt: skip
 _TABLE = ("deflection_force_n", "deflection_m", "deflection_sigma_m")
 
 
@@ -109,6 +114,8 @@ def _sources(data: dict[str, Any]) -> Sources:
     The smooth length of a record without a table is dropped: it was a constant of 50 N, not a
     measurement.
     """
+    if not isinstance(data, dict):
+        raise TypeError(f"sources are {data!r}")
     rows = {name: tuple(map(float, data.get(name, ()))) for name in _TABLE}
     sources = Sources(**{"nonlinearity": ASSUMED_NONLINEARITY, **data, **rows})
     stiffness = sources.system_stiffness_n_per_m

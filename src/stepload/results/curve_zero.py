@@ -42,13 +42,15 @@ LEAST_SPAN = 0.3
 class Branch:
     """Samples (L,) in the order of time: tared force, travel from the common zero.
 
-    `lateral_n` is the size of the lateral force, tared; None where the file has none.
+    `lateral_n` is the size of the lateral force, tared, `time_s` the time; None where the file has
+    none. `row` is the number of the sample among all that are used.
     """
 
     time_s: FloatArray | None
     travel_m: FloatArray
     force_n: FloatArray
     lateral_n: FloatArray | None
+    row: FloatArray
 
     def part(self, index: slice | NDArray[np.intp]) -> Branch:
         """Some of its samples."""
@@ -57,6 +59,7 @@ class Branch:
             self.travel_m[index],
             self.force_n[index],
             None if self.lateral_n is None else self.lateral_n[index],
+            self.row[index],
         )
 
 
@@ -145,7 +148,13 @@ def zero(curve: Curve, *, keep_zero: bool) -> Zeroed:
     if first.start:
         notes.append(f"the first {first.start} samples hold touches only: left out")
     return Zeroed(
-        Branch(curve.time_s, travel_m, force_n, _lateral(curve.lateral_n, begin)),
+        Branch(
+            curve.time_s,
+            travel_m,
+            force_n,
+            _lateral(curve.lateral_n, begin),
+            np.arange(force_n.size, dtype=np.float64),
+        ),
         tuple(parts),
         max(begin, first.start),
         touch_n,

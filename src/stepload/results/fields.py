@@ -136,6 +136,8 @@ SIGNS = {
     "slip": "what slips may have moved the tip along the axis",
     "share_change": "force across the axis, change of the share from cycle 1 to 2",
     "eccentric": "touched beside the axis, with a gauge beside it",
+    "gauge_scale": "the gauge against the arm's travel",
+    "gauge_stands": "a gauge that stands while the force rises",
     "shape": "another law, χ² better by",
     "chord_of_fit": "chord of the law against the measured one",
     "lack_of_fit": "χ² of the best law",

@@ -81,6 +81,7 @@ class PressData:
         looked: whether the loading could end early at a level (`until`).
         doubts: sentences that block every figure: a rule that stopped the run says that its
             readings were wrong.
+        arm_m: position of the arm beside a `gauge`; None without one.
     """
 
     time_s: FloatArray
@@ -104,6 +105,7 @@ class PressData:
     second_zero_shift_n: float = math.nan
     looked: bool = False
     doubts: tuple[str, ...] = ()
+    arm_m: FloatArray | None = None
 
     @property
     def contact(self) -> IntArray:
@@ -343,4 +345,5 @@ def press_data(
         second_zero_shift_n=float(seconds[-1] - seconds[0]) if len(seconds) > 1 else math.nan,
         looked=any(event.kind == "until" for event in recording.events),
         doubts=stop_doubts(recording.events),
+        arm_m=aligned.position_m if gauge else None,
     )

@@ -55,6 +55,7 @@ def pressed(data: PressData, conditions: Conditions) -> Pressed:
         zero_step_n=finite(data.zero_step_n),
         sideways=aside,
         askew=askew_of(conditions, quality_of(data, conditions.lever_m), aside.share),
+        arm_drift_m_per_s=_arm_drift(data),
         adhesive=pulls(data),
         looked=data.looked,
         notes=(conditions.structure_note,) if conditions.structure_note else (),
@@ -83,6 +84,7 @@ def pressed_curve(curve: PreparedCurve) -> Pressed:
         tracks=tracks,
         sideways=Sideways("guided", share, relative=relative),
         adhesive=curve.adhesion_n > 0.0,
+        timed=cycles[0].loading.time_s is not None,
         law_doubts=curve.law_doubts,
     )
 
@@ -103,7 +105,9 @@ def _joined(branch: Branch, hold: Branch | None) -> Track:
     parts = [branch] if hold is None or not hold.force_n.size else [branch, hold]
     force_n = np.concatenate([part.force_n for part in parts])
     times = [part.time_s for part in parts if part.time_s is not None]
-    time_s = np.concatenate(times) if times else np.arange(force_n.size, dtype=np.float64)
+    # Without a time the rows of the whole file stand for it: those of a branch begin where the
+    # one before has ended.
+    time_s = np.concatenate(times or [part.row for part in parts])
     held = np.concatenate(
         [np.full(part.force_n.size, number, dtype=np.intp) for number, part in enumerate(parts)]
     )
@@ -139,7 +143,8 @@ def _share(branch: Branch) -> float | None:
 
 def _track(data: PressData, mask: NDArray[np.bool_]) -> Track:
     held = holds_of(data.phase[mask])
-    return Track(data.time_s[mask], data.force_n[mask], data.travel_m[mask], held)
+    arm_m = None if data.arm_m is None else data.arm_m[mask]
+    return Track(data.time_s[mask], data.force_n[mask], data.travel_m[mask], held, arm_m)
 
 
 def _touches(data: PressData) -> tuple[Touch, Touch] | None:
@@ -153,6 +158,14 @@ def _touches(data: PressData) -> tuple[Touch, Touch] | None:
         for t in (first[0], later[0])
     )
     return one, other
+
+
+def _arm_drift(data: PressData) -> float | None:
+    """Drift of the arm's position between the touches in m/s, what the payload set included."""
+    ends = [touch for touch in data.touches if touch.purpose in ("first", "again", "cycle", "last")]
+    if data.arm_m is None or len(ends) < 2 or not ends[-1].time_s > ends[0].time_s:
+        return None
+    return (ends[-1].position_m - ends[0].position_m) / (ends[-1].time_s - ends[0].time_s)
 
 
 def _blur_m(data: PressData, time_s: float) -> float:

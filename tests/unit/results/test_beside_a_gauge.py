@@ -1,0 +1,58 @@
+"""The arm's side is handed down beside a gauge: its position, and what is known of the system."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, replace
+
+import numpy as np
+import pytest
+from evaluated_runs import an_envelope
+from evaluated_runs import pressed as made_by_hand
+from run_plans import SIM
+
+from stepload.envelope.envelope import Envelope, envelope_of
+from stepload.errors import BadInputError
+from stepload.evidence.answer import weigh
+from stepload.plan.model import DisplacementSpec
+from stepload.results.conditions import FILE, from_attachments, planned, to_bytes
+from stepload.results.press_data import PressData
+from stepload.results.pressed import pressed
+
+
+def with_a_gauge() -> Envelope:
+    plan = an_envelope().plan
+    gauge = DisplacementSpec(SIM, 1000.0, 1e-7, 5e-8)
+    return envelope_of(replace(plan, rig=replace(plan.rig, displacement=gauge)))
+
+
+def gauged(gain: float = 1.0) -> PressData:
+    data, _ = made_by_hand(6)
+    payload_m = gain * (np.maximum(data.force_n, 0.0) / 6.57e8) ** (2.0 / 3.0)
+    return replace(data, gauge=True, travel_m=payload_m, arm_m=5e-3 + data.travel_m)
+
+
+def test_the_conditions_of_a_gauge_hold_the_arms_side_and_are_read_back() -> None:
+    conditions = planned(with_a_gauge())
+    without = planned(an_envelope())
+    assert conditions.arm_sources == without.sources
+    assert without.arm_sources is None
+    assert from_attachments({FILE: to_bytes(conditions)}) == conditions
+
+
+def test_a_record_of_before_has_no_arms_side_and_a_damaged_one_is_refused() -> None:
+    data = asdict(planned(with_a_gauge()))
+    del data["arm_sources"]
+    assert from_attachments({FILE: json.dumps(data).encode()}).arm_sources is None
+    for bad in ({}, data["sources"] | {"gain_sigma": -1.0}, 3):
+        raw = json.dumps(data | {"arm_sources": bad}).encode()
+        with pytest.raises(BadInputError, match="damaged"):
+            from_attachments({FILE: raw})
+
+
+@pytest.mark.parametrize(("gain", "fires"), [(1.0, False), (1.4, True)])
+def test_a_gauge_of_a_run_is_held_against_its_arm(gain: float, fires: bool) -> None:
+    found = weigh(pressed(gauged(gain), planned(with_a_gauge())))
+    (scale,) = (gate for gate in found.gates if gate.name == "gauge_scale")
+    assert scale.fires is fires
+    assert (found.headline.verdict != "identified") or not fires

@@ -1,0 +1,51 @@
+"""A curve without a time: its rows stand for it, numbered once over all cycles."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stepload.estimators.fit import FloatArray
+from stepload.results.from_file import identify_file
+from stepload.results.wishes import Wishes
+
+K = 1.1e9
+
+
+def depth_m(force_n: FloatArray) -> FloatArray:
+    return np.asarray((np.maximum(force_n, 0.0) / K) ** (1 / 1.5))
+
+
+def written(path: Path, seed: int, drift_m: float = 0.0) -> Path:
+    """Two equal cycles of an elastic contact; `drift_m` per row."""
+    rng = np.random.default_rng(seed)
+    turns = [0.0, 300.0, 0.0, 300.0, 0.0]
+    force = np.concatenate([np.linspace(a, b, 400) for a, b in zip(turns, turns[1:], strict=False)])
+    air = np.linspace(-5e-6, 0.0, 300, endpoint=False)
+    force, travel = np.concatenate([np.zeros(300), force]), np.concatenate([air, depth_m(force)])
+    travel = travel + drift_m * np.arange(travel.size) + rng.normal(0.0, 3e-9, travel.size)
+    rows = zip(travel, force + rng.normal(0.0, 0.1, force.size), strict=True)
+    path.write_text("displacement_m,force_n\n" + "".join(f"{x:.10g},{f:.10g}\n" for x, f in rows))
+    return path
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_drift_is_invented(tmp_path: Path, seed: int) -> None:
+    found, *_ = identify_file(written(tmp_path / "curve.csv", seed), Wishes())
+    chord = found.quantities["chord"]
+    low, high = chord.interval_n_per_m
+    truth = (chord.to_n - chord.from_n) / np.diff(depth_m(np.array([chord.from_n, chord.to_n])))
+    assert low <= truth[0] <= high
+    assert chord.verdict == "identified"
+    assert not any("drifts" in why for why in chord.why)
+
+
+def test_a_drift_is_told_by_rows(tmp_path: Path) -> None:
+    found, *_ = identify_file(written(tmp_path / "curve.csv", 1, 1e-8), Wishes())
+    chord = found.quantities["chord"]
+    assert chord.verdict == "marginal"
+    assert any("rows of the loading" in why for why in chord.why)
+    low, high = chord.interval_n_per_m
+    assert 0.0 < low < high
