@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +23,7 @@ def written(path: Path, seed: int, drift_m: float = 0.0) -> Path:
     """Two equal cycles of an elastic contact; `drift_m` per row."""
     rng = np.random.default_rng(seed)
     turns = [0.0, 300.0, 0.0, 300.0, 0.0]
-    force = np.concatenate([np.linspace(a, b, 400) for a, b in zip(turns, turns[1:], strict=False)])
+    force = np.concatenate([np.linspace(a, b, 400) for a, b in pairwise(turns)])
     air = np.linspace(-5e-6, 0.0, 300, endpoint=False)
     force, travel = np.concatenate([np.zeros(300), force]), np.concatenate([air, depth_m(force)])
     travel = travel + drift_m * np.arange(travel.size) + rng.normal(0.0, 3e-9, travel.size)
