@@ -10,10 +10,11 @@ from types import FrameType
 
 
 @contextmanager
-def interruptible() -> Iterator[None]:
+def interruptible(*, at_once: bool = True) -> Iterator[None]:
     """Ctrl+C ends the block with KeyboardInterrupt, however the block itself ends.
 
-    A simulated run takes it for a fault and ends safely: its result is that of no run.
+    A simulated run takes it for a fault and ends safely: its result is that of no run. With
+    `at_once` False the block is done to its end before.
     """
     came = False
     former = signal.getsignal(signal.SIGINT)
@@ -24,7 +25,8 @@ def interruptible() -> Iterator[None]:
     def note(number: int, frame: FrameType | None) -> None:
         nonlocal came
         came = True
-        former(number, frame)
+        if at_once:
+            former(number, frame)
 
     try:
         signal.signal(signal.SIGINT, note)

@@ -120,13 +120,17 @@ class LocalPool:
         again: deque[PartT],
         left: Iterator[PartT],
     ) -> bool:
-        """Submit parts until enough are pending; False where the processes are gone."""
+        """Submit parts until enough are pending; False where the processes are gone.
+
+        Ctrl+C waits until a part that is sent is pending: else it would be done, and not kept.
+        """
         while len(pending) < AHEAD * self._processes:
             part = again.popleft() if again else next(left, None)
             if part is None:
                 return True
             try:
-                pending[self._send(do, part)] = part
+                with interruptible(at_once=False):
+                    pending[self._send(do, part)] = part
             except BrokenProcessPool:
                 again.appendleft(part)
                 return False

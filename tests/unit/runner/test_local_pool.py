@@ -101,6 +101,24 @@ def test_at_ctrl_c_what_is_being_done_is_waited_for_and_kept(
 
 
 @pytest.mark.usefixtures("hears_ctrl_c")
+def test_ctrl_c_while_a_part_is_sent_loses_nothing_of_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sent = LocalPool._send
+
+    def send(pool, do, part):
+        future = sent(pool, do, part)
+        os.kill(os.getpid(), signal.SIGINT)
+        return future
+
+    monkeypatch.setattr(LocalPool, "_send", send)
+    rows: list[Drawn] = []
+    with LocalPool(2) as pool, pytest.raises(KeyboardInterrupt):
+        rows.extend(chain.from_iterable(run_all(Counted(5, tmp_path), JOBS, pool, 1)))
+    assert {row.index for row in rows} == {int(x.name.split("-")[0]) for x in tmp_path.iterdir()}
+
+
+@pytest.mark.usefixtures("hears_ctrl_c")
 def test_a_second_ctrl_c_ends_at_once(tmp_path: Path) -> None:
     with LocalPool(2) as pool, pytest.raises(KeyboardInterrupt):
         list(run_all(Interrupting(5, tmp_path, times=2), JOBS, pool, 4))
