@@ -64,7 +64,7 @@ class Evidence:
         exponent: n of the power law; None where no power law fits.
         gates: all gates that were evaluated.
         laws: the laws that were tried, the best first.
-        drift_m_per_s: drift that was subtracted; None where it cannot be determined.
+        drift_m_per_s: drift that was subtracted; None where it is not known, or without times.
         notes: what this run cannot show, and what was assumed.
     """
 
@@ -139,7 +139,7 @@ def weigh(run: Pressed) -> Evidence:
         exponent=figures.exponent(read_from),
         gates=tuple(read_from.gates),
         laws=_rows(laws, chosen[here], data),
-        drift_m_per_s=drift.rate_m_per_s if drift is not None else None,
+        drift_m_per_s=drift.rate_m_per_s if drift is not None and run.timed else None,
         notes=tuple(notes),
     )
 

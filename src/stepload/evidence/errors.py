@@ -99,7 +99,9 @@ def errors_of(
             "temperature", f"{sources.temperature_sigma_k:.3g} K", np.outer(growth, growth)
         ),
         Component(
-            "drift", f"± {drift_m_per_s * 1e6:.2g} µm/s", np.outer(drifted, drifted)
+            "drift",
+            f"± {drift_m_per_s * 1e6:.2g} µm/{'s' if run.timed else 'row'}",
+            np.outer(drifted, drifted),
         ),
     ]  # fmt: skip
 

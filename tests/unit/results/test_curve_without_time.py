@@ -32,14 +32,15 @@ def written(path: Path, seed: int, drift_m: float = 0.0) -> Path:
     return path
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(10))
 def test_no_drift_is_invented(tmp_path: Path, seed: int) -> None:
     found, *_ = identify_file(written(tmp_path / "curve.csv", seed), Wishes())
     chord = found.quantities["chord"]
-    low, high = chord.interval_n_per_m
-    truth = (chord.to_n - chord.from_n) / np.diff(depth_m(np.array([chord.from_n, chord.to_n])))
-    assert low <= truth[0] <= high
-    assert chord.verdict == "identified"
+    for from_n, figure in ((chord.from_n, chord), (0.0, found.quantities["secant_from_touch"])):
+        low, high = figure.interval_n_per_m
+        deep_m = np.diff(depth_m(np.array([from_n, figure.to_n])))
+        assert low <= (figure.to_n - from_n) / deep_m[0] <= high
+        assert figure.verdict == "identified"
     assert not any("drifts" in why for why in chord.why)
 
 
@@ -50,3 +51,5 @@ def test_a_drift_is_told_by_rows(tmp_path: Path) -> None:
     assert any("rows of the loading" in why for why in chord.why)
     low, high = chord.interval_n_per_m
     assert 0.0 < low < high
+    assert found.evidence is not None
+    assert found.evidence.drift_m_per_s is None
