@@ -106,6 +106,7 @@ def show_verdict(
 
 def show_figures(envelope: Envelope, out: Output, *, details: bool = True) -> None:
     """The figures of a preflight; the schedule with `details` only."""
+    from stepload.envelope.bounds import common_error
     from stepload.envelope.reason import PlanVerdict
     from stepload.results import fields
     from stepload.results.course_tables import force_budget_table
@@ -117,13 +118,14 @@ def show_figures(envelope: Envelope, out: Output, *, details: bool = True) -> No
         return f"{math.degrees(radians):.3g} deg"
 
     theory, found = envelope.theory, envelope.identifiability
+    common, source = common_error(envelope.plan.rig)
     rows = [
         ("elastic limit F_c", f(theory.elastic_limit_n, "N"), theory.limit_equation),
         *_counted_rows(theory.counted),
         (
             "error common to the force channels",
-            f"{envelope.plan.rig.common_force_error:.3g}",
-            "rig.common_force_error, taken off F_allowed",
+            f"{common:.3g}",
+            f"{source}, taken off F_allowed",
         ),
         (
             "largest safe top force",

@@ -19,6 +19,8 @@ from stepload.errors import in_words
 from stepload.record.outcome import ActionResult, Cause
 
 POLL_S = 0.02
+ELSEWHERE_M = 1e-4
+"""An arm this far from its start pose stands elsewhere: the next run would begin there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,10 +71,6 @@ def _run(action: Action, operator: Operator) -> ActionResult:
     return ActionResult(action.name, True, "; ".join(errors), start_s, duration_s)
 
 
-ELSEWHERE_M = 1e-4
-"""An arm this far from its start pose stands elsewhere: the next run would begin there."""
-
-
 def stop_notice(cause: Cause | None, start_s: float) -> str:
     """What the operator reads in the moment of a stop; `start_s` counts as zero."""
     if cause is None:
@@ -104,7 +102,8 @@ def why_it_stopped(
     `still_closed` says why the contact cannot be said to be open after the retract. `start_s` is
     the time on the run's clock that counts as zero, `loop_end_s` when the loop ended,
     `signal_number` the first signal that asked for the end, 0 for none. `stands_m` is how far the
-    arm stands from where it began: no run leads it back.
+    target is from where it began: no run leads the arm back. It is told of an arm that is known to
+    be there, and clear.
     """
     if cause is None:
         asked = f" ({Signals(signal_number).name})" if signal_number else ""
@@ -120,7 +119,7 @@ def why_it_stopped(
         text += "."
     if status != "completed":
         text += _retract_told(retracted, still_closed, loop_end_s - start_s)
-    if abs(stands_m) >= ELSEWHERE_M:
+    if retracted and not still_closed and abs(stands_m) >= ELSEWHERE_M:
         text += (
             f" The arm stands {abs(stands_m) * 1e3:.2f} mm"
             f" {'beyond' if stands_m > 0.0 else 'behind'} its start pose: lead it back there before"

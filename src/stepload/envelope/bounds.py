@@ -20,6 +20,9 @@ from stepload.plan.model import (
 
 CROSS_CHECK_FILTER_S = 0.005
 """Time constant of the filter on the difference of the two force channels."""
+BOTH_SIGMAS = 3.0 / math.sqrt(2.0)
+"""Standard uncertainties by which two independent gains may both be too low: together as unlikely
+as one that is by three."""
 LEAST_STIFFNESS_DOUBT = {
     Provenance.MEASURED: 0.0,
     Provenance.DECLARED: 0.1,
@@ -94,6 +97,19 @@ def channel_skew_s(rig: Rig) -> float:
     second = rig.second_force.sensor
     delay_s = max(rig.force.delay_s, second.delay_s if second else 0.0)
     return delay_s + comparison_period_s(rig) + 2.0 / rig.arm.rate_hz
+
+
+def common_error(rig: Rig) -> tuple[float, str]:
+    """Share by which all force channels may read too little together, and where it is from.
+
+    What they have in common; or what two sensors state of their gains, which may both be too low.
+    """
+    second = rig.second_force.sensor
+    if second is not None:
+        both = BOTH_SIGMAS * min(rig.force.gain_uncertainty, second.gain_uncertainty)
+        if both > rig.common_force_error:
+            return both, f"{BOTH_SIGMAS:.1f} times the smaller gain_uncertainty of both sensors"
+    return rig.common_force_error, "rig.common_force_error"
 
 
 def cross_blind_n(rig: Rig, noise_n: float, second_noise_n: float = 0.0) -> float:

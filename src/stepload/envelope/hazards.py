@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from stepload.envelope.aligning import can_shift
+from stepload.envelope.bounds import common_error
 from stepload.envelope.catch_up import catch_up_force
 from stepload.envelope.dragged import (
     UNMEASURED_TILT_RAD,
@@ -104,12 +105,12 @@ def hazards(plan: Plan, pressing: Pressing) -> Iterator[Reason]:
     )  # fmt: skip
     yield from _tilted(plan)
     if plan.rig.second_force.source is not SecondForceSource.NONE:
-        common = 100.0 * plan.rig.common_force_error
+        common, source = common_error(plan.rig)
         yield Reason(
             "both_channels_alike", Severity.NOTE,
             "both force channels wrong in the same way cannot be seen: up to"
-            f" {common:.3g} % too little together are allowed for (rig.common_force_error)", layer,
-            plan.rig.common_force_error, math.nan, "",
+            f" {100.0 * common:.3g} % too little together are allowed for ({source})", layer,
+            common, math.nan, "",
         )  # fmt: skip
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from stepload.contact.power_law import ContactLaw
 from stepload.envelope.bounds import (
     Measured,
+    common_error,
     cross_blind_n,
     follow_travel,
     press_rig,
@@ -48,9 +49,6 @@ LEAST_UNCHECKED_N = 15.0
 """Smallest elastic limit that may be pressed with one force channel and no mechanical fuse."""
 HARD_STOP_N_PER_M = 1e9
 """Stiffness of a hidden hard stop: metal on metal over some square millimetres."""
-BOTH_SIGMAS = 3.0 / math.sqrt(2.0)
-"""Standard uncertainties by which two independent gains may both be too low: together as unlikely
-as one that is by three."""
 TOP_SPEED_SHARE = 0.8
 """Share of the arm's largest speed that is ever commanded."""
 
@@ -221,7 +219,6 @@ def _forces(
     little by three times its uncertainty, or as it is bent if that is more; a shift of its zero
     comes on top."""
     rig, second = plan.rig, plan.rig.second_force
-    common = rig.common_force_error
     if second.source is SecondForceSource.NONE:
         too_little = max(3.0 * rig.force.gain_uncertainty, rig.force.nonlinearity or 0.0)
         if too_little >= 1.0:
@@ -236,9 +233,6 @@ def _forces(
     else:
         tolerance_n = second.tolerance_n + cross_blind_n(rig, noise_n, second_noise_n)
         relative = second.tolerance_relative
-        if second.sensor is not None:
-            least = min(rig.force.gain_uncertainty, second.sensor.gain_uncertainty)
-            common = max(common, BOTH_SIGMAS * least)
         bias_n = max(shift_n, second_zero_n(second))
     return force_limits(
         elastic_limit_n,
@@ -247,7 +241,7 @@ def _forces(
         noise_n=noise_n,
         tolerance_n=tolerance_n,
         tolerance_relative=relative,
-        common_relative=common,
+        common_relative=common_error(rig)[0],
         bias_n=bias_n,
         capacity_n=min(rig.arm.max_push_n, 0.95 * rig.force.range_n),
         left=left,

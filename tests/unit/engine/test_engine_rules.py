@@ -349,6 +349,9 @@ def test_the_paragraph_tells_what_triggered_and_what_safing_did() -> None:
     assert "completed. The arm stands 4.30 mm beyond its start pose: lead it back" in ended
     behind = why_it_stopped("stopped", cause, True, "", (), 0.0, 1.0, stands_m=-8e-3)
     assert "The arm stands 8.00 mm behind its start pose" in behind
+    for retracted, closed in ((False, ""), (True, "the force sensor still reads +9 N")):
+        held = why_it_stopped("stopped", cause, retracted, closed, (), 0.0, 1.0, stands_m=5e-3)
+        assert "stands" not in held
     for near_m in (0.9e-4, -0.9e-4, math.nan):
         assert "stands" not in why_it_stopped("completed", None, True, "", (), 0.0, 1.0, 0, near_m)
     silent = why_it_stopped("interrupted", None, True, "", (), 0.0, 1.0)

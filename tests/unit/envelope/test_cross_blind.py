@@ -10,7 +10,12 @@ import pytest
 from run_plans import limits_for, stvf_plan
 
 from stepload.engine.cross_check import CrossCheck
-from stepload.envelope.bounds import CROSS_CHECK_FILTER_S, channel_skew_s, cross_blind_n
+from stepload.envelope.bounds import (
+    CROSS_CHECK_FILTER_S,
+    channel_skew_s,
+    common_error,
+    cross_blind_n,
+)
 from stepload.envelope.unseen import unseen
 from stepload.plan.model import Plan, Rig, SecondForce, SecondForceSource
 
@@ -141,3 +146,16 @@ def test_what_bends_the_only_channel_counts_as_stated() -> None:
     straight = allowed_n(0.01, None)
     assert allowed_n(0.01, None, 0.02) == straight
     assert straight - allowed_n(0.01, None, 0.1) == pytest.approx(0.95 * F_C * 0.07, rel=1e-3)
+
+
+def test_what_is_said_of_a_common_error_is_what_is_counted() -> None:
+    rig = rig_of(500.0, 500.0, 500.0, 0.5, 0.002)
+    assert common_error(rig) == (rig.common_force_error, "rig.common_force_error")
+    sensor = rig.second_force.sensor
+    assert sensor is not None
+    second = replace(rig.second_force, sensor=replace(sensor, gain_uncertainty=0.2))
+    share, source = common_error(
+        replace(rig, force=replace(rig.force, gain_uncertainty=0.1), second_force=second)
+    )
+    assert share == pytest.approx(0.3 / math.sqrt(2.0))
+    assert source == "2.1 times the smaller gain_uncertainty of both sensors"
