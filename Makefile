@@ -20,7 +20,7 @@ export OMP_NUM_THREADS := 1
 export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: help compiled long demo demo-wire test lint types imports source made virtual realtime \
-  test-under-load mutants mutants-generated installed wire campaign bench benches fuzz docs paper clean
+  test-under-load mutants installed wire campaign bench benches fuzz docs paper clean
 
 help: ## Show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -90,10 +90,7 @@ realtime: compiled $(KEPT) ## The tests against the wall clock, under a meter of
 test-under-load: $(READY) ## Both of these, ten times beside busy loops and ten times with stops
 	$(BIN)/python tests/helpers/under_load.py --runs 10 -- $(MAKE) --no-print-directory virtual realtime
 
-mutants: $(READY) ## Changes the product on purpose, place by place; a test must fail each time
-	$(BIN)/python tests/mutants/run.py
-
-mutants-generated: $(READY) ## The same with every operator of mutmut on the safety rooms (long)
+mutants: $(READY) ## Every operator of mutmut on the safety rooms; a test must fail each time (long)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[mutants]'
 	$(BIN)/mutmut run --max-children 1 | tail -n 1
 	$(BIN)/mutmut results

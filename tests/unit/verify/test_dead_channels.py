@@ -55,7 +55,7 @@ def test_channels_that_die_behind_slow_noise_and_drift_do_not_lead_the_arm_on() 
 
 
 def test_channels_that_die_and_drift_lead_no_arm_on_that_stands() -> None:
-    """7 times F_lim without the look at the drift: `tests/mutants/envelope.toml`."""
+    """7 times F_lim without the look at the drift."""
     found = run(Case("UR, softer", "rigid", "drift of 0.2 N/s", 0))
     assert found.allowed == 2.0
     assert found.share_of_f_lim < 1.0
