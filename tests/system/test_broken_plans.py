@@ -140,7 +140,6 @@ BROKEN = [
         "option", _RIG, _STVF + "arm: {options: {sede: 1}}", 18, 19, "unknown key 'sede'", "seed"
     ),
     Broken("option unit", _RIG, _STVF + "arm: {options: {rate: 500}}", 18, 25, "no unit", "a rate"),
-    Broken("option missing", _RIG, _STVF + "arm: {driver: ur}", 18, 17, "needs the option 'host'"),
     Broken("option kind", _RIG, _STVF + "arm: {options: {seed: a}}", 18, 25, "not a whole number"),
     Broken("profile", _RIG, "rig: stfv", 16, 6, "'stfv' is no rig profile", "'stvf'"),
     Broken("profile key", _RIG, "rig:\n  profile: x", 17, 12, "'x' is no rig profile", "ur5e"),

@@ -141,6 +141,7 @@ def opened(envelope: Envelope, *, dry_run: bool, seed: int | None = None) -> Ite
         gauge, second = simulated.displacement, simulated.second_force
         clock, world = simulated.clock, simulated.world
     else:
+        plan.refuse_missing()
         arm, force, gauge, second = _devices(plan)
     roles: dict[str, Device | None] = {
         "force_sensor": force, "second_force_sensor": second, "displacement_sensor": gauge,

@@ -164,6 +164,13 @@ def age_reasons(plan: Plan) -> Iterator[Reason]:
 def cycle_reasons(plan: Plan) -> Iterator[Reason]:
     """What repeated loading would have shown and this plan does not; notes, no refusals."""
     procedure = plan.procedure
+    if procedure.levels_n[0] > procedure.step_n * (1.0 + 1e-9):
+        yield Reason(
+            "levels_left_out", Severity.NOTE,
+            f"levels up to the touch force {format_quantity(procedure.touch_force_n, 'N')} are left"
+            f" out: the first is {format_quantity(procedure.levels_n[0], 'N')}",
+            "", procedure.touch_force_n, procedure.step_n, "N",
+        )  # fmt: skip
     if procedure.cycles < WHOLE:
         hint = "only the gap between loading and unloading hints at them"
         down = procedure.levels_n[0] / procedure.top_force_n

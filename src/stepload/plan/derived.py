@@ -51,7 +51,10 @@ def _travel(plan: Plan, force_n: float) -> float:
 
 
 def _levels(plan: Plan) -> tuple[float, ...]:
-    """Every step up to the top force; what is left over makes a last, smaller one."""
+    """Every step up to the top force; what is left over makes a last, smaller one.
+
+    Levels that do not exceed the touch force are left out: they would be passed before loading.
+    """
     step, top = plan.procedure.step_n, plan.procedure.top_force_n
     if step > top or top / step > MAX_LEVELS:
         raise UnknownError
@@ -59,7 +62,10 @@ def _levels(plan: Plan) -> tuple[float, ...]:
     levels = [step * (i + 1) for i in range(count)]
     if levels[-1] < top * (1.0 - 1e-9):
         levels.append(top)
-    return (*levels[:-1], top)
+    touch = 0.0
+    with suppress(UnknownError):
+        touch = plan.procedure.touch_force_n
+    return (*(level for level in levels[:-1] if level > touch), top)
 
 
 def _largest_step(plan: Plan) -> float:
@@ -69,6 +75,10 @@ def _largest_step(plan: Plan) -> float:
     return max(high - low for low, high in pairwise((0.0, *levels)))
 
 
+LEVEL_S, APPROACH_S = 4.0, 60.0
+"""Generous times of a level beside its hold, and of an approach, in which the zero may drift."""
+TOUCH_SHARE = 0.8
+"""Touch force over the first level, where that lies lower than the usual touch force."""
 TOOL_SHARE = 1.5
 """Least ratio of the touch force to the inertia of the tool at the arm's largest acceleration."""
 
@@ -77,16 +87,30 @@ def _touch_force(plan: Plan) -> float:
     """The default touch force in N: at least six times the scatter of a quantised reading.
 
     It also exceeds the force that accelerates the tool, by half, for the noise that comes on top.
+    Below low levels it is as much less as the noise of the force allows.
     """
     force = plan.rig.force
     tool_n = TOOL_SHARE * (force.tool_mass_kg or 0.0) * plan.rig.arm.max_acceleration_m_s2
     scatter_n = math.hypot(force.noise_n, force.resolution_n / math.sqrt(12.0))
     top_n = plan.procedure.top_force_n
-    return max(0.01 * top_n, 1.0, 2.0 * force.resolution_n, 6.0 * scatter_n, tool_n)
+    touch_n = max(0.01 * top_n, 1.0, 2.0 * force.resolution_n, 6.0 * scatter_n, tool_n)
+    least_n = max(force.resolution_n, 6.0 * scatter_n, tool_n)
+    first_n = top_n
+    with suppress(UnknownError, IndexError):
+        first_n = plan.procedure.levels_n[0]
+    return touch_n if touch_n < first_n else max(least_n, TOUCH_SHARE * first_n)
 
 
 def _max_drift(plan: Plan) -> float:
-    return max(0.01 * plan.procedure.top_force_n, 1.0, 3.0 * plan.rig.force.resolution_n)
+    """The default in N: no less than the stated drift of the sensor in the time of a cycle."""
+    force, procedure = plan.rig.force, plan.procedure
+    drift_n = 0.0
+    with suppress(UnknownError):
+        sweeps = 2 if procedure.unload else 1
+        cycles = 1 if procedure.lift_off else procedure.cycles
+        held_s = len(procedure.levels_n) * sweeps * cycles * (procedure.hold_s + LEVEL_S)
+        drift_n = force.drift_n_per_s * (procedure.tare_s + APPROACH_S + held_s)
+    return max(0.01 * procedure.top_force_n, 1.0, 3.0 * force.resolution_n, drift_n)
 
 
 def _search_distance(plan: Plan) -> float:
@@ -102,10 +126,10 @@ def _retract(plan: Plan) -> float:
 
 RULES: tuple[tuple[str, str, Callable[[Plan], object]], ...] = (
     ("", "name", lambda plan: printable(plan.path.stem, 100)),
+    ("procedure", "touch_force_n", _touch_force),
     ("procedure", "levels_n", _levels),
     ("procedure", "step_n", _largest_step),
-    ("procedure", "load_rate_n_per_s", lambda plan: _largest_step(plan) / RAMP_S),
-    ("procedure", "touch_force_n", _touch_force),
+    ("procedure", "load_rate_n_per_s", lambda plan: plan.procedure.step_n / RAMP_S),
     ("procedure", "max_drift_n", _max_drift),
     ("procedure", "search_distance_m", _search_distance),
     ("procedure", "retract_m", _retract),

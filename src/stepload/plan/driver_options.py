@@ -18,13 +18,21 @@ from stepload.units import QuantityError, parse_quantity
 
 
 def read_options(
-    group: str, name: str, at: Place, given: object, problems: list[Problem], device: str = ""
+    group: str,
+    name: str,
+    at: Place,
+    given: object,
+    problems: list[Problem],
+    device: str = "",
+    missing: list[Problem] | None = None,
 ) -> dict[str, object]:
     """Options of driver `name` of `group` in SI, the driver's defaults filled in.
 
     `at` is where the driver is named; `given` the `options` mapping of the plan, if it has one,
-    `device` what errors call the device, such as "rig.arm".
+    `device` what errors call the device, such as "rig.arm"; `missing` takes the problems of
+    required options that are not given, None: `problems` does.
     """
+    missing = problems if missing is None else missing
     try:
         declared = load_driver(group, name).OPTIONS
     except BadInputError as error:
@@ -45,7 +53,7 @@ def read_options(
         if option.required and key not in node.entries:
             message = f"{called} needs the option {key!r}"
             hint = f"{device}.options.{key}: " if device else ""
-            problems.append(place.problem(message, f"{hint}{option.help}; {expected(option)}"))
+            missing.append(place.problem(message, f"{hint}{option.help}; {expected(option)}"))
     return options
 
 

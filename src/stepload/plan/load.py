@@ -84,6 +84,7 @@ class _Loader:
     def __init__(self, shelf: Shelf) -> None:
         self.shelf = shelf
         self.problems: list[Problem] = []
+        self.missing: list[Problem] = []
         self.sources: list[Source] = []
         self.references = References(shelf, self.sources, self.problems)
 
@@ -120,6 +121,7 @@ class _Loader:
         if not self.problems:
             self.report(root, underivable(plan))
         self.raise_problems()
+        put(plan, "missing", tuple(self.missing))
         put(plan, "sources", tuple(SourceFile(s.name, s.text, s.sha256) for s in self.sources))
         return whole(plan)
 
@@ -153,7 +155,13 @@ class _Loader:
                     given = getattr(driver, "options", None)
                     lacking = _place_for_options(root, device)
                     options = read_options(
-                        group, driver.name, lacking, given, self.problems, f"rig.{device}"
+                        group,
+                        driver.name,
+                        lacking,
+                        given,
+                        self.problems,
+                        f"rig.{device}",
+                        self.missing,
                     )
                     put(driver, "options", options)
 

@@ -32,6 +32,7 @@ from stepload.plan.leaves import (
     Version,
 )
 from stepload.plan.payload import Payload
+from stepload.plan.problems import PlanError, Problem
 from stepload.plan.rig import (
     ArmSpec,
     DisplacementSpec,
@@ -256,6 +257,7 @@ class Plan:
 
     `path` is the plan's file, `sources` the text of every file it was made from, the plan first.
     `payload_file` is what was given in place of the plan's own payload, None where nothing was.
+    `missing` are the options, such as addresses, that opening its devices needs and it lacks.
     """
 
     stepload: ClassVar[Annotated[int, Version(1), Key("Version of the plan format.")]]
@@ -268,6 +270,16 @@ class Plan:
     record: Annotated[RecordPlan, Key("Where the record goes.", derived=True)]
     sources: tuple[SourceFile, ...]
     payload_file: Path | None = None
+    missing: tuple[Problem, ...] = ()
+
+    def refuse_missing(self) -> None:
+        """Refuse to open devices that the plan gives no address of.
+
+        Raises:
+            PlanError: with the place at which each option is to be written.
+        """
+        if self.missing:
+            raise PlanError(self.missing)
 
     @property
     def digest(self) -> str:

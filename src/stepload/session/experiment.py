@@ -209,6 +209,7 @@ def refuse_what_may_not_run(envelope: Envelope, dry_run: bool, hazards_read_now:
         )
     if not dry_run:
         refuse_simulated(envelope.plan)
+        envelope.plan.refuse_missing()
         refuse_unread(envelope.plan, hazards_read_now)
         refuse_unproven(envelope)
 
