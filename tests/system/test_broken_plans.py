@@ -125,7 +125,7 @@ BROKEN = [
     Broken(
         "touch above level",
         _END,
-        _END + "  touch_force: 50 N\n",
+        _END + "  touch_force: 300 N\n",
         22,
         16,
         "not below the first",

@@ -57,6 +57,19 @@ def test_whoever_signs_is_kept_and_not_asked_again(plan, monkeypatch):
     assert "can crush a hand" not in again.stderr
 
 
+def test_the_wiring_is_asked_for_once(plan, monkeypatch):
+    text = plan.read_text()
+    plan.write_text(text.replace("  wiring_checked_on: 2026-11-22\n", ""))
+    said = in_process("run", plan, "--yes", cwd=plan.parent)
+    assert said.returncode == 3
+    assert "--wiring-checked" in said.stderr
+    assert in_process("run", plan, "--yes", "--wiring-checked", cwd=plan.parent).returncode == 4
+    _at_a_terminal(monkeypatch, "Anna\ny\n")
+    assert in_process("run", plan, cwd=plan.parent).returncode == 4
+    assert "wiring_checked_on" in plan.read_text()
+    assert "R11" not in in_process("run", plan, cwd=plan.parent).stderr
+
+
 def test_an_empty_name_is_no(plan, monkeypatch):
     before = plan.read_text()
     _at_a_terminal(monkeypatch, "\n")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stepload.cli.hazards import HazardsRead, ask_hazards
+from stepload.cli.hazards import HazardsRead, WiringChecked, ask_before_pressing
 from stepload.cli.live import DEFAULT_ADDRESS, shown_live
 from stepload.cli.paper import A4, AsPdf, PaperSize, put_on_paper, wanted_paper
 from stepload.cli.plans import PayloadFile, PlanFile
@@ -81,6 +81,7 @@ def press(
     verbose: bool = False,
     resume: Path | None = None,
     hazards_read: bool = False,
+    wiring_checked: bool = False,
     live: str = "",
     watch: bool = False,
 ) -> Finished:
@@ -94,7 +95,7 @@ def press(
     from stepload.session.unfinished import repair_all
 
     if not dry_run:  # before a preflight is shown in vain
-        refuse_what_may_not_run(envelope, dry_run, hazards_read)
+        refuse_what_may_not_run(envelope, dry_run, hazards_read, wiring_checked)
     elif not quiet:
         output.line(SIMULATED)
     if envelope.verdict is not PlanVerdict.REFUSED:
@@ -123,6 +124,7 @@ def press(
             seed=seed,
             resume=resume,
             hazards_read_now=hazards_read,
+            wiring_checked_now=wiring_checked,
             operator=operator,
             on_progress=display.show,
             on_notice=display.say,
@@ -174,6 +176,7 @@ def run(
         typer.Option("--live-address", help="Where viewers connect; loopback unless you say so."),
     ] = DEFAULT_ADDRESS,
     hazards_read: HazardsRead = False,
+    wiring_checked: WiringChecked = False,
     pdf: AsPdf = False,
     paper: PaperSize = A4,
     as_json: AsJson = False,
@@ -191,13 +194,15 @@ def run(
 
     output, operator, on = Output(as_json=as_json), Operator(), wanted_paper(pdf, paper)
     envelope = envelope_of(tagged(load_plan(plan, payload=payload), tag or ()))
-    if not dry_run and not hazards_read and ask_hazards(envelope):
-        hazards_read = True  # and the rig file may have changed
-        envelope = envelope_of(tagged(load_plan(plan, payload=payload), tag or ()))
+    if not dry_run:
+        told = hazards_read, wiring_checked
+        hazards_read, wiring_checked = ask_before_pressing(envelope, *told)
+        if told != (hazards_read, wiring_checked):  # the rig file may have changed
+            envelope = envelope_of(tagged(load_plan(plan, payload=payload), tag or ()))
     with operator.listening():
         finished = press(
             envelope, operator, output, dry_run=dry_run, out=out, seed=seed, resume=resume,
-            quiet=quiet, verbose=verbose, hazards_read=hazards_read,
+            quiet=quiet, verbose=verbose, hazards_read=hazards_read, wiring_checked=wiring_checked,
             live=live_address if live else "", watch=watch,
         )  # fmt: skip
         output.result({**finished.data, "directory": finished.directory})

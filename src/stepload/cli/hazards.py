@@ -1,4 +1,4 @@
-"""Asks the user, before the first start of a rig, whether the hazards have been read."""
+"""Asks, before the first start of a rig, whether hazards were read and the wiring checked."""
 
 from __future__ import annotations
 
@@ -10,11 +10,21 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from datetime import date
+
     from stepload.envelope.envelope import Envelope
+    from stepload.plan.model import Plan
 
 HazardsRead = Annotated[
     bool,
     typer.Option("--yes", help="The hazards were read (docs/risk-assessment.md); for scripts."),
+]
+WiringChecked = Annotated[
+    bool,
+    typer.Option(
+        "--wiring-checked", help="Axis and sign of the force were checked on this rig; for scripts."
+    ),
 ]
 
 
@@ -63,25 +73,59 @@ def ask_hazards(envelope: Envelope) -> bool:
     """
     from datetime import date
 
-    from stepload.envelope.reason import PlanVerdict
-    from stepload.plan.hazards import hazards_read, keep, keys_of
-    from stepload.session.ready import refuse_simulated
+    from stepload.plan.hazards import hazards_read, read_by
 
     plan = envelope.plan
-    if hazards_read(plan) or envelope.verdict is PlanVerdict.REFUSED:
+    if hazards_read(plan) or not _may_ask(envelope):
         return False
-    if not _at_a_terminal():
-        return False
-    refuse_simulated(plan)  # before a question about a rig that does not exist
     name = _name(f"Before the rig {plan.rig.name!r} moves for the first time:")
-    if not name:
+    if name:
+        _keep(plan, read_by(name, date.today()))
+    return bool(name)
+
+
+def ask_before_pressing(envelope: Envelope, read: bool, checked: bool) -> tuple[bool, bool]:
+    """Whether the hazards were read and the wiring checked; asks what is not known yet."""
+    return read or ask_hazards(envelope), checked or ask_wiring(envelope)
+
+
+def ask_wiring(envelope: Envelope) -> bool:
+    """Whether a person at this terminal has checked the wiring; the rig file stores the date."""
+    from datetime import date
+
+    from stepload.plan.hazards import WIRED, WIRING
+
+    plan = envelope.plan
+    if plan.rig.wiring_checked_on is not None or not _may_ask(envelope):
         return False
-    today = date.today()
-    if (path := keep(plan, name, today)) is not None:
+    _say(f"Before the rig {plan.rig.name!r} presses for the first time: {WIRING}")
+    checked = typer.confirm("Was this checked?", default=False, err=True)
+    if checked:
+        _keep(plan, {WIRED: date.today()})
+    return checked
+
+
+def _may_ask(envelope: Envelope) -> bool:
+    """Whether there is somebody to ask, and a plan that may run."""
+    from stepload.envelope.reason import PlanVerdict
+    from stepload.session.ready import refuse_simulated
+
+    if envelope.verdict is PlanVerdict.REFUSED or not _at_a_terminal():
+        return False
+    refuse_simulated(envelope.plan)  # before a question about a rig that does not exist
+    envelope.plan.refuse_missing()
+    return True
+
+
+def _keep(plan: Plan, keys: Mapping[str, str | date]) -> None:
+    """Write what was confirmed into the rig file, or show how to."""
+    from stepload.plan.hazards import keep, rows_of
+
+    if (path := keep(plan, keys)) is not None:
         typer.echo(f"kept in {path}", err=True)
     else:
-        typer.echo(f"for this time; to keep it, below `rig:`: {keys_of(name, today)}", err=True)
-    return True
+        shown = "; ".join(rows_of(keys))
+        typer.echo(f"for this time; to keep it, below `rig:`: {shown}", err=True)
 
 
 def _at_a_terminal() -> bool:

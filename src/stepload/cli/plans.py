@@ -259,33 +259,24 @@ def preflight(
 ) -> None:
     """Say before the run whether payload and rig can succeed. Exit 0: go or warn; 3: refused.
 
-    What only `run` refuses, simulated devices and a missing proof of life, it says with exit 0.
-
     Example: stepload preflight procedures/plastic-sphere.yaml
     """
     from stepload.envelope.envelope import envelope_of
-    from stepload.envelope.proof import unproven
     from stepload.envelope.reason import PlanVerdict
     from stepload.plan.load import load_plan
     from stepload.results.model import Finding
-    from stepload.session.ready import PROVE, simulated_devices
+    from stepload.session.ready import simulated_devices
 
     out = Output(as_json=as_json)
     envelope = envelope_of(load_plan(plan, payload=payload))
     refused = envelope.verdict is PlanVerdict.REFUSED
     named = [] if refused else simulated_devices(envelope.plan)
-    missing = [] if refused or named else unproven(envelope.plan, envelope.telling_shake)
-    show_verdict(
-        envelope, out, details=verbose, aside=", and `run` refuses this plan" if missing else ""
-    )
+    show_verdict(envelope, out, details=verbose, aside="")
     if named:
         simulated = (
             f"{', '.join(named)}: simulated devices, so `run` takes this plan with --dry-run only"
         )
         out.finding(Finding("note", simulated, "name the drivers of your devices to press"))
-    elif missing:
-        told = f"`run` without --dry-run will refuse this plan: {'; '.join(missing)}"
-        out.finding(Finding("warn", told, PROVE))
     show_figures(envelope, out, details=verbose)
     limits = None if refused else envelope.limits
     if limits is not None and verbose:

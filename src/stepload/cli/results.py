@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from stepload.cli.experiments import DryRun, OutDirectory, Seed, exit_code, press
-from stepload.cli.hazards import HazardsRead, ask_hazards
+from stepload.cli.hazards import HazardsRead, WiringChecked, ask_before_pressing
 from stepload.cli.paper import A4, AsPdf, PaperSize, put_on_paper, wanted_paper
 from stepload.cli.run_paths import run_path
 from stepload.errors import BadInputError, ExitCode
@@ -62,6 +62,7 @@ def calibrate(
     seed: Seed = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
     hazards_read: HazardsRead = False,
+    wiring_checked: WiringChecked = False,
     pdf: AsPdf = False,
     paper: PaperSize = A4,
     as_json: AsJson = False,
@@ -113,13 +114,16 @@ def calibrate(
                 hint="press a stiff flat contact with `identify: {kind: system}`",
             )
         envelope = envelope_of(plan)
-        if not dry_run and not hazards_read and ask_hazards(envelope):
-            hazards_read = True
-            envelope = envelope_of(load_plan(given[0]))  # its rig file may have changed
+        if not dry_run:
+            told = hazards_read, wiring_checked
+            hazards_read, wiring_checked = ask_before_pressing(envelope, *told)
+            if told != (hazards_read, wiring_checked):  # its rig file may have changed
+                envelope = envelope_of(load_plan(given[0]))
         with operator.listening():
             finished = press(
                 envelope, operator, output,
                 dry_run=dry_run, out=out, seed=seed, quiet=quiet, hazards_read=hazards_read,
+                wiring_checked=wiring_checked,
             )  # fmt: skip
         code = exit_code(finished)
         if code is not ExitCode.OK or finished.data.get("system_stiffness") is None:

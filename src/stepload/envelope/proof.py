@@ -1,4 +1,4 @@
-"""How axis and sign of each force channel are proven: by its inertia, by a push, or not."""
+"""Whether a shake proves axis and sign of the force channels by their inertia."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.shake import HALF_WIDTH, LONGEST_S, Shake
-from stepload.plan.model import ForceSpec, Plan, SecondForce, SecondForceSource
+from stepload.plan.model import Plan
 from stepload.units import format_quantity
 
 
@@ -69,35 +69,6 @@ def _useless(shake: Shake) -> Iterator[Reason]:
             f"no shake proves the {channel.name}: {format_quantity(channel.mass_kg, 'kg')} at the"
             f" {format_quantity(shake.acceleration_m_s2, 'm/s^2')} that the arm may make are"
             f" {format_quantity(inertia_n, 'N')}; {why}",
-            f"push by hand on the tool (stepload setup), and state {channel.key}.pushed_on",
+            f"leave {channel.key}.tool_mass out, and check the wiring by hand (stepload setup)",
             inertia_n, channel.noise_n, "N",
         )  # fmt: skip
-
-
-def unproven(plan: Plan, shake: Shake | None) -> list[str]:
-    """Force channels whose axis and sign are not proven, each with the reason, in words.
-
-    A second channel needs no proof of its own where the run itself proves the first: it is compared
-    with that one from the touch on (R5).
-    """
-    shaken = {c.second for c in shake.channels} if shake is not None and shake.tells else set()
-    force, second = plan.rig.force, plan.rig.second_force
-    found = []
-    if False not in shaken and not pushed(force):
-        found.append(f"rig.force: {_why(force)}")
-    has_second = second.source is not SecondForceSource.NONE
-    if has_second and not shaken and not pushed(second):
-        found.append(f"rig.second_force: {_why(second)}")
-    return found
-
-
-def pushed(channel: ForceSpec | SecondForce) -> bool:
-    """Whether a push by hand has proven the channel, and is not too old."""
-    return channel.pushed_on is not None and not channel.push_problem
-
-
-def _why(channel: ForceSpec | SecondForce) -> str:
-    return channel.push_problem or (
-        "no push by hand has proven its axis and sign"
-        + ("" if channel.tool_mass_kg is None else ", and no shake can")
-    )

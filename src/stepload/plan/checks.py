@@ -149,13 +149,12 @@ def _second_channel(second: SecondForce) -> Iterator[Impossibility]:
         )
     if source is SecondForceSource.NONE:
         return
-    for key, field in (("tool_mass", "tool_mass_kg"), ("pushed_on", "pushed_on")):
-        if sensor is not None and getattr(sensor, field) is not None:
-            yield Impossibility(
-                ("sensor", key),
-                f"{key} of the second channel stands in its sensor",
-                f"write it one level up: rig.second_force.{key}",
-            )
+    if sensor is not None and sensor.tool_mass_kg is not None:
+        yield Impossibility(
+            ("sensor", "tool_mass"),
+            "tool_mass of the second channel stands in its sensor",
+            "write it one level up: rig.second_force.tool_mass",
+        )
 
 
 def _stiffness_is_known(stiffness: SystemStiffness) -> Iterator[Impossibility]:

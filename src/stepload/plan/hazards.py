@@ -1,9 +1,10 @@
-"""The hazards to read before a rig moves, and the confirmation that is kept in the rig file."""
+"""What is confirmed once per rig, hazards read and wiring checked, and kept in the rig file."""
 
 from __future__ import annotations
 
 import json
 from codecs import BOM_UTF8
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from datetime import date
@@ -35,7 +36,13 @@ HAZARDS = (
     "A wrong number in the plan (strength, sign, range, stiffness) makes every limit wrong.",
 )
 """Shown before the first motion of a rig; docs/risk-assessment.md has them with what to do."""
-BY, ON = "hazards_read_by", "hazards_read_on"
+BY, ON, WIRED = "hazards_read_by", "hazards_read_on", "wiring_checked_on"
+
+WIRING = (
+    "Axis and sign of the force sensor, and the direction of the approach, as a push by hand on the"
+    " tool shows them. The first touch checks them: a wrong one is stopped there at about 1 N (R11)."
+)
+"""What has to be right before the first touch of a rig."""
 
 
 def hazards_read(plan: Plan) -> bool:
@@ -58,13 +65,36 @@ def refuse_unread(plan: Plan, read_now: bool) -> None:
     )
 
 
-def keys_of(name: str, day: date) -> tuple[str, str]:
-    """The two lines of a rig file that record the confirmation."""
-    return f"{BY}: {json.dumps(name, ensure_ascii=False)}", f"{ON}: {day.isoformat()}"
+def refuse_unchecked(plan: Plan, checked_now: bool) -> None:
+    """Refuse to press with a rig of which nobody has said that its wiring was checked.
+
+    Raises:
+        RefusedError: neither the rig file nor the caller confirms it.
+    """
+    if checked_now or plan.rig.wiring_checked_on is not None:
+        return
+    raise RefusedError(
+        f"nobody has confirmed that the wiring of the rig {plan.rig.name!r} was checked",
+        hint=f"{WIRING} In a terminal the command asks once; --wiring-checked in scripts, or"
+        f" {WIRED}: YYYY-MM-DD below `rig:`; `stepload setup` does the check step by step",
+    )
 
 
-def keep(plan: Plan, name: str, day: date) -> Path | None:
-    """Write who has read the hazards into the file in which the plan's rig stands.
+def read_by(name: str, day: date) -> dict[str, str | date]:
+    """The keys of a rig that say who has read its hazards."""
+    return {BY: name, ON: day}
+
+
+def rows_of(keys: Mapping[str, str | date]) -> list[str]:
+    """The lines of a rig file that hold these keys."""
+    return [
+        f"{key}: {json.dumps(value, ensure_ascii=False) if isinstance(value, str) else value}"
+        for key, value in keys.items()
+    ]
+
+
+def keep(plan: Plan, keys: Mapping[str, str | date]) -> Path | None:
+    """Write what was confirmed into the file in which the plan's rig stands.
 
     Returns:
         The file; None where the rig is no block of keys of a file (a profile's name alone, or
@@ -76,22 +106,22 @@ def keep(plan: Plan, name: str, day: date) -> Path | None:
     """
     files = plan.path, _rig_file(plan.path)
     with alone_in(*(path.resolve().parent for path in files)):  # see `_keep`: what it takes back
-        return _keep(plan, name, day)
+        return _keep(plan, keys)
 
 
-def _keep(plan: Plan, name: str, day: date) -> Path | None:
-    found = _rig_block(plan.path)
+def _keep(plan: Plan, keys: Mapping[str, str | date]) -> Path | None:
+    wanted = replace(load_plan(plan.path).rig, **dict(keys))
+    found = _rig_block(plan.path, keys)
     if found is None:
         return None
     source, line, indent = found
     path = (source.path or plan.path).resolve()
     at, end = source.start_of(line), "\r\n" if "\r\n" in source.text else "\n"
-    rows = "".join(f"{indent}{row}{end}" for row in keys_of(name, day))
+    rows = "".join(f"{indent}{row}{end}" for row in rows_of(keys))
     bom = BOM_UTF8 if source.data.startswith(BOM_UTF8) else b""
     data = bom + (source.text[:at] + rows + source.text[at:]).encode()
     _write(path, data)
     try:
-        wanted = replace(plan.rig, hazards_read_by=name, hazards_read_on=day)
         sound = load_plan(plan.path).rig == wanted
     except PlanError:
         sound = False
@@ -99,8 +129,8 @@ def _keep(plan: Plan, name: str, day: date) -> Path | None:
         if path.read_bytes() == data:  # else somebody has changed it since
             _write(path, source.data)
         raise BadInputError(
-            f"{path}: the two lines could not be added",
-            hint=f"write them below `rig:` yourself: {'; '.join(keys_of(name, day))}",
+            f"{path}: the lines could not be added",
+            hint=f"write them below `rig:` yourself: {'; '.join(rows_of(keys))}",
         )
     return path
 
@@ -114,13 +144,13 @@ def _rig_file(plan_path: Path) -> Path:
     return plan_path
 
 
-def _rig_block(plan_path: Path) -> tuple[Source, int, str] | None:
+def _rig_block(plan_path: Path, keys: Iterable[str]) -> tuple[Source, int, str] | None:
     """File, line of the first key (from 1) and indentation of a plan's rig."""
     rig_file = _rig_file(plan_path)
     node = _tree(rig_file)
     if rig_file == plan_path and isinstance(node, Mapping):
         node = node.entries.get("rig", node)
-    if not isinstance(node, Mapping) or not node.keys or BY in node.keys or ON in node.keys:
+    if not isinstance(node, Mapping) or not node.keys or any(key in node.keys for key in keys):
         return None
     first = next(iter(node.keys.values()))
     indent = first.source.lines[first.line - 1][: first.column - 1]

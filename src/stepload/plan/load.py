@@ -17,7 +17,6 @@ from stepload.plan.impossible import Impossibility
 from stepload.plan.kinematics import settle_kinematics
 from stepload.plan.model import DriverChoice, Payload, Plan, SourceFile
 from stepload.plan.problems import PlanError, Problem
-from stepload.plan.pushes import settle_pushes
 from stepload.plan.reader import read_section
 from stepload.plan.references import References, profiles
 from stepload.plan.schema import json_schema
@@ -41,7 +40,7 @@ def load_plan(path: Path, *, payload: Path | None = None, today: date | None = N
 
     Args:
         payload: a payload file to use instead of the plan's own payload.
-        today: day against which calibration records and pushes are checked; None: today.
+        today: day against which calibration records are checked; None: today.
 
     Raises:
         PlanError: every problem found, with file, line and column.
@@ -113,8 +112,6 @@ class _Loader:
             settle_stiffness(plan, at, today, self.shelf, self.sources, self.problems)
         with suppress(UnknownError):
             settle_kinematics(plan, _place(root, ("rig", "arm", "kinematics")), self.problems)
-        with suppress(UnknownError):
-            settle_pushes(plan, today)
         self._options(plan, root)
         fill(plan)
         self.report(root, impossibilities_between(plan))

@@ -54,9 +54,6 @@ _TOOL_MASS = (
     "Mass on the measured side of {}: tool, and payload where the arm carries it. A small shake "
     "in free air then proves sign, axis and rough gain before every approach."
 )
-_PUSHED_ON = (
-    "Day on which a push by hand on the tool proved axis and sign of {}; counts for 30 days."
-)
 _LoopDelay = Annotated[float, Quantity("s", 1e-5, 10.0)]
 """No loop is quicker than one sample of the fastest arm."""
 _CROOKED = (
@@ -178,10 +175,7 @@ class ArmSpec:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ForceSpec:
-    """The force sensor that the run is controlled and identified with.
-
-    `push_problem` says why the push of `pushed_on` proves nothing any more, "" where it does.
-    """
+    """The force sensor that the run is controlled and identified with."""
 
     profile: ClassVar[
         Annotated[
@@ -242,8 +236,6 @@ class ForceSpec:
         ),
     ] = None
     tool_mass_kg: Annotated[_Mass | None, Key(_TOOL_MASS.format("the sensor"))] = None
-    pushed_on: Annotated[Calendar | None, Key(_PUSHED_ON.format("the sensor"))] = None
-    push_problem: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -268,7 +260,6 @@ class SecondForce:
     """The second force channel and how far it may differ (rule R5).
 
     R5 allows |F − F2| ≤ tolerance_n + tolerance_relative · F, and more for `time_s` at the most.
-    `push_problem` as in `ForceSpec`.
     """
 
     source: Annotated[
@@ -301,8 +292,6 @@ class SecondForce:
             + " Leave it out where an arm's own force is compensated for its payload."
         ),
     ] = None
-    pushed_on: Annotated[Calendar | None, Key(_PUSHED_ON.format("the second channel"))] = None
-    push_problem: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -469,4 +458,11 @@ class Rig:
         ),
     ] = ""
     hazards_read_on: Annotated[Calendar | None, Key("Day on which they were read.")] = None
+    wiring_checked_on: Annotated[
+        Calendar | None,
+        Key(
+            "Day on which axis and sign of the force, and the direction of the approach, were"
+            " checked; `run` asks once per rig."
+        ),
+    ] = None
     simulation: Annotated[Simulation, Key("The simulated rig.")] = AS_DECLARED

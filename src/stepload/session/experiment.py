@@ -25,7 +25,7 @@ from stepload.envelope.envelope import Envelope, envelope_of, refusal_of
 from stepload.envelope.pose import plan_where_it_stands
 from stepload.envelope.reason import PlanVerdict
 from stepload.errors import LeftEarlyError, RefusedError, in_words
-from stepload.plan.hazards import refuse_unread
+from stepload.plan.hazards import refuse_unchecked, refuse_unread
 from stepload.record.outcome import RunOutcome
 from stepload.record.plain import plain
 from stepload.record.recorder import Recorder, RecordingFailedError
@@ -40,7 +40,7 @@ from stepload.results.run_document import run_document
 from stepload.rig import pose
 from stepload.rig.device import ArmConfiguration
 from stepload.session import control, files
-from stepload.session.ready import refuse_simulated, refuse_unproven
+from stepload.session.ready import refuse_simulated
 from stepload.session.resume import Resumed, resumable
 
 Progress = Callable[[Engine, Envelope], None]
@@ -116,6 +116,7 @@ def run_plan(
     seed: int | None = None,
     resume: Path | None = None,
     hazards_read_now: bool = False,
+    wiring_checked_now: bool = False,
     operator: Operator | None = None,
     on_progress: Progress | None = None,
     on_notice: Say | None = None,
@@ -131,6 +132,7 @@ def run_plan(
         seed: of the simulated rig; the plan's own when None.
         resume: directory of an interrupted run of this plan, to go on after its last step.
         hazards_read_now: whoever starts the run has read the hazards, whatever the rig file says.
+        wiring_checked_now: axis, sign and approach were checked, whatever the rig file says.
         operator: where stop and pause requests come in.
         on_progress: called ten times a second of run time.
         on_notice: takes a line for the operator in the moment of a stop and while the rig is made
@@ -139,13 +141,12 @@ def run_plan(
         on_record: called with the record's path once it is being written; must return at once.
 
     Raises:
-        RefusedError: the plan may not run, or nothing proves axis and sign of its force channels;
-            nothing was opened or written.
+        RefusedError: the plan may not run; nothing was opened or written.
         BadInputError: the directory cannot be used, or there is nothing to resume.
         DeviceError: a device did not open; nothing moved.
         RecordingFailedError: the record could not be kept; the arm was made safe first.
     """
-    refuse_what_may_not_run(envelope, dry_run, hazards_read_now)
+    refuse_what_may_not_run(envelope, dry_run, hazards_read_now, wiring_checked_now)
     plan, operator = envelope.plan, operator or Operator()
     resumed = resumable(resume, plan, dry_run=dry_run) if resume else None
     notices = Notices(on_notice) if on_notice else None
@@ -193,7 +194,9 @@ def press(envelope: Envelope, out: Path) -> RunOutcome:
         return run_plan(envelope, dry_run=False, out=out, operator=operator).outcome
 
 
-def refuse_what_may_not_run(envelope: Envelope, dry_run: bool, hazards_read_now: bool) -> None:
+def refuse_what_may_not_run(
+    envelope: Envelope, dry_run: bool, hazards_read_now: bool, wiring_checked_now: bool
+) -> None:
     """Refuse a run for any reason that is known before a device is opened.
 
     Raises:
@@ -211,7 +214,7 @@ def refuse_what_may_not_run(envelope: Envelope, dry_run: bool, hazards_read_now:
         refuse_simulated(envelope.plan)
         envelope.plan.refuse_missing()
         refuse_unread(envelope.plan, hazards_read_now)
-        refuse_unproven(envelope)
+        refuse_unchecked(envelope.plan, wiring_checked_now)
 
 
 @contextlib.contextmanager

@@ -2,17 +2,9 @@
 
 from __future__ import annotations
 
-from stepload.envelope.envelope import Envelope
-from stepload.envelope.proof import unproven
 from stepload.errors import RefusedError
 from stepload.plan.model import ArmSpec, DisplacementSpec, ForceSpec, Plan
 from stepload.plan.overlay import SIMULATED
-
-PROVE = (
-    "push by hand on the tool, as the plate will, see which component answers with which sign,"
-    " write axis and pushed_on (stepload setup does it step by step); or state"
-    " rig.force.tool_mass, so that a shake in free air proves it before every approach"
-)
 
 
 def simulated_devices(plan: Plan) -> list[str]:
@@ -38,17 +30,4 @@ def refuse_simulated(plan: Plan) -> None:
             " not the plan's: what it says is no measurement",
             hint="rehearse the plan with --dry-run, or name the drivers of your devices: "
             + ", ".join(f"{key}.driver" for key in named),
-        )
-
-
-def refuse_unproven(envelope: Envelope) -> None:
-    """Refuse a run in which nothing proves axis and sign of the force channels.
-
-    Raises:
-        RefusedError: neither a push by hand nor the run itself proves one of them.
-    """
-    found = unproven(envelope.plan, envelope.telling_shake)
-    if found:
-        raise RefusedError(
-            f"axis and sign of the force are not proven: {'; '.join(found)}", hint=PROVE
         )

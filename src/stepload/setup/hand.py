@@ -65,8 +65,7 @@ def _as_found(setup: Setup, proven: dict[str, Proven]) -> Found:
         how = f"{setup.measured}: {PUSHES} pushes by hand of {one.push_n:.1f} N"
         if one.axis:
             values[f"{name}.axis"] = Value(f'"{one.axis}"', how)
-        owner = FORCE if name == FORCE else ARM
-        values[f"{owner}.pushed_on"] = Value(setup.today.isoformat(), how)
+        values["wiring_checked_on"] = Value(setup.today.isoformat(), how)
     return Found(values, notes)
 
 

@@ -11,7 +11,6 @@ import pytest
 from run_plans import envelope_for, stvf_plan, ur_plan
 
 from stepload.envelope.envelope import Envelope
-from stepload.envelope.proof import unproven
 from stepload.envelope.shake import CROSS_SHARE, FORCE_SHARE, LONGEST_S, PLANNED_HALF_WIDTH
 from stepload.plan.model import Plan, SecondForce
 
@@ -81,7 +80,7 @@ def test_a_shake_that_tells_nothing_says_why() -> None:
         envelope = envelope_for(plan)
         (reason,) = [each for each in envelope.reasons if each.code == "shake_tells_nothing"]
         assert why in reason.message
-        assert "rig.force.pushed_on" in reason.remedy
+        assert "rig.force.tool_mass" in reason.remedy
         assert envelope.telling_shake is None
         assert "prove the force channels" not in [stage.name for stage in envelope.stages]
 
@@ -93,7 +92,7 @@ def test_a_mass_that_cannot_be_told_does_not_keep_the_other_from_being_told() ->
     assert [channel.key for channel in envelope.telling_shake.channels] == ["rig.force"]
     (reason,) = [each for each in envelope.reasons if each.code == "shake_tells_nothing"]
     assert "second force channel" in reason.message
-    assert "rig.second_force.pushed_on" in reason.remedy
+    assert "rig.second_force.tool_mass" in reason.remedy
 
 
 @pytest.mark.parametrize(("touch_n", "heavy"), [(2.4, True), (2.5, False)])
@@ -107,24 +106,3 @@ def test_without_a_mass_there_is_no_shake() -> None:
     envelope = envelope_for(ur_plan())
     assert envelope.shake is None
     assert not {"shake", "shake_tells_nothing"} & set(codes(envelope))
-
-
-def test_what_proves_which_channel() -> None:
-    day = date(2026, 11, 22)
-    plan = ur_plan()
-
-    def missing(plan: Plan) -> list[str]:
-        return [text.split(":")[0] for text in unproven(plan, envelope_for(plan).telling_shake)]
-
-    assert missing(plan) == ["rig.force", "rig.second_force"]
-    assert missing(with_force(plan, pushed_on=day)) == ["rig.second_force"]
-    assert missing(with_second(plan, pushed_on=day)) == ["rig.force"]
-    both = with_second(with_force(plan, pushed_on=day), pushed_on=day)
-    assert missing(both) == []
-    assert missing(with_force(both, push_problem="40 days old")) == ["rig.force"]
-    assert missing(with_force(plan, tool_mass_kg=1.0)) == []
-    assert missing(with_force(plan, tool_mass_kg=0.01)) == ["rig.force", "rig.second_force"]
-    alone = replace(plan, rig=replace(plan.rig, second_force=SecondForce()))
-    assert missing(alone) == ["rig.force"]
-    assert missing(with_force(alone, pushed_on=day)) == []
-    assert missing(with_second(plan, tool_mass_kg=5.0)) == ["rig.force"]

@@ -84,7 +84,6 @@ rig:
     lever: 80 mm
     misalignment: 1 deg
     tool_mass: 1.2 kg
-    pushed_on: 2026-01-01
   displacement:
     driver: sim
     rate: 100 Hz
@@ -99,7 +98,6 @@ rig:
     noise: 1 N
     zero_error: 3 N
     tool_mass: 1.2 kg
-    pushed_on: 2026-01-01
     sensor:
       axis: "+fz"
       driver: sim
@@ -136,6 +134,7 @@ rig:
   loop_delay: 20 ms
   hazards_read_by: Anna
   hazards_read_on: 2026-03-01
+  wiring_checked_on: 2026-03-01
   mechanical_fuse: 800 N
   plate_tilt: 1 deg
   common_force_error: 3 %

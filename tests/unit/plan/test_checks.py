@@ -322,7 +322,8 @@ CASES = [
     ),
     Case(
         "touch above the first level",
-        procedure("touch_force: 49.9 N"), procedure("touch_force: 50 N"),
+        procedure("touch_force: 49.9 N", "levels: [50 N, 300 N]"),
+        procedure("touch_force: 50 N", "levels: [50 N, 300 N]"),
         "contact threshold 50 N is not below the first level 50 N", "50 N}", "lower touch_force",
     ),
     Case(
@@ -460,14 +461,14 @@ def test_a_bad_value_hides_neither_its_neighbours_nor_what_does_not_need_it(
         "rig": "{profile: stvf, force: {noise: 5, resolution: 1 kN}, mechanical_fuse: 200 N, "
         "system_stiffness: {value: 3 MN/m, sigma: 1}}",
         "procedure": "{step: 50 N, top_force: 300 N, surface_distance: 5, hold: 20 h, "
-        "touch_force: 60 N, search_distance: 1 mm}",
+        "touch_force: 300 N, search_distance: 1 mm}",
         "identify": "{secant_force: 1 kN, p: 0}",
         "record": "{directory: ../x, notes: 7}",
     }
     expected = [
         "youngs_modulus: '70 GP'", "yield strength 3 GPa", "noise: 5 has no unit",
         "resolution 1 kN is more than", "sigma: 1 has no unit", "the mechanical fuse opens at",
-        "surface_distance: 5 has no unit", "holds of 72000 s", "contact threshold 60 N",
+        "surface_distance: 5 has no unit", "holds of 72000 s", "contact threshold 300 N",
         "the search ends after 1 mm", "the secant at 1 kN", "p: 0 is out of range",
         "a directory with", "notes: 7 is not a text",
     ]  # fmt: skip

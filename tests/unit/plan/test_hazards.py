@@ -12,7 +12,7 @@ import pytest
 
 from stepload.errors import BadInputError, RefusedError
 from stepload.plan import hazards
-from stepload.plan.hazards import HAZARDS, hazards_read, keep, refuse_unread
+from stepload.plan.hazards import HAZARDS, hazards_read, keep, read_by, refuse_unread
 from stepload.plan.load import load_plan
 
 ROOT = Path(__file__).parents[3]
@@ -54,7 +54,7 @@ def test_the_plan_keeps_who_and_when_and_all_else(tmp_path, newline, name):
     path.chmod(0o640)
     before = path.read_bytes().splitlines()
     plan = load_plan(path)
-    assert keep(plan, name, DAY) == path
+    assert keep(plan, read_by(name, DAY)) == path
     after = load_plan(path)
     assert (after.rig.hazards_read_by, after.rig.hazards_read_on) == (name, DAY)
     refuse_unread(after, False)
@@ -76,7 +76,9 @@ def test_of_two_at_once_one_is_kept_and_the_other_is_told_so(tmp_path, monkeypat
     plan, kept = load_plan(path), {}
     monkeypatch.setattr(hazards, "load_plan", slowly)
     signing = [
-        threading.Thread(target=lambda name=name: kept.update({name: keep(plan, name, DAY)}))
+        threading.Thread(
+            target=lambda name=name: kept.update({name: keep(plan, read_by(name, DAY))})
+        )
         for name in ("Anna", "Ben")
     ]
     for thread in signing:
@@ -96,7 +98,7 @@ def test_what_somebody_writes_meanwhile_is_not_taken_back(tmp_path, monkeypatch)
     plan = load_plan(path)
     monkeypatch.setattr(hazards, "load_plan", spoiled)
     with pytest.raises(BadInputError):
-        keep(plan, "Anna", DAY)
+        keep(plan, read_by("Anna", DAY))
     assert path.read_text() == "stepload: 1 # theirs\n"
 
 
@@ -105,7 +107,7 @@ def test_a_rig_file_of_its_own_keeps_it(tmp_path, mark):
     (tmp_path / "there.yaml").write_text(mark + "profile: stvf\nname: Anna\n")
     (tmp_path / "anna.yaml").symlink_to("there.yaml")
     path = _plan(tmp_path, "rig: anna.yaml\n")
-    assert keep(load_plan(path), "Anna", DAY) == tmp_path / "there.yaml"
+    assert keep(load_plan(path), read_by("Anna", DAY)) == tmp_path / "there.yaml"
     assert hazards_read(load_plan(path))
     assert (tmp_path / "anna.yaml").is_symlink()
     assert (tmp_path / "there.yaml").read_text().startswith(mark)
@@ -117,7 +119,7 @@ def test_a_rig_file_of_its_own_keeps_it(tmp_path, mark):
 def test_what_cannot_be_kept_changes_nothing(tmp_path, rig):
     path = _plan(tmp_path, rig)
     before = path.read_bytes()
-    assert keep(load_plan(path), "Anna", DAY) is None
+    assert keep(load_plan(path), read_by("Anna", DAY)) is None
     assert path.read_bytes() == before
 
 
@@ -125,7 +127,7 @@ def test_a_name_that_no_plan_takes_leaves_the_file_as_it_was(tmp_path):
     path = _plan(tmp_path, BLOCK)
     before = path.read_bytes()
     with pytest.raises(BadInputError, match="could not be added"):
-        keep(load_plan(path), "x" * 2000, DAY)
+        keep(load_plan(path), read_by("x" * 2000, DAY))
     assert path.read_bytes() == before
 
 

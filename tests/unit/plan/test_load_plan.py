@@ -248,3 +248,35 @@ def test_a_digest_is_of_every_file_that_a_plan_is_made_from(
     other = load_plan(plan).digest
     (tmp_path / "rig.yaml").write_text("profile: stvf\nname: mine\n")
     assert len({before, other, load_plan(plan).digest}) == 3
+
+
+@pytest.mark.parametrize(
+    ("steps", "touch_n", "first_n"),
+    [
+        ("step: 2.4 N, top_force: 12 N", 3.97, 4.8),  # levels below the touch are left out
+        ("levels: [4.5 N, 12 N], top_force: 12 N", 3.97, 4.5),
+        ("levels: [3.9 N, 12 N], top_force: 12 N", 3.97, math.nan),
+        ("step: 50 N, top_force: 300 N", 3.97, 50.0),
+        ("levels: [2 N, 300 N], touch_force: 2.5 N, top_force: 300 N", 2.5, math.nan),
+    ],
+)
+def test_the_touch_force_and_the_first_level_fit_each_other(
+    write_plan: WritePlan, steps: str, touch_n: float, first_n: float
+) -> None:
+    """An error only where the levels that a person writes cannot be told from noise."""
+    path = write_plan(("step: 50 N, top_force: 300 N", steps))
+    if math.isnan(first_n):
+        with pytest.raises(PlanError):
+            load_plan(path)
+        return
+    procedure = load_plan(path).procedure
+    assert procedure.touch_force_n == pytest.approx(touch_n, abs=0.01)
+    assert procedure.levels_n[0] == first_n
+
+
+def test_a_sound_sensor_does_not_drift_beyond_the_default(write_plan: WritePlan) -> None:
+    """`max_drift` ends a run: what the data sheet allows in one cycle must not."""
+    long = ("300 N", "150 N, hold: 60 s")
+    procedure = load_plan(write_plan(("rig: stvf", "rig: ur5e"), long)).procedure
+    held_s = 2 * len(procedure.levels_n) * procedure.hold_s
+    assert procedure.max_drift_n > 0.01 * held_s

@@ -9,6 +9,7 @@ import pytest
 from stepload.plan.load import load_plan
 from stepload.plan.problems import PlanError
 
+PROCEDURES = Path(__file__).parents[3] / "procedures"
 JARGON = ("block", "flow", "scalar", "token", "mapping values", "simple key", "stream")
 HEAD = "stepload: 1\npayload: p.yaml\nrig: stvf\n"
 MISTAKES = [
@@ -58,16 +59,17 @@ def test_a_part_of_a_plan_is_called_what_it_is(tmp_path: Path, text: str, noun: 
 
 
 @pytest.mark.parametrize("rig", ["ur5e", "{profile: ur5e, arm: {options: {}}}"])
-def test_what_a_profile_leaves_open_is_asked_for_in_the_users_file(
+def test_an_address_is_asked_for_where_devices_are_opened_and_in_the_users_file(
     tmp_path: Path, rig: str
 ) -> None:
     path = tmp_path / "plan.yaml"
-    path.write_text(HEAD.replace("rig: stvf", f"rig: {rig}") + "procedure: {top_force: 3 N}\n")
-    (tmp_path / "p.yaml").write_text("name: x\n")
+    text = (PROCEDURES / "ur5e-silicone-sphere.yaml").read_text().replace("payload: ", "payload: ./")
+    (tmp_path / "payloads").symlink_to(PROCEDURES / "payloads")
+    path.write_text(f"{text[: text.index('rig:')]}rig: {rig}\n{text[text.index('procedure:') :]}")
+    plan = load_plan(path)
+    line = path.read_text().splitlines().index(f"rig: {rig}") + 1
     with pytest.raises(PlanError) as caught:
-        load_plan(path)
-    asked = [each for each in caught.value.problems if "needs the option" in each.message]
-    assert {each.message.split(":")[0] for each in asked} == {"rig.arm", "rig.force"}
-    for each in asked:
-        assert (each.file, each.line) == (str(path), 3)
-        assert each.hint.startswith(each.message.split(":")[0] + ".options.")
+        plan.refuse_missing()
+    assert [(each.file, each.line) for each in caught.value.problems] == [(str(path), line)] * 2
+    named = [each.hint.partition(": ")[0] for each in caught.value.problems]
+    assert named == ["rig.arm.options.host", "rig.force.options.port"]

@@ -266,7 +266,7 @@ def test_sections_are_frozen_and_refuse_misspelt_names() -> None:
     with pytest.raises(FrozenInstanceError):
         RecordPlan().notes = "x"  # type: ignore[misc]
     assert not hasattr(identify, "__dict__")
-    assert len(fields(Plan)) == 9
+    assert len(fields(Plan)) == 10
 
 
 def test_the_table_of_a_section() -> None:

@@ -65,7 +65,7 @@ def go(path, rig, given=GIVEN, yes=True, person=None, today=DAY, open_devices=No
 def test_a_push_that_finds_the_same_leaves_the_later_steps_done(rig_file, rig):
     assert go(rig_file, rig, {}, redo="push", today=LATER, until="push")[0] == "plan"
     text = rig_file.read_text()
-    assert f"pushed_on: {LATER}" in text
+    assert f"wiring_checked_on: {LATER}" in text
     assert f"hazards_read_on: {DAY}" in text
 
 
@@ -223,7 +223,7 @@ def test_a_rig_file_behind_a_link_is_written_in_its_place(rig_file, rig, tmp_pat
     link.symlink_to(rig_file)
     go(link, rig, {}, redo="push", today=LATER, until="push")
     assert link.is_symlink()
-    assert f"pushed_on: {LATER}" in rig_file.read_text()
+    assert f"wiring_checked_on: {LATER}" in rig_file.read_text()
     assert sorted(each.name for each in link.parent.iterdir()) == ["rig.yaml"]
 
 

@@ -45,7 +45,7 @@ def test_the_rig_file_loads_in_its_plan_and_every_value_says_where_it_is_from(ri
     assert left == ["doctor", "touch"]
     plan = load_plan(rig_file.parent / "first-payload.yaml", today=DAY)
     assert plan.rig.force.axis == "-fz"
-    assert plan.rig.force.pushed_on == plan.rig.second_force.pushed_on == DAY
+    assert plan.rig.wiring_checked_on == DAY
     assert plan.rig.force.tool_mass_kg == pytest.approx(0.8, rel=0.02)
     assert plan.rig.force.driver.options["port"] == "/dev/null"
     assert plan.rig.hazards_read_by == "A. Tester"

@@ -86,15 +86,12 @@ def emulated_run() -> Iterator[Callable[..., EmulatedRun]]:
             rate_hz=RATES_HZ.get(sensor, plan.rig.force.rate_hz),
             tool_mass_kg=tool_mass_kg,
         )
-        if tool_mass_kg is None:
-            force = replace(force, pushed_on=date.today())
-        second = replace(plan.rig.second_force, pushed_on=date.today())
         plan = replace(
             plan,
             payload=replace(plan.payload, declared_force_limit_n=elastic_limit_n),
             procedure=replace(plan.procedure, **{**quick, **procedure}),
             identify=replace(plan.identify, accept_unidentifiable="short steps"),
-            rig=replace(plan.rig, arm=arm, force=force, second_force=second),
+            rig=replace(plan.rig, arm=arm, force=force),
         )
         surface_m = plan.procedure.surface_distance_m
         spec = replace(world_for(envelope_of(plan)), **{"surface_m": surface_m, **(world or {})})

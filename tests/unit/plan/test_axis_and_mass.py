@@ -1,8 +1,8 @@
-"""A push by hand that proved a force channel counts for a while; an axis is stated, not assumed."""
+"""An axis is stated, not assumed; the mass of the tool stands where it belongs."""
 
 from __future__ import annotations
 
-from datetime import date, timedelta
+from datetime import date
 from pathlib import Path
 
 import pytest
@@ -10,7 +10,6 @@ import pytest
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
 from stepload.plan.problems import PlanError
-from stepload.plan.pushes import PUSH_DAYS, push_problem
 
 TODAY = date(2026, 11, 22)
 PROCEDURES = Path(__file__).parents[3] / "procedures"
@@ -26,26 +25,6 @@ def plan_with(tmp_path: Path, rig: str) -> Plan:
     return load_plan(path, today=TODAY)
 
 
-@pytest.mark.parametrize(
-    ("days", "said"),
-    [(0, ""), (PUSH_DAYS, ""), (PUSH_DAYS + 1, "31 days old"), (-1, "in the future")],
-)
-def test_a_push_counts_for_thirty_days(days: int, said: str, tmp_path: Path) -> None:
-    pushed_on = TODAY - timedelta(days=days)
-    problem = push_problem(pushed_on, TODAY)
-    assert (said in problem) if said else problem == ""
-    each = f"{{pushed_on: {pushed_on}}}"
-    rig = plan_with(tmp_path, f"{{profile: stvf, force: {each}, second_force: {each}}}").rig
-    assert rig.force.pushed_on == rig.second_force.pushed_on == pushed_on
-    assert rig.force.push_problem == rig.second_force.push_problem == problem
-
-
-def test_without_a_push_there_is_none_to_be_too_old(tmp_path: Path) -> None:
-    rig = plan_with(tmp_path, "stvf").rig
-    assert rig.force.pushed_on is rig.second_force.pushed_on is None
-    assert rig.force.push_problem == rig.second_force.push_problem == ""
-
-
 def test_the_axis_has_no_default(tmp_path: Path) -> None:
     own = tmp_path / "rig.yaml"
     own.write_text(STVF.read_text().replace('  axis: "+fz"\n', ""))
@@ -56,16 +35,15 @@ def test_the_axis_has_no_default(tmp_path: Path) -> None:
     assert "A push by hand on the tool" in problem.hint
 
 
-@pytest.mark.parametrize("key", ["tool_mass: 1 kg", "pushed_on: 2026-11-20"])
-def test_what_proves_the_second_channel_stands_beside_its_sensor(key: str, tmp_path: Path) -> None:
+def test_the_mass_on_the_second_channel_stands_beside_its_sensor(tmp_path: Path) -> None:
     sensor = "driver: sim, axis: +fz, rate: 1 kHz, range: 1 kN, resolution: 1 N, noise: 1 N"
-    sensor = f"{{{sensor}, delay: 1 ms, {key}}}"
+    sensor = f"{{{sensor}, delay: 1 ms, tool_mass: 1 kg}}"
     with pytest.raises(PlanError) as caught:
         plan_with(
             tmp_path, f"{{profile: stvf, second_force: {{source: sensor, sensor: {sensor}}}}}"
         )
     (problem,) = caught.value.problems
-    assert f"rig.second_force.{key.partition(':')[0]}" in problem.hint
+    assert "rig.second_force.tool_mass" in problem.hint
 
 
 def test_a_touch_is_more_than_it_takes_to_accelerate_the_tool(tmp_path: Path) -> None:
