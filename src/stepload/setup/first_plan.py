@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -24,7 +25,8 @@ from stepload.setup.presets import UNKNOWN
 from stepload.setup.questions import QUESTIONS
 from stepload.units import format_quantity, parse_named
 
-SHARE = 0.9
+SHARES = (0.9, 0.7, 0.5, 0.35, 0.25)
+"""Shares of the largest force that are tried as the top force, until one needs no warning."""
 STEPS = 6
 TOUCHES_N = (0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 70.0, 100.0)
 YOU = "stated"
@@ -173,12 +175,7 @@ def first_plan(answers: Answers, rig: str, path: Path) -> tuple[str, Envelope]:
         last = levels.text.strip("[] ").rpartition(",")[2]
         top_n, origin = parse_named("levels", last, "N"), "the last of the levels"
     elif asked == "most" and stated is None:
-        tried, lightest, _ = _lightest(values, rig, path, let_through=False)
-        largest_n = tried.largest_safe_force_n
-        top_n = float(f"{SHARE * largest_n:.2g}")
-        if not 0.0 < top_n <= largest_n:
-            raise refusal(envelope_here(lightest, path))
-        origin = f"nine tenths of the largest safe force, {format_quantity(largest_n, 'N')}"
+        top_n, origin = _most(values, rig, path)
     else:
         top_n, origin = parse_named(f"top_force {asked!r}", asked, "N"), YOU
     plan = with_forces(values, rig, top_n, STEPS, origin)
@@ -188,6 +185,43 @@ def first_plan(answers: Answers, rig: str, path: Path) -> tuple[str, Envelope]:
     head = ("Written by `stepload init`; behind each value: where it is from.",)
     text = written(plan, head, NOTES) + "\n".join(offered(plan)) + "\n"
     return text, envelope
+
+
+def _most(values: Mapping[str, Value], rig: str, path: Path) -> tuple[float, str]:
+    """The highest top force that preflight has no warning of, else of no refusal, and its origin.
+
+    It stays within what arm, sensor and table of the system's deflection are good for.
+
+    Raises:
+        RefusedError: no force is safe.
+    """
+    tried, lightest, _ = _lightest(values, rig, path, let_through=False)
+    of, safe_n = tried.plan.rig, tried.largest_safe_force_n
+    limits = {
+        "the largest safe force": safe_n,
+        "the push of the arm": of.arm.max_push_n,
+        "the range of the sensor": of.force.range_n,
+        "the end of the deflection table": max(
+            of.system_stiffness.deflection_force_n, default=math.inf
+        ),
+    }
+    name, most_n = min(limits.items(), key=lambda each: each[1])
+    shares = SHARES if most_n == safe_n or SHARES[0] * safe_n < most_n else (1.0, *SHARES)
+    choices = []
+    for share in shares:
+        top_n = float(f"{min(share * most_n, SHARES[0] * safe_n):.2g}")
+        if not 0.0 < top_n <= safe_n:
+            break
+        shown = "" if share == 1.0 else f"{share:g} of "
+        origin = f"{shown}{name}, {format_quantity(most_n, 'N')}"
+        verdict = envelope_here(with_forces(values, rig, top_n, STEPS, origin), path, derive).verdict
+        if verdict is PlanVerdict.GO:
+            return top_n, origin
+        choices.append((verdict is PlanVerdict.REFUSED, top_n, origin))
+    if not choices:
+        raise refusal(envelope_here(lightest, path))
+    _, top_n, origin = min(choices, key=lambda each: each[0])
+    return top_n, origin
 
 
 def touch_plan(answers: Answers, rig: str, path: Path) -> tuple[str, float]:

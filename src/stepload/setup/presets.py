@@ -17,8 +17,8 @@ _ACETAL = {"material": "acetal", "plate": "aluminium 6061", "surface_distance": 
 
 PRESETS: dict[str, dict[str, str]] = {
     "sphere": {"shape": "sphere", "radius": "28.7 mm", **_ACETAL},
-    "cone": {"shape": "cone_tip", "radius": "20 mm", **_ACETAL},
-    "pyramid": {"shape": "pyramid_tip", "radius": "20 mm", **_ACETAL},
+    "cone": {"shape": "cone_tip", "radius": "28.7 mm", **_ACETAL},
+    "pyramid": {"shape": "pyramid_tip", "radius": "28.7 mm", **_ACETAL},
     "flat-punch": {
         "shape": "flat_punch",
         "radius": "10 mm",
