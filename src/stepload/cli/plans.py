@@ -70,7 +70,7 @@ def _until_data(until: Until | None) -> dict[str, Any]:
 MOODS = {"go": "good", "warn": "doubt", "refused": "bad"}
 
 
-ACTED_ON = ("shake", "changes_together", "plate_tilted")
+ACTED_ON = ("changes_together", "plate_tilted")
 """Notes that require an action of a person; they are always shown."""
 
 
@@ -274,7 +274,7 @@ def preflight(
     envelope = envelope_of(load_plan(plan, payload=payload))
     refused = envelope.verdict is PlanVerdict.REFUSED
     named = [] if refused else simulated_devices(envelope.plan)
-    missing = [] if refused or named else unproven(envelope.plan, envelope.telling_shake)
+    missing = [] if refused or named else unproven(envelope.plan)
     show_verdict(
         envelope, out, details=verbose, aside=", and `run` refuses this plan" if missing else ""
     )

@@ -1,37 +1,15 @@
-"""How axis and sign of each force channel are proven: by its inertia, by a push, or not."""
+"""How axis and sign of each force channel were checked: by a push by hand, or not."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 from stepload.envelope.reason import Reason, Severity
-from stepload.envelope.shake import HALF_WIDTH, LONGEST_S, Shake
 from stepload.plan.model import ForceSpec, Plan, SecondForce, SecondForceSource
 from stepload.units import format_quantity
 
 
-def shake_reasons(plan: Plan, shake: Shake | None) -> Iterator[Reason]:
-    """Why a shake cannot measure the masses that a plan states, or how it moves if it can."""
-    if shake is None:
-        return
-    yield from _heavy(plan)
-    if shake.tells:
-        behind_m = 2.0 * plan.procedure.retract_m + shake.travel_m
-        yield Reason(
-            "shake", Severity.NOTE,
-            f"before the approach the arm shakes by {format_quantity(shake.travel_m, 'm')} behind"
-            f" the place of the zero, {shake.cycles} cycles that count at"
-            f" {1.0 / shake.period_s:.3g} Hz: each force channel whose tool_mass is stated must"
-            " feel it",
-            f"keep {format_quantity(behind_m, 'm')} behind the start pose free",
-        )  # fmt: skip
-        for other in shake.untold:
-            yield from _useless(other)
-    else:
-        yield from _useless(shake)
-
-
-def _heavy(plan: Plan) -> Iterator[Reason]:
+def heavy_tool_reasons(plan: Plan) -> Iterator[Reason]:
     """A warning where the tool's inertia may be mistaken for a touch, or for a pull (R11)."""
     mass_kg, touch_n = plan.rig.force.tool_mass_kg, plan.procedure.touch_force_n
     inertia_n = (mass_kg or 0.0) * plan.rig.arm.max_acceleration_m_s2
@@ -46,47 +24,11 @@ def _heavy(plan: Plan) -> Iterator[Reason]:
         )  # fmt: skip
 
 
-def _useless(shake: Shake) -> Iterator[Reason]:
-    """Warnings for channels whose mass a shake cannot measure."""
-    for channel, half_width in zip(shake.channels, shake.half_widths, strict=True):
-        inertia_n = channel.mass_kg * shake.acceleration_m_s2
-        if half_width <= 0.5 * HALF_WIDTH and shake.visible(channel):
-            continue
-        if not shake.visible(channel):
-            why = f"its resolution is {format_quantity(channel.resolution_n, 'N')}"
-        elif half_width < float("inf"):
-            why = (
-                f"beside a noise of {format_quantity(channel.noise_n, 'N')} a shake of"
-                f" {LONGEST_S:g} s would tell the mass to ±{half_width:.0%}, and"
-                f" ±{0.5 * HALF_WIDTH:.0%} are planned for"
-            )
-        else:
-            why = (
-                f"a travel of {format_quantity(shake.travel_m, 'm')} is lost in the arm's positions"
-            )
-        yield Reason(
-            "shake_tells_nothing", Severity.WARN,
-            f"no shake proves the {channel.name}: {format_quantity(channel.mass_kg, 'kg')} at the"
-            f" {format_quantity(shake.acceleration_m_s2, 'm/s^2')} that the arm may make are"
-            f" {format_quantity(inertia_n, 'N')}; {why}",
-            f"push by hand on the tool (stepload setup), and state {channel.key}.pushed_on",
-            inertia_n, channel.noise_n, "N",
-        )  # fmt: skip
-
-
-def unproven(plan: Plan, shake: Shake | None) -> list[str]:
-    """Force channels whose axis and sign are not proven, each with the reason, in words.
-
-    A second channel needs no proof of its own where the run itself proves the first: it is compared
-    with that one from the touch on (R5).
-    """
-    shaken = {c.second for c in shake.channels} if shake is not None and shake.tells else set()
+def unproven(plan: Plan) -> list[str]:
+    """Force channels whose axis and sign no push by hand has checked, each with the reason."""
     force, second = plan.rig.force, plan.rig.second_force
-    found = []
-    if False not in shaken and not pushed(force):
-        found.append(f"rig.force: {_why(force)}")
-    has_second = second.source is not SecondForceSource.NONE
-    if has_second and not shaken and not pushed(second):
+    found = [] if pushed(force) else [f"rig.force: {_why(force)}"]
+    if second.source is not SecondForceSource.NONE and not pushed(second):
         found.append(f"rig.second_force: {_why(second)}")
     return found
 
@@ -97,7 +39,4 @@ def pushed(channel: ForceSpec | SecondForce) -> bool:
 
 
 def _why(channel: ForceSpec | SecondForce) -> str:
-    return channel.push_problem or (
-        "no push by hand has proven its axis and sign"
-        + ("" if channel.tool_mass_kg is None else ", and no shake can")
-    )
+    return channel.push_problem or "no push by hand has checked its axis and sign"

@@ -10,8 +10,7 @@ from stepload.plan.overlay import SIMULATED
 
 PROVE = (
     "push by hand on the tool, as the plate will, see which component answers with which sign,"
-    " write axis and pushed_on (stepload setup does it step by step); or state"
-    " rig.force.tool_mass, so that a shake in free air proves it before every approach"
+    " write axis and pushed_on (stepload setup does it step by step)"
 )
 
 
@@ -47,7 +46,7 @@ def refuse_unproven(envelope: Envelope) -> None:
     Raises:
         RefusedError: neither a push by hand nor the run itself proves one of them.
     """
-    found = unproven(envelope.plan, envelope.telling_shake)
+    found = unproven(envelope.plan)
     if found:
         raise RefusedError(
             f"axis and sign of the force are not proven: {'; '.join(found)}", hint=PROVE
