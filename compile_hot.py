@@ -23,7 +23,8 @@ from typing import Any
 ROOT = Path(__file__).resolve().parent
 HOT = {
     "src/stepload/engine": (
-        "anchor", "answers", "cadence", "controller", "course", "cross_check", "follow", "motion",
+        "anchor", "answers", "cadence", "controller", "course", "cross_check", "follow",
+        "force_filter", "motion",
         "settle", "steps", "supervisor", "tare", "tick", "watch", "wrench",
     ),
     "src/stepload/record": ("ring",),

@@ -70,7 +70,7 @@ def _until_data(until: Until | None) -> dict[str, Any]:
 MOODS = {"go": "good", "warn": "doubt", "refused": "bad"}
 
 
-ACTED_ON = ("shake", "changes_together", "plate_tilted")
+ACTED_ON = ("changes_together", "plate_tilted")
 """Notes that require an action of a person; they are always shown."""
 
 

@@ -7,12 +7,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from stepload.envelope.benches import most_push
-from stepload.envelope.climb import largest_reached_n
 from stepload.envelope.envelope import Envelope, derive
 from stepload.envelope.order import DEFAULT, Order
 from stepload.envelope.pressing import largest_top_force
 from stepload.envelope.unwritten import plan_of
-from stepload.errors import BadInputError, DomainError, RefusedError
+from stepload.errors import BadInputError, RefusedError
 from stepload.plan.model import Plan
 from stepload.results.conditions import planned
 from stepload.units import format_quantity
@@ -20,10 +19,6 @@ from stepload.units import format_quantity
 TRIES = 3
 """Iterations for the safe force. It falls by a hundredth of the rise of the requested force, since
 the allowed drift grows with that: three are exact to a millionth."""
-BELOW = 0.95
-"""Share of the largest safe force at which a plan is never refused for its force."""
-LOOKS = 3
-"""Iterations for the force that the steps reach."""
 ANY_N = 1e6
 """A force beyond that of any rig."""
 
@@ -76,14 +71,6 @@ def ceiling(rig: str, payload: Path, order: Order = DEFAULT) -> Ceiling:
             raise _no_force(envelope)
         if safe_n < most_n:
             top_n, why = safe_n, _unsafe(plan, envelope)
-    reached_n = _reached(rig, payload, top_n, order)
-    if reached_n < top_n:
-        last, safe = format_quantity(reached_n, "N"), format_quantity(top_n, "N")
-        top_n = reached_n
-        why = (
-            f"above {last} the arm may stand still: the way that it may press on at a time is no "
-            f"longer than what is not counted of its position's error; {safe} would be safe"
-        )
     table = planned(envelope).sources.deflection()
     last_n = math.inf if table is None else table.force_n[-1]
     if last_n < top_n:
@@ -93,27 +80,6 @@ def ceiling(rig: str, payload: Path, order: Order = DEFAULT) -> Ceiling:
             f"IDENTIFIED; {safe} would be safe, so calibrate up to there to use it"
         )
     return Ceiling(name, plan.payload.name, min(top_n, last_n), why)
-
-
-def _reached(rig: str, payload: Path, top_n: float, order: Order) -> float:
-    """The force that the steps of a plan reach for certain; infinite where no plan gives one.
-
-    Iterated, since the leash of a plan with less force may differ.
-    """
-    looked_n, reached_n = BELOW * top_n, math.inf
-    for _ in range(LOOKS):
-        try:
-            plan = plan_of(rig, payload, looked_n, order)
-            envelope = derive(plan)
-        except (BadInputError, RefusedError, DomainError):
-            break
-        if envelope.limits is None:
-            break
-        found_n = largest_reached_n(plan.rig, envelope.limits)
-        if not 0.0 < found_n < min(reached_n, top_n):
-            break
-        looked_n = reached_n = found_n
-    return reached_n
 
 
 def _no_force(envelope: Envelope) -> RefusedError:

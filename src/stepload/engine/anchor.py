@@ -1,11 +1,9 @@
-"""The force and position proved by the payload's answers so far; the leash starts from there.
+"""The force and target proved by the payload's answers so far; the travel limit starts from there.
 
 An answer is a rise of the mean force above its noise. A channel that dies while the force rises
-still shows its last rise in every mean that includes it, and noise may show it once more. So a mean
-force is paired with a position from before it, and an answer proves not itself but the one before:
-a dead channel does not rise any further, unless its reading drifts. A payload answers to motion,
-while a dead reading drifts at rest as well: a rise no faster than that at rest is no answer. A dead
-reading that drifts during motion, or jumps, passes for a payload (`dead_drift`).
+still shows its last rise in every mean that includes it, and noise may show it once more. So an
+answer proves not itself but the one before. A payload answers to motion, while a dead reading
+drifts at rest as well: a rise no faster than that at rest is no answer.
 """
 
 from __future__ import annotations
@@ -25,7 +23,7 @@ from stepload.envelope.limits import RunLimits
 class Anchor:
     """The payload's last answer, and the last answer that a later one has proved.
 
-    `answer_n` and `answer_m` are force and position of the former, `proved_n` and `proved_m` of the
+    `answer_n` and `answer_m` are force and target of the former, `proved_n` and `proved_m` of the
     latter; `mean_n` is the mean force over `ANCHOR_WINDOW_S`, `rise_n` how far it must rise to be
     an answer.
     """
@@ -33,20 +31,18 @@ class Anchor:
     def __init__(self, limits: RunLimits) -> None:
         count = max(1, round(ANCHOR_WINDOW_S / limits.period_s))
         self._limits = limits
-        self._alpha = min(1.0, 2.0 * limits.period_s / ANCHOR_WINDOW_S)
-        self._forces_n, self._positions_m = [0.0] * count, [0.0] * count
+        self._forces_n = [0.0] * count
         self._short = self._variance = self._variance_of(count)
         self._half_ticks = max(1, round(0.5 * END_WINDOW_S / limits.period_s))
         self._halves_n: list[float] = []
         self._least_n_per_m = limits.answer_n_per_m
-        self._stops = limits.leash_share < limits.leash_proved
         self.rise_n = self._next_n = self._told_n(2.0 * self._short)
         self._sum_n = self.mean_n = self.answer_n = self.proved_n = 0.0
-        self._before_m = self.answer_m = self.proved_m = 0.0
+        self.answer_m = self.proved_m = 0.0
         self._at = self._end_count = self._ticks = 0
-        self._end_n = self._end_m = 0.0
+        self._end_n = 0.0
 
-    def begin(self, position_m: float, force_n: float, *, same: bool) -> None:
+    def begin(self, target_m: float, force_n: float, *, same: bool) -> None:
         """Begin at rest; `same` where nothing was proved since the last time.
 
         With `same` a rise of the force at rest counts as no answer.
@@ -56,59 +52,48 @@ class Anchor:
             self.answer_n += risen_n
             self._next_n += risen_n
         else:
-            self._answer(force_n, position_m, self._short)
-            self.proved_n, self.proved_m = force_n, position_m
+            self._answer(force_n, target_m, self._short)
+            self.proved_n, self.proved_m = force_n, target_m
         count = len(self._forces_n)
-        self._forces_n, self._positions_m = [force_n] * count, [position_m] * count
+        self._forces_n = [force_n] * count
         self.mean_n, self._sum_n = force_n, force_n * count
-        self._before_m = position_m
         self._at = 0
         self._stand()
 
-    def add(self, position_m: float, force_n: float) -> None:
-        """Add a position and a force of the same moment.
+    def add(self, target_m: float, force_n: float) -> None:
+        """Add a force and the newest target that it surely shows.
 
-        Where the arm has to stop for each answer of a weakly answering payload, none is accepted in
-        motion: it would be noisier, and the next one would take longer. Nor is one accepted after
-        the arm has stood at the end of the leash for a while.
+        None counts as an answer any more after the arm has stood at the end for a while.
         """
         self._ticks += 1
-        forces_n, positions_m, at = self._forces_n, self._positions_m, self._at
+        forces_n, at = self._forces_n, self._at
         self._sum_n = sum_n = self._sum_n + force_n - forces_n[at]
-        self._before_m = before_m = self._before_m + self._alpha * (
-            positions_m[at] - self._before_m
-        )
-        forces_n[at], positions_m[at] = force_n, position_m
+        forces_n[at] = force_n
         self._at = at + 1 if at + 1 < len(forces_n) else 0
         self.mean_n = mean_n = sum_n / len(forces_n)
-        if mean_n > self._next_n and len(self._halves_n) < 2 and self._worth(mean_n, before_m):
-            self._answer(mean_n, before_m, self._short)
+        if mean_n > self._next_n and len(self._halves_n) < 2 and self._worth(mean_n, target_m):
+            self._answer(mean_n, target_m, self._short)
 
-    def add_at_end(self, position_m: float, force_n: float) -> bool:
-        """Add a pair at the end of the leash, where a soft payload shows in a longer mean only.
-
-        True if the pair completed a mean in which an answer was looked for.
-        """
+    def add_at_end(self, target_m: float, force_n: float) -> None:
+        """Add a pair at the end of the travel, where a soft payload shows in a longer mean only."""
         self._end_count = n = self._end_count + 1
         self._end_n += force_n
-        self._end_m += position_m
         if n % self._half_ticks:
-            return False
+            return
         self._halves_n.append(self._end_n)
         half, odd = divmod(len(self._halves_n), 2)
         if odd:
-            return False
-        mean_n, mean_m = self._end_n / n, self._end_m / n
+            return
+        mean_n = self._end_n / n
         variance = self._variance_of(n)
         told_n = self._told_n(variance + max(variance, self._variance))
         if (
             mean_n > self.answer_n + told_n
             and self._drifted(mean_n - 2.0 * self._halves_n[half - 1] / n, n)
             < DRIFT_SHARE * (mean_n - self.answer_n)
-            and self._worth(mean_n, mean_m)
+            and self._worth(mean_n, target_m)
         ):
-            self._answer(mean_n, mean_m, variance)
-        return True
+            self._answer(mean_n, target_m, variance)
 
     def _drifted(self, risen_n: float, ticks: int) -> float:
         """Upper estimate of the force's drift since the last answer, in N.
@@ -121,24 +106,24 @@ class Anchor:
         since = self._ticks - 0.5 * ticks
         return (risen_n + DRIFT_SIGMAS * noise_n) * since / (0.25 * ticks)
 
-    def _answer(self, force_n: float, position_m: float, variance: float) -> None:
+    def _answer(self, force_n: float, target_m: float, variance: float) -> None:
         """Store a new answer; the previous one is proved by it."""
         self.proved_n, self.proved_m = self.answer_n, self.answer_m
-        self.answer_n, self.answer_m, self._variance = force_n, position_m, variance
-        self._next_n = force_n + (math.inf if self._stops else self._told_n(self._short + variance))
+        self.answer_n, self.answer_m, self._variance = force_n, target_m, variance
+        self._next_n = force_n + self._told_n(self._short + variance)
         self._least_n_per_m = self._limits.answer_at(force_n)
         self._ticks = 0
         self._stand()
 
     def _stand(self) -> None:
-        """Restart the count of the time at the end of the leash."""
+        """Restart the count of the time at the end of the travel."""
         self._end_count = 0
-        self._end_n = self._end_m = 0.0
+        self._end_n = 0.0
         self._halves_n.clear()
 
-    def _worth(self, force_n: float, position_m: float) -> bool:
+    def _worth(self, force_n: float, target_m: float) -> bool:
         """Whether the force rose by more than the softest payload's answer to the travel."""
-        return force_n - self.answer_n > self._least_n_per_m * (position_m - self.answer_m)
+        return force_n - self.answer_n > self._least_n_per_m * (target_m - self.answer_m)
 
     def _told_n(self, variance: float) -> float:
         """Least difference in N of two means that noise of this `variance` does not explain."""

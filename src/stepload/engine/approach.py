@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable
 
 from stepload.engine.course import Course, Then
 from stepload.engine.follow import Lead
-from stepload.engine.listening import listening_of
 from stepload.engine.retract import REST_S, not_open
 from stepload.engine.settle import RingTest
 from stepload.engine.touch import TouchTest
 from stepload.envelope.schedule import SLOW_SHARE, touch_gap_m
-from stepload.envelope.unseen import Tells
 from stepload.record.outcome import Touch
 from stepload.record.rows import Phase
 
 RING_TIMEOUT_S = 2.0
 MEAN_S = 5.0
 """Time constant of the mean force in an approach: a zero moves slowly, a contact grows fast."""
-LISTEN_S = 0.5
-"""Time in s without a new reading of a force channel after which the approach stands."""
-DEAF_SHARE = 0.9
 WORTH = 2.0
 """Least distance between two zeros taken in one approach, in retracts."""
 Zero = Callable[[float, Then, Then | None], None]
@@ -37,10 +33,9 @@ class Approach:
         course: state of the run.
         stopped: what to do when the operator stops the search.
         zero: proves free air, takes the zero anew, and goes on; see `Zeroing.take`.
-        tells: the force channels that must give new readings for the approach to go on.
     """
 
-    def __init__(self, course: Course, stopped: Then, zero: Zero, tells: Tells) -> None:
+    def __init__(self, course: Course, stopped: Then, zero: Zero) -> None:
         self._course = course
         self._stopped = stopped
         self._zero = zero
@@ -48,14 +43,15 @@ class Approach:
         self._mean_n, self._renews, self._renew_from_m = 0.0, True, 0.0
         self._mean_share = course.limits.period_s / MEAN_S
         self._then: Then = stopped
-        self._resume: Then = self._begin_guarded
         self._purpose = ""
         self._slow = False
         self._left = 0
         self._early_m = 0.0
         self._lead = Lead(course.limits.period_s)
-        self._listening = listening_of(course.limits, tells)
-        self._deaf_s = math.nan
+        limits = course.limits
+        late_s = limits.unseen_s + limits.reaction_s
+        self._targets_m: deque[float] = deque(maxlen=1 + math.ceil(late_s / limits.period_s))
+        self._reading_n, self._heard_m = math.nan, -math.inf
         self._felt = TouchTest(course.limits.touch_force_n)
         self._ring = RingTest(course.limits.noise_n)
         self._rung_out_s, self._dwelt = 0.0, 0
@@ -84,21 +80,29 @@ class Approach:
             near_m = course.surface_m - self._gap_m() - self._early_m
         run_out_m = 2.0 * course.limits.fast_speed_m_s * course.limits.reaction_s
         self._felt = TouchTest(course.limits.touch_force_n)
-        self._listening.begin(course.target_m)
+        self._restart()
         course.aim(near_m - run_out_m)
         self._begin_fast(now_s)
 
+    def _restart(self) -> None:
+        """Forget the targets: the arm has gone back."""
+        self._targets_m.clear()
+        self._targets_m.append(self._course.target_m)
+        self._heard_m = self._course.target_m
+
     def _begin_fast(self, now_s: float) -> None:
+        self._lead.begin(self._course.target_m - self._course.sup.arm.position_m)
         self._course.enter(Phase.FAST_APPROACH, now_s, self._fast)
 
     def _fast(self, now_s: float, step_s: float) -> None:
         course = self._course
         if self._held_up(now_s):
             return
-        fastest_m_s = min(course.limits.fast_speed_m_s, self._stopping_m_s())
-        if course.target_m >= course.goal_m or course.move(fastest_m_s, step_s):
+        limits = course.limits
+        if course.target_m >= course.goal_m or course.move(limits.fast_speed_m_s, step_s):
             self._begin_guarded(now_s)
-        self._leash(now_s, self._begin_fast)
+        allowed_m = limits.fast_speed_m_s * limits.reaction_s + limits.ahead_m
+        course.target_m -= self._lead.excess(course.target_m, course.sup.arm.position_m, allowed_m)
 
     def _begin_guarded(self, now_s: float) -> None:
         course = self._course
@@ -115,77 +119,59 @@ class Approach:
         speed = min(limits.guarded_speed_m_s, course.speed_m_s + limits.acceleration_m_s2 * step_s)
         if self._slow:
             speed = min(speed, SLOW_SHARE * limits.guarded_speed_m_s)
-        speed = min(speed, self._stopping_m_s())
         course.speed_m_s = speed
-        course.target_m += speed * step_s
-        self._leash(now_s, self._begin_guarded)
+        from_m = course.target_m
+        course.target_m = from_m + speed * step_s
+        if not limits.cross_check:
+            self._hold_back(from_m)
         position_m = course.sup.arm.position_m
         course.target_m -= self._lead.excess(course.target_m, position_m, limits.ahead_m)
 
-    def _leash(self, now_s: float, resume: Then) -> None:
-        """Limit how far the target runs ahead in free air; listen if a channel stays silent.
+    def _hold_back(self, from_m: float) -> None:
+        """With one force channel: do not go far beyond what its newest reading can show.
 
-        The limit counts from the arm's position, and from the target up to which the force channels
-        have given new readings.
+        A reading may be `unseen_s` old and still arrive; one that repeats itself shows nothing.
         """
-        course = self._course
-        leash_m = course.limits.leash_free_m
-        end_m = course.sup.arm.position_m + leash_m
-        if course.target_m > end_m:
-            course.target_m = end_m
-        end_m = self._listening.heard_m + leash_m
-        if course.target_m > end_m:
-            course.target_m = end_m
-        if not self._deaf:
-            self._deaf_s = math.nan
-        elif self._deaf_s != self._deaf_s:
-            self._deaf_s = now_s
-        elif now_s - self._deaf_s > LISTEN_S:
-            self._resume = resume
-            course.enter(Phase.LISTENING, now_s, self._listen)
-
-    @property
-    def _deaf(self) -> bool:
-        """Whether the travel that the force channels allow is almost used up."""
-        course = self._course
-        return course.target_m > self._listening.heard_m + DEAF_SHARE * course.limits.leash_free_m
-
-    def _stopping_m_s(self) -> float:
-        """The highest speed from which the target can stop within what the force channels allow."""
         course, limits = self._course, self._course.limits
-        room_m = self._listening.heard_m + limits.leash_free_m - course.target_m
-        return math.sqrt(2.0 * limits.acceleration_m_s2 * max(0.0, room_m))
+        end_m = max(from_m, self._heard_m + limits.leash_free_m)
+        if course.target_m > end_m:
+            course.target_m = end_m
 
-    def _listen(self, now_s: float, _step_s: float) -> None:
-        """Stand until every force channel has given a new reading.
+    def _listen(self) -> None:
+        """Take in what the force channel reads, of where the target was."""
+        course, reading_n = self._course, self._course.sup.force.raw_n
+        targets_m = self._targets_m
+        targets_m.append(course.target_m)
+        if reading_n != self._reading_n:
+            self._reading_n, self._heard_m = reading_n, targets_m[0]
 
-        R4 finds a sensor whose whole reading is frozen. One that is dead along the pressing axis
-        alone is found here.
+    def _too_deep(self) -> bool:
+        """End the run (R6) where an only force channel does not feel a surface that is known.
+
+        Where a level was held before it was answered, and may be gone to again.
         """
-        if self._held_up(now_s):
-            return
-        if not self._deaf:
-            self._deaf_s = math.nan
-            self._resume(now_s)
-            return
-        self._end_if_silent(now_s - self._deaf_s)
-
-    def _end_if_silent(self, silent_s: float) -> None:
-        """End the run where a channel has given nothing new for longer than a sound one would."""
-        patience_s = LISTEN_S + self._listening.tells.patience_s
-        if silent_s > patience_s:
-            self._course.fail(
-                "silent", silent_s, patience_s, "s",
-                f"the {self._listening.silent} has told nothing new for {silent_s:.3g} s in the"
-                " approach: it is dead along the pressing axis, or the axis is not the one that"
-                " feels the force",
-            )  # fmt: skip
+        course, limits = self._course, self._course.limits
+        if limits.cross_check or course.surface_m != course.surface_m:
+            return False
+        touch_n = limits.touch_force_n
+        slack_m = limits.travel_m(touch_n) + limits.moved_zero_n / limits.answer_at(touch_n)
+        end_m = max(course.surface_m + slack_m, course.deepest_m) + self._early_m
+        beyond_m = course.sup.arm.position_m - end_m
+        if not beyond_m > 0.0:
+            return False
+        travel_m, most_m = end_m + beyond_m - course.surface_m, end_m - course.surface_m
+        course.fail(
+            "R6", travel_m, most_m, "m",
+            f"{travel_m * 1e6:.1f} um past the last touch without the force of a touch",
+        )  # fmt: skip
+        return True
 
     def _held_up(self, now_s: float) -> bool:
         """Whether the approach pauses in this tick, or has come to its end."""
-        self._listening.hear(self._course.sup, self._course.target_m)
+        self._listen()
         return (
             self._touched(now_s)
+            or self._too_deep()
             or self._stop_asked(now_s)
             or self._felt.waits(now_s)
             or self._zero_moved(now_s)
@@ -238,30 +224,21 @@ class Approach:
         course.surface_m = position_m
         course.target_m = min(course.target_m, position_m)
         self._ring = RingTest(limits.noise_n)
-        self._rung_out_s = now_s + 2.0 * limits.reaction_s
+        self._rung_out_s = now_s + max(2.0 * limits.reaction_s, limits.unseen_s)
         self._ring.begin(self._rung_out_s, sup.force_n)
         course.dwelt_n, self._dwelt = sup.force_n, 0
-        self._listening.ask()
         course.enter(Phase.DWELL, now_s, self._dwell)
         return True
 
     def _dwell(self, now_s: float, _step_s: float) -> None:
-        """Wait until the touch has rung out and every force channel has given a new reading.
-
-        A touch may be noise: no load is applied on the strength of readings from before it.
-        """
-        course, ring, listening = self._course, self._ring, self._listening
+        """Wait until the touch has rung out, and until no reading is from before it."""
+        course, ring = self._course, self._ring
         force_n = course.sup.force_n
         ring.add(now_s, force_n)
         if now_s >= self._rung_out_s:
             self._dwelt += 1
             course.dwelt_n += (force_n - course.dwelt_n) / self._dwelt
-        listening.hear(course.sup, course.target_m)
-        dwelt_s = now_s - course.since_s
-        if not ring.quiet and dwelt_s < RING_TIMEOUT_S:
-            return
-        if not listening.answered:
-            self._end_if_silent(dwelt_s)
+        if not ring.quiet and now_s - course.since_s < RING_TIMEOUT_S:
             return
         self._left -= 1
         if self._left <= 0 or course.stop_asked():
@@ -298,5 +275,5 @@ class Approach:
             course.aim(max(course.goal_m - self._gap_m(), furthest_m))
             return
         self._felt = TouchTest(course.limits.touch_force_n)
-        self._listening.begin(course.target_m)
+        self._restart()
         self._begin_guarded(now_s)

@@ -2,13 +2,10 @@
 
 λ = 0.25/T with the loop delay T keeps the loop free of overshoot as long as c is not above the true
 tangent compliance; c is a lower confidence bound of it. F_level rises along a ramp of the plan's
-load rate, so that what is measured on the way is close to static. The leash bounds the target by
-what the force has *proved* so far (`engine.anchor`): even if every link died now, the arm would go
-to the last target and the force would stay below F_lim, on a payload no stiffer than it is believed
-to be, and on a rigid one below `leash_proved` times that, each apart from a step of the position.
-The exception is a dead channel whose reading drifts fast or jumps (`dead_drift`). Nor may the
-target run so far ahead of an arm that does not follow that a sudden catch-up would bring the true
-force above F_c.
+load rate, so that what is measured on the way is close to static. With one force channel a travel
+limit bounds the target by what the force has *proved* so far (`engine.anchor`); with two the other
+channel stops the run. Nor may the target run so far ahead of an arm that does not follow that a
+sudden catch-up would bring the true force above F_c.
 """
 
 from __future__ import annotations
@@ -20,7 +17,6 @@ from stepload.engine.compliance import TangentCompliance
 from stepload.engine.follow import Lead
 from stepload.envelope.catch_up import sudden_step
 from stepload.envelope.limits import RunLimits
-from stepload.envelope.press import NOISE_MULTIPLE
 from stepload.envelope.pressing import LONGEST_STALL_S
 
 STIFFENING = 0.75
@@ -32,14 +28,13 @@ LOOK_AHEAD = 0.3
 class StepController:
     """One move from level to level, loading or unloading, never both.
 
-    The leash leaves room for `leash_sigmas` standard deviations of noise.
-    `begin`, then `step` once per tick until `reached`. `speed_m_s` is the speed of the target,
-    `c_m_per_n` the compliance in use.
+    Without `leash` nothing limits the travel. `begin`, then `step` once per tick until `reached`.
+    `speed_m_s` is the speed of the target, `c_m_per_n` the compliance in use.
     """
 
-    def __init__(self, limits: RunLimits, leash_sigmas: float = NOISE_MULTIPLE) -> None:
+    def __init__(self, limits: RunLimits, leash: bool = True) -> None:
         self._limits = limits
-        self._leash_sigmas = leash_sigmas
+        self._leash = leash and not limits.cross_check
         self._compliance = TangentCompliance(
             limits.stiffness_n_per_m, limits.noise_n, limits.position_resolution_m
         )
@@ -53,23 +48,26 @@ class StepController:
         self._level_n = self._start_n = self._ramp_n = 0.0
         self._sign = 1.0
         self._lead = Lead(limits.period_s)
+        late_s = limits.unseen_s + limits.reaction_s
+        self._targets_m = [0.0] * (1 + math.ceil(late_s / limits.period_s))
+        self._targets_at = 0
         self._trusted = self._started = False
-        self._ahead_m = 0.0
         self.c_m_per_n = 1.0 / limits.stiffness_n_per_m
         self.speed_m_s = 0.0
         self.reached = True
 
     def begin(
         self, level_n: float, force_n: float, position_m: float, sign: float, same_contact: bool,
-        rested_n: float = math.nan,
+        rested_n: float = math.nan, target_m: float = math.nan,
     ) -> None:  # fmt: skip
-        """Aim at `level_n` from rest at this settled force and position; `sign` −1 unloads.
+        """Aim at `level_n` from rest at this settled force, position and target; `sign` −1 unloads.
 
         `rested_n` is the mean force at rest, NaN where it is unknown: the force that triggered a
         touch is biased upwards by noise, and a soft payload would have to rise above it.
 
-        A change of direction or a new contact discards the measured compliance. After a level that
-        was given up the leash continues where it was: the force has proved nothing since.
+        Without a target it is where the arm is. A change of direction or a new contact discards the
+        measured compliance. After a level that
+        was given up the travel limit stays where it was: the force has proved nothing since.
         """
         given_up = same_contact and not self.reached and sign == self._sign > 0.0
         self._trusted = self._trusted and sign == self._sign > 0.0 and same_contact
@@ -78,9 +76,12 @@ class StepController:
         self._level_n, self._sign = level_n, sign
         self._start_n = self._ramp_n = force_n
         proved_n = rested_n if rested_n == rested_n else force_n
-        self._anchor.begin(position_m, proved_n, same=given_up)
+        if target_m != target_m:
+            target_m = position_m
+        self._anchor.begin(target_m, proved_n, same=given_up)
         self._started = False
         self._delay = [position_m] * len(self._delay)
+        self._targets_m = [target_m] * len(self._targets_m)
         self.c_m_per_n = 1.0 / self._limits.stiffness_n_per_m
         self.speed_m_s = 0.0
         self.reached = False
@@ -146,22 +147,21 @@ class StepController:
             speed = fastest
         target = target_m + sign * speed * step_s
 
+        targets_m, at = self._targets_m, self._targets_at
+        seen_m = targets_m[at]
+        targets_m[at] = target_m
+        at += 1
+        self._targets_at = at if at < len(targets_m) else 0
         anchor = self._anchor
-        anchor.add(then_m, force_n)
+        anchor.add(seen_m, force_n)
         if sign > 0.0:
-            end_m = self._end_m(anchor.proved_m, anchor.proved_n, limits.leash_proved)
-            last_m = self._end_m(anchor.answer_m, anchor.answer_n, limits.leash_share)
-            if last_m < end_m:
-                end_m = last_m
             if not self._started:
                 self._started = True
-                lead_m = target_m - position_m
-                self._lead.begin(lead_m)
-                self._ahead_m = min(lead_m, limits.lead_m)
-            end_m += self._ahead_m
+                self._lead.begin(target_m - position_m)
+            end_m = anchor.proved_m + limits.travel_m(anchor.proved_n) if self._leash else math.inf
             if target > end_m:
-                if anchor.add_at_end(then_m, force_n):
-                    self._ahead_m = min(target_m - then_m, limits.lead_m)
+                if seen_m == target_m:
+                    anchor.add_at_end(seen_m, force_n)
                 target = end_m if end_m > target_m else target_m
                 speed = (target - target_m) / step_s
             excess_m = self._lead.excess(target, position_m, ahead_m)
@@ -170,9 +170,3 @@ class StepController:
                 speed = 0.0
         self.speed_m_s = sign * speed
         return target
-
-    def _end_m(self, from_m: float, from_n: float, share: float) -> float:
-        """End in m of this share of the leash, from position `from_m` with force `from_n`."""
-        limits = self._limits
-        room_n = limits.force_limit_n - from_n - self._leash_sigmas * limits.noise_n
-        return from_m + (share * room_n / limits.stiffness_n_per_m if room_n > 0.0 else 0.0)

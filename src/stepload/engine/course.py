@@ -29,7 +29,8 @@ class Course:
     reported its own), `held_m` the position at which its controller reported to hold it before the
     first command (NaN: it did not), `shift_m` the commanded shift across the approach, `speed_m_s`
     the speed of the target, `goal_m` where `move` and `rest_at_goal` go to. `surface_m` is the
-    position of the last touch, NaN before, and `dwelt_n` the mean force in contact after it.
+    position of the last touch, NaN before, `dwelt_n` the mean force in contact after it, and
+    `deepest_m` the largest target at which a level was held.
     `failure` is set when the run cannot go on, `done` when it has come to its end, `interrupted`
     when the operator ended it.
     """
@@ -61,6 +62,7 @@ class Course:
         self._rest_from_s = math.nan
         self.dwelt_n = 0.0
         self.surface_m = math.nan
+        self.deepest_m = -math.inf
         self.done = False
         self.interrupted = False
         self.failure: Breach | None = None
@@ -110,6 +112,11 @@ class Course:
         """The middle of the tare that the zero of the force is from."""
         tare = self.tares[-1]
         return tare.time_s - 0.5 * tare.duration_s
+
+    def open_n(self, now_s: float) -> float:
+        """Force in N up to which a contact counts as open: the zero may have drifted as stated."""
+        drift_n = self.limits.drift_n_per_s * (now_s - self.zeroed_s) if self.tares else 0.0
+        return self.limits.touch_force_n + min(drift_n, self.plan.max_drift_n)
 
     @property
     def retract_m(self) -> float:

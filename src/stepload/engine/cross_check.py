@@ -1,20 +1,14 @@
-"""Comparison of the two force channels: do they differ (R5), does one stand still (R4)?
+"""Comparison of the two force channels (R5).
 
 The channels have different delays and periods: while the force moves, their readings in one tick
 are not of the same moment. But over the last `skew_s`, which covers delays and periods, both have
 read the same stretch of time, so the ranges of their readings overlap unless one of them errs. The
 gap between the ranges is the difference: motion makes none, a wrong channel does.
-
-A channel that repeats its reading gives no new information, however often it is sampled. How far
-the other one has moved since its last change shows whether it is frozen.
 """
 
 from __future__ import annotations
 
 import math
-
-FILTERS = 8.0
-"""Time constants after which a filter holds 3e-4 of a step: 0.1 N of 300 N."""
 
 
 class _Range:
@@ -52,51 +46,6 @@ class _Range:
             return low, high
         middle = 0.5 * (low + high)
         return middle, middle
-
-
-class Standing:
-    """How far the main channel has moved while the second one stood still, as `moved_n` in N.
-
-    Within any window of `skew_s` a sound second sensor has sampled the force at least once. So
-    where the main one has read above a level for that long, the second has sampled at least that
-    level, and likewise below another one: the difference of the two is what it should have shown.
-    What came and went between two of its samples does not count. The first window begins `skew_s`
-    after the second's last change, and `FILTERS` time constants later, when the filter has
-    forgotten what was before.
-
-    Args:
-        period_s: of the tick.
-        skew_s, filter_s: as in `CrossCheck`.
-    """
-
-    def __init__(self, period_s: float, skew_s: float, filter_s: float) -> None:
-        self._alpha = min(1.0, period_s / filter_s)
-        self._last = [math.nan] * (1 + math.ceil(skew_s / period_s - 1e-9))
-        self._wait = 2 * len(self._last) + math.ceil(FILTERS * filter_s / period_s - 1e-9)
-        self.restart()
-
-    def restart(self) -> None:
-        self._at = self.ticks = 0
-        self._main_n = self.second_n = math.nan
-        self._low_n, self._high_n, self.moved_n = math.inf, -math.inf, 0.0
-
-    def add(self, main_n: float, second_n: float) -> None:
-        """Take in what both channels read in this tick."""
-        last, at = self._last, self._at
-        if self._main_n != self._main_n:
-            self._main_n = main_n
-            last[:] = [main_n] * len(last)
-        last[at] = self._main_n = self._main_n + self._alpha * (main_n - self._main_n)
-        self._at = at + 1 if at + 1 < len(last) else 0
-        if second_n != self.second_n:
-            self.second_n, self.ticks = second_n, 0
-            self._low_n, self._high_n, self.moved_n = math.inf, -math.inf, 0.0
-            return
-        self.ticks += 1
-        if self.ticks >= self._wait:
-            self._low_n = min(self._low_n, max(last))
-            self._high_n = max(self._high_n, min(last))
-            self.moved_n = max(0.0, self._high_n - self._low_n)
 
 
 class CrossCheck:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 
-from stepload.engine.answers import waits_from
 from stepload.engine.motion import SEARCHING
 from stepload.engine.supervisor import ACROSS_SIGMAS, Supervisor
 from stepload.envelope.limits import RunLimits
@@ -57,7 +56,6 @@ def margins(
             _share(sup.second.same, limits.second_identical_counts or math.inf)
             if sup.second
             else 0.0,
-            _share(sup.standing_n, limits.second_stands_n) if sup.second else 0.0,
         ),
         "R7": _largest(
             _share(
@@ -92,9 +90,13 @@ def margins(
         math.hypot(sup.force_n, sup.force.across_n) / limit_n,
         math.hypot(sup.force_n, sup.arm_across_n) / limit_n,
         math.hypot(sup.second_n, sup.second.across_n) / limit_n if sup.second else 0.0,
+        abs(sup.second_n) / limits.second_limit_n if limits.cross_check else 0.0,
     )
     across_n = max(sup.force.across_n, sup.arm_across_n)
-    found["R2"] = _largest(math.hypot(sup.predicted_n, across_n) / limit_n)
+    found["R2"] = _largest(
+        math.hypot(sup.predicted_n, across_n) / limit_n,
+        sup.second_predicted_n / limits.second_limit_n if limits.cross_check else 0.0,
+    )
     if limits.cross_check:
         tolerance_n = limits.cross_tolerance_n + limits.cross_relative * abs(sup.smooth_n)
         found["R5"] = _share(abs(sup.difference_n), tolerance_n)
@@ -102,8 +104,7 @@ def margins(
         room_n = limit_n - sup.smooth_n - 6.0 * limits.noise_n
         cap_n = 1.25 * room_n + 2.0 * limits.noise_n
         found["CAP"] = _share(motion.speed_m_s * limits.contact_n_s_per_m, cap_n)
-        from_n = waits_from(motion.speed_m_s > 0.0) * sup.answers.leash_n()
-        found["R6"] = _share(sup.travel_m * limits.stiffness_n_per_m, from_n)
+        found["R6"] = _share(sup.travel_m, sup.answers.limit_m())
     return found
 
 

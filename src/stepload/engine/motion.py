@@ -11,6 +11,7 @@ from stepload.record.rows import Phase
 SPEED_MEMORY_S = 0.15
 """How long a past speed excuses a position error or a force jump."""
 LEAST_PROGRESS_M = 5e-6
+PROGRESS_S = 1.5
 PROGRESS_SHARE = 0.25
 """An approach at this share of the guarded speed still counts as progress; touches use half."""
 REST_S = 0.1
@@ -44,7 +45,7 @@ class MotionWatch:
         self._rest, self._rest_steps = 0, math.ceil(REST_S / period_s)
         self._least_progress_m = max(3.0 * limits.position_resolution_m, LEAST_PROGRESS_M)
         slowest_m_s = PROGRESS_SHARE * limits.guarded_speed_m_s
-        self._progress_time_s = max(limits.leash_time_s, self._least_progress_m / slowest_m_s)
+        self._progress_time_s = max(PROGRESS_S, self._least_progress_m / slowest_m_s)
         self._progress_m = self._progress_s = math.nan
         self._speed_decay = math.exp(-period_s / SPEED_MEMORY_S)
         self._now_s = math.nan

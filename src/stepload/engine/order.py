@@ -14,13 +14,10 @@ from stepload.engine.approach import Approach
 from stepload.engine.course import Course, Then
 from stepload.engine.enough import FarEnough, Verdict, judge, nearest
 from stepload.engine.notices import Say, nothing
-from stepload.engine.proof_of_life import ProofOfLife
 from stepload.engine.retract import Retract
 from stepload.engine.steps import Control, LoadSteps
 from stepload.engine.zeroing import Adopt, Zeroing
 from stepload.envelope.aligning import Aligning, NullingLaw
-from stepload.envelope.shake import Shake
-from stepload.envelope.unseen import EVERY, Tells
 from stepload.envelope.until import Until
 from stepload.record.rows import Phase
 
@@ -37,13 +34,10 @@ class RunOrder:
         adopt: see `Zeroing`.
         start_level: index of the first load level.
         controller: makes the step controller.
-        shake: the motion by which the force channels prove that they are alive, None where no mass
-            is stated, or none can be resolved.
         until: the deformation needed at every level where the plan may end its loading early, else
             None.
         aligning, nulling: parameters of the touches on a circle and of nulling the lateral force;
             None where the plan does not ask for it.
-        tells: see `Approach`.
     """
 
     def __init__(
@@ -52,19 +46,16 @@ class RunOrder:
         adopt: Adopt,
         start_level: int,
         controller: Control,
-        shake: Shake | None,
         until: Until | None = None,
         tell: Say = nothing,
         aligning: Aligning | None = None,
         nulling: NullingLaw | None = None,
-        tells: Tells = EVERY,
     ) -> None:
         self._tell = tell
         self.steps = LoadSteps(course, controller, nulling)
         self._course = course
         self._zeroing = Zeroing(course, self._leave, adopt)
-        self._life = ProofOfLife(course, self._leave, shake) if shake is not None else None
-        self._approach = Approach(course, self._leave, self._zeroing.take, tells)
+        self._approach = Approach(course, self._leave, self._zeroing.take)
         self._alignment = None
         if aligning is not None:
             self._alignment = Alignment(course, self._approach, aligning, self._leave)
@@ -96,7 +87,7 @@ class RunOrder:
             )  # fmt: skip
         elif now_s - self._standing_s >= START_REST_S and self._held_here(position_m):
             course.target_m = course.start_m = position_m
-            self._zeroing.warm_up(now_s, self._prove_life)
+            self._zeroing.warm_up(now_s, self._align)
 
     def _held_here(self, position_m: float) -> bool:
         """Whether the controller holds the arm here; fails the run where it does not."""
@@ -113,12 +104,6 @@ class RunOrder:
             " which of the two is wrong (encoder, zero, tool centre point), and start again",
         )  # fmt: skip
         return False
-
-    def _prove_life(self, now_s: float) -> None:
-        if self._life is None:
-            self._align(now_s)
-        else:
-            self._life.prove(now_s, self._align)
 
     def _align(self, now_s: float) -> None:
         if self._alignment is None:

@@ -56,14 +56,6 @@ def limits_from(attachments: Mapping[str, bytes]) -> RunLimits:
         data.setdefault("zero_shift_n", data["allowed_n"])
         data.setdefault("zero_drift_n_per_s", 0.0)
         data.setdefault("second_zero_n", 0.5 * data["cross_tolerance_n"])
-        # Records from before R6 knew how often the sensor reads.
-        data.setdefault("reading_s", data["period_s"])
-        # Records from before an answer had to be proved by the next one: R6 waited for longer.
-        data.setdefault("leash_share", 1.0)
-        data.setdefault("lead_m", 0.0)
-        data.setdefault("leash_proved", 2.0)
-        data.setdefault("answer_n_per_m", 1.0)
-        data.setdefault("answer_top_n_per_m", data["answer_n_per_m"])
         limits = RunLimits(**data)
         _check_kept(limits)
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError, DomainError) as error:

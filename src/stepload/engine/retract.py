@@ -51,7 +51,8 @@ class Retract:
         course = self._course
         if not course.rest_at_goal(now_s, step_s, REST_S + 4.0 * course.limits.loop_s):
             return
-        if abs(course.sup.smooth_n) > course.limits.touch_force_n:
-            not_open(course, course.limits.touch_force_n)
+        open_n = course.open_n(now_s)
+        if abs(course.sup.smooth_n) > open_n:
+            not_open(course, open_n)
         else:
             self._then(now_s)

@@ -76,8 +76,9 @@ class LoadSteps:
         held = self._same_contact and self._ticks
         rested_n = self.held_mean[0] if held else course.dwelt_n
         self.controller.begin(
-            level_n, sup.smooth_n, sup.arm.position_m, sign, self._same_contact, rested_n
-        )
+            level_n, sup.smooth_n, sup.arm.position_m, sign, self._same_contact, rested_n,
+            course.target_m,
+        )  # fmt: skip
         self._same_contact = True
         self._hold_phase = Phase.HOLD if sign > 0.0 else Phase.UNLOAD_HOLD
         course.enter(Phase.LOAD if sign > 0.0 else Phase.UNLOAD, now_s, self._go)
@@ -96,6 +97,8 @@ class LoadSteps:
 
     def _begin_hold(self, now_s: float) -> None:
         course, limits = self._course, self._course.limits
+        if self.controller.reached and course.target_m > course.deepest_m:
+            course.deepest_m = course.target_m
         eps_n = max(limits.band_n, SETTLE_SHARE * course.level_n)
         self._settle.begin(now_s + 4.0 / limits.step_rate_per_s, course.plan.hold_s, eps_n)
         self._force_sum_n = self._position_sum_m = 0.0

@@ -14,7 +14,8 @@ R11 force grows the wrong way in an approach   R12 dragged across the pressing a
 R13 a component of the wrench near its rating  R14 touched beside the pressing axis
 CAP faster than a hidden hard stop would allow
 
-R1 and R2 judge the magnitude of the force: a sensor with the wrong sign must stop a run too.
+R1 and R2 judge both force channels, and the magnitude of each: a sensor with the wrong sign must
+stop a run too.
 """
 
 from __future__ import annotations
@@ -23,7 +24,8 @@ import math
 from collections.abc import Sequence
 
 from stepload.engine.answers import AnswerWatch
-from stepload.engine.cross_check import CrossCheck, Standing
+from stepload.engine.cross_check import CrossCheck
+from stepload.engine.force_filter import ForceFilter
 from stepload.engine.motion import SEARCHING, MotionWatch
 from stepload.engine.overload import OverloadWatch
 from stepload.engine.watch import ArmWatch, Breach, ForceWatch, Found
@@ -41,6 +43,8 @@ ACROSS_SIGMAS = 8.0
 """Multiple of the noise for the force across the axis: two noisy components, each less its zero."""
 
 _LOAD, _RETRACT = int(Phase.LOAD), int(Phase.RETRACT)
+PRESSED = (_LOAD, int(Phase.HOLD))
+"""Phases in which R9 stops an only channel whose force falls though the arm does not go back."""
 
 
 class Supervisor:
@@ -98,20 +102,19 @@ class Supervisor:
         self.overload = OverloadWatch("force sensor", limits.overload, found)
         self.second_overload = OverloadWatch("second force sensor", limits.second_overload, found)
         period_s = limits.period_s
-        self.smooth_tau_s = tau_s = max(0.25 * limits.reaction_s, 2.0 * period_s)
-        self.smooth_alpha = alpha = period_s / tau_s
-        self._slope_span_s = tau_s * (1.0 - alpha)  # by which the slower filter lags behind a ramp
+        self._filter = ForceFilter(period_s, limits.reaction_s)
+        self._second_filter = ForceFilter(period_s, limits.second_late_s)
+        self.smooth_tau_s, self.smooth_alpha = self._filter.tau_s, self._filter.alpha
         self.tared = self._sound = False
         self._wrong_way = self._second_wrong_way = 0
         noises_n = limits.noise_n, limits.second_noise_n
         self._cross = CrossCheck(period_s, limits.channel_skew_s, limits.cross_filter_s, noises_n)
-        self._standing = Standing(period_s, limits.channel_skew_s, limits.cross_filter_s)
         self.answers = AnswerWatch(limits, found)
-        self._cross_s = self._last_n = self._slow_n = 0.0
+        self._cross_s = self._last_n = 0.0
         self.zero_n = self.second_zero_n = 0.0
         self.force_n = self.smooth_n = self.slope_n_per_s = 0.0
         self.second_n = math.nan
-        self.predicted_n = self.arm_across_n = 0.0
+        self.predicted_n = self.second_predicted_n = self.arm_across_n = 0.0
         self.cause: Cause | None = None
         self.adopt(limits)
 
@@ -124,7 +127,7 @@ class Supervisor:
         self.wrench.adopt(limits)
         self.arm_wrench.adopt(limits)
         slope_noise_n = 1.5 * noise_n * math.sqrt(self.smooth_alpha)
-        self._slope_noise_n_per_s = slope_noise_n / self._slope_span_s
+        self._slope_noise_n_per_s = slope_noise_n / self._filter.span_s
         self.force.identical_counts = limits.identical_counts
 
     @property
@@ -140,14 +143,9 @@ class Supervisor:
         return self._cross.difference_n
 
     @property
-    def standing_n(self) -> float:
-        """How far the main sensor has moved while the second one stood, as R4 sees it."""
-        return self._standing.moved_n
-
-    @property
     def travel_m(self) -> float:
-        """Travel that was commanded since the answer that R6 counts from."""
-        return self.motion.target_m - self.answers.answer_m
+        """Travel since the answer that R6 counts from."""
+        return self.answers.travel_m
 
     def still_closed(self, now_s: float) -> str:
         """Why the contact cannot be said to be open; "" where every channel shows that it is."""
@@ -179,9 +177,10 @@ class Supervisor:
         if self.second is not None:
             self.second.tare()
         self.arm.side.tare()
-        self._slow_n = self.smooth_n = self._last_n = self.force.raw_n - zero_n
+        self.smooth_n = self._last_n = self.force.raw_n - zero_n
+        self._filter.restart(self.smooth_n)
+        self._second_filter.restart(self.second_raw_n - second_zero_n)
         self._cross.restart()
-        self._standing.restart()
         self._cross_s = 0.0
         self.tared = True
 
@@ -234,10 +233,9 @@ class Supervisor:
             self._last_n = force_n
         else:
             force_n = self.force_n
-        alpha = self.smooth_alpha
-        self.smooth_n = smooth_n = self.smooth_n + alpha * (force_n - self.smooth_n)
-        self._slow_n = slow_n = self._slow_n + alpha * (smooth_n - self._slow_n)
-        self.slope_n_per_s = slope = (smooth_n - slow_n) / self._slope_span_s
+        self._filter.add(force_n)
+        self.smooth_n = smooth_n = self._filter.smooth_n
+        self.slope_n_per_s = slope = self._filter.slope_n_per_s
         breach = None
 
         rise = slope - self._slope_noise_n_per_s
@@ -269,15 +267,17 @@ class Supervisor:
 
         recent = self.motion.recent_m_s
         jump_limit_n = (limits.jump_n + limits.contact_n_s_per_m * recent) * self.motion.steps
-        if not -jump_limit_n <= jump_n <= jump_limit_n:
+        fall_limit_n = jump_limit_n
+        if not limits.cross_check and phase in PRESSED and speed >= 0.0:
+            fall_limit_n = limits.jump_n * self.motion.steps
+        if not -fall_limit_n <= jump_n <= jump_limit_n:
             breach = breach or self._found(
                 "R9", jump_n, jump_limit_n, "N",
                 f"force jumped by {jump_n:+.4g} N without a motion that explains it",
             )  # fmt: skip
         if limits.cross_check:
-            breach = self._judge_cross_check(force_n, smooth_n) or breach
-        if self.second is not None:
-            breach = self._judge_standing(force_n, self.second.raw_n) or breach
+            second = self._judge_second()
+            breach = self._judge_cross_check(force_n, smooth_n) or breach or second
         side = self._judge_side(force_n, phase)
         breach = breach or side
         if phase == _LOAD:
@@ -285,6 +285,27 @@ class Supervisor:
         else:
             self.answers.rest(target_m, smooth_n, phase)
         return breach
+
+    def _judge_second(self) -> Breach | None:
+        """R1 and R2 for the second channel: stops a main one that reads too little."""
+        limits, follow = self._limits, self._second_filter
+        limit_n = limits.second_limit_n
+        raw_n = self.arm.force_n if self.second is None else self.second.raw_n
+        self.second_n = second_n = raw_n - self.second_zero_n
+        follow.add(second_n)
+        self.second_predicted_n = peak_n = follow.peak_n(limits.second_noise_n)
+        if abs(follow.smooth_n) > limit_n:
+            return self._found(
+                "R1", abs(follow.smooth_n), limit_n, "N",
+                f"the second channel reads {second_n:.4g} N, beyond {limit_n:.4g} N",
+            )  # fmt: skip
+        if peak_n > limit_n:
+            return self._found(
+                "R2", peak_n, limit_n, "N",
+                f"{second_n:.4g} N on the second channel would grow to {peak_n:.4g} N, above"
+                f" {limit_n:.4g} N, before the arm can give way",
+            )  # fmt: skip
+        return None
 
     def _judge_side(self, force_n: float, phase: int) -> Breach | None:
         """R1 and R2 for the whole force; R11 in an approach, else R12 and R14."""
@@ -389,19 +410,6 @@ class Supervisor:
             " the tool sideways",
         )  # fmt: skip
 
-    def _judge_standing(self, force_n: float, second_raw_n: float) -> Breach | None:
-        """R4: the second sensor stands while the main one moves."""
-        standing, limit_n = self._standing, self._limits.second_stands_n
-        standing.add(force_n, second_raw_n)
-        if standing.moved_n <= limit_n:
-            return None
-        return self._found(
-            "R4", standing.moved_n, limit_n, "N",
-            f"the second force sensor has read {self.second_n:+.4g} N for"
-            f" {standing.ticks * self._limits.period_s:.3g} s while the force sensor moved by"
-            f" {standing.moved_n:.3g} N: it is frozen",
-        )  # fmt: skip
-
     def _judge_cross_check(self, force_n: float, smooth_n: float) -> Breach | None:
         """R5: the channels differ by more than the plan allows, for longer than it allows.
 
@@ -411,8 +419,7 @@ class Supervisor:
         every other tick, and only like may be counted against like.
         """
         limits = self._limits
-        raw_n = self.arm.force_n if self.second is None else self.second.raw_n
-        self.second_n = second_n = raw_n - self.second_zero_n
+        second_n = self.second_n
         self._cross.add(force_n, second_n)
         difference_n = self._cross.difference_n
         tolerance_n = limits.cross_tolerance_n + limits.cross_relative * abs(smooth_n)
@@ -442,7 +449,7 @@ class Supervisor:
                 "CAP", speed, max(cap_n, 0.0) / limits.contact_n_s_per_m, "m/s",
                 "faster in contact than a hidden hard stop would allow",
             )  # fmt: skip
-        return self.answers.load(target_m, smooth_n, speed)
+        return self.answers.load(target_m, smooth_n)
 
 
 def _below_zero(force_n: float) -> str:

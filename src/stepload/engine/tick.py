@@ -79,9 +79,8 @@ class Engine:
             plan.procedure, limits, self.supervisor, operator, self._emit, start_cycle
         )
         self.steps = RunOrder(
-            self.course, self._adopt, start_level, controller, envelope.telling_shake,
-            envelope.until, lambda words: self.on_word(words), envelope.aligning,
-            envelope.nulling, envelope.tells,
+            self.course, self._adopt, start_level, controller, envelope.until,
+            lambda words: self.on_word(words), envelope.aligning, envelope.nulling,
         ).steps  # fmt: skip
         self._plan = plan
         self._measured = Measured(0.0, 0.0)

@@ -289,11 +289,8 @@ FAMILIES: dict[str, tuple[Family, ...]] = {
     "tip_exceeded": (lower_top,),
     "thin_payload": (lower_top,),
     "search_short": (longer_search,),
-    "approach_stalls": (higher_top, finer_arm, softer_arm),
     "slow_steps": (more_patience,),
-    "level_out_of_reach": (lower_top, higher_top),
-    "both_silent": (finer_arm, quieter_sensor, lower_top, higher_top),
-    "barely_answers": (quieter_sensor, higher_top, softer_arm),
+    "one_channel_soft": (second_channel,),
     "one_force_channel": (second_channel,),
 }  # fmt: skip
 """Families of changes that could help, by the code of a reason; the easiest first."""

@@ -1,11 +1,8 @@
 """How long the arm takes from level to level, with every bound on its speed in contact.
 
 A step is planned at the load rate of the plan. The arm may be slower: near F_lim little force is
-left, and the speed there must be safe on a hidden hard stop and with a link that stalls; and the
-leash is short there. The leash starts from the *measured* position. The target leads that by the
-error of the measurement, which is allowed for where the arm rests, but only up to a likely size: a
-target farther ahead may lead an arm that is held back. Where the leash is shorter than the rest of
-the error, the target may stand still and the level is never reached.
+left, and the speed there must be safe on a hidden hard stop and with a link that stalls. With one
+force channel the travel limit bounds it too.
 """
 
 from __future__ import annotations
@@ -16,11 +13,11 @@ from itertools import pairwise
 from stepload.contact.power_law import ContactLaw
 from stepload.envelope.bounds import step_patience_s
 from stepload.envelope.catch_up import sudden_step
-from stepload.envelope.leash import END_WINDOW_S, uncounted_lead_m
+from stepload.envelope.leash import END_WINDOW_S
 from stepload.envelope.limits import RunLimits
 from stepload.envelope.press import NOISE_MULTIPLE
 from stepload.envelope.pressing import LONGEST_STALL_S
-from stepload.plan.model import Plan, Rig
+from stepload.plan.model import Plan
 
 BEGIN_TIME_CONSTANTS = 2.0
 """Time constants 1/λ by which a step is late: it begins as if the surface were rigid, and the force
@@ -36,44 +33,26 @@ class Climbs:
     Attributes:
         up_s: (L,) from the level below, or the touch, until each level is reached.
         down_s: (L − 1,) from each level above the lowest down to the next.
-        missed_n: the lowest level that may not be reached; 0 N where there is none.
-        lead_m, leash_m: by how much the target may lead the position beyond what is allowed for,
-            and how much of the leash is for one answer at that level, or else at the top.
 
     All times are at most what a step may last.
     """
 
     up_s: tuple[float, ...]
     down_s: tuple[float, ...]
-    missed_n: float
-    lead_m: float
-    leash_m: float
-
-
-def largest_reached_n(rig: Rig, limits: RunLimits) -> float:
-    """The largest force in N that a step surely reaches on this rig, however high F_lim may be."""
-    taken_n = limits.stiffness_n_per_m * uncounted_lead_m(rig)
-    return limits.allowed_n - NOISE_MULTIPLE * limits.noise_n - taken_n / limits.leash_share
 
 
 def climbs_of(plan: Plan, limits: RunLimits, law: ContactLaw) -> Climbs:
     """The load steps of a plan against a payload of this law."""
     rig, procedure = plan.rig, plan.procedure
     levels = procedure.levels_n
-    stiffness = limits.stiffness_n_per_m
-    lead_m = uncounted_lead_m(rig)
     own = _Way(limits, law, rig.system_stiffness.stiffness_n_per_m)
     longest_s = step_patience_s(procedure)
-    missed_n = next((each for each in levels if own.leash_n(each) <= stiffness * lead_m), 0.0)
     below = (procedure.touch_force_n, *levels[:-1])
     up = (own.up_s(low, high) for low, high in zip(below, levels, strict=True))
     down = (own.down_s(high, low) for low, high in pairwise(levels))
     return Climbs(
         tuple(min(each, longest_s) for each in up),
         tuple(min(each, longest_s) for each in down),
-        missed_n,
-        lead_m,
-        own.leash_n(missed_n or levels[-1]) / stiffness,
     )
 
 
@@ -84,12 +63,6 @@ class _Way:
     limits: RunLimits
     law: ContactLaw
     system_n_per_m: float
-
-    def leash_n(self, force_n: float) -> float:
-        """The leash for one answer at a force, as the force in N on a rigid surface."""
-        limits = self.limits
-        room_n = limits.force_limit_n - force_n - NOISE_MULTIPLE * limits.noise_n
-        return limits.leash_share * room_n
 
     def up_s(self, low_n: float, high_n: float) -> float:
         """Time in s to press from one force to a higher one."""
@@ -131,5 +104,8 @@ class _Way:
             limits.arm_lag_s,
         )
         stalled = ahead_m / LONGEST_STALL_S if ahead_m < limits.follow_m else rigid
-        leash = self.leash_n(force_n) / limits.stiffness_n_per_m / END_WINDOW_S
-        return min(rigid, stalled, leash)
+        if limits.cross_check:
+            return min(rigid, stalled)
+        # The travel limit starts from a target this old.
+        late_s = limits.unseen_s + limits.reaction_s + END_WINDOW_S
+        return min(rigid, stalled, limits.travel_m(force_n) / late_s)

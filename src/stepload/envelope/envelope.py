@@ -26,7 +26,7 @@ from stepload.envelope.limits import RunLimits, limits_of
 from stepload.envelope.one_channel import one_channel_reasons
 from stepload.envelope.press import PressRig, Term
 from stepload.envelope.pressing import Pressing, largest_top_force, pressing_for
-from stepload.envelope.proof import shake_reasons
+from stepload.envelope.proof import heavy_tool_reasons
 from stepload.envelope.ranges import range_reasons
 from stepload.envelope.reason import PlanVerdict, Reason, Severity, verdict_of
 from stepload.envelope.reasons import (
@@ -37,21 +37,10 @@ from stepload.envelope.reasons import (
     rig_reasons,
 )
 from stepload.envelope.schedule import NULLING_TIMES, Stage, align_s, schedule
-from stepload.envelope.shake import Shake, shake_for
 from stepload.envelope.sideways import share_reasons, sideways_reasons
 from stepload.envelope.softness import softness
 from stepload.envelope.stiffness import stiffness_reasons
 from stepload.envelope.theory import Theory, theory_of
-from stepload.envelope.unseen import (
-    EVERY,
-    Tells,
-    both_silent_reasons,
-    dead_drift_reasons,
-    deaf_approach_reasons,
-    silent_reasons,
-    tells_of,
-    unseen_reasons,
-)
 from stepload.envelope.until import Until, until_of, until_reasons
 from stepload.envelope.way_back import way_back_reasons
 from stepload.envelope.zero_reasons import zero_drift_reasons
@@ -70,8 +59,7 @@ class Envelope:
     `limits` are the thresholds of the run; None where the plan may not be pressed as it stands,
     `refusal` says why. Speeds and force budget are then those at the largest safe force; where no
     force is safe the speeds are 0 and the budget is empty. `bounds` are the rig's delays and
-    inertia, `shake` is the best shake to prove the force channels, None where no mass is stated,
-    `until` the deformation needed at every level where the plan may end its loading early,
+    inertia, `until` the deformation needed at every level where the plan may end its loading early,
     `aligning` and `nulling` the parameters of motion across the approach. `secant_n_per_m`, at
     `identify.secant_force_n` of the plan, and the deformation are theory's.
     """
@@ -93,20 +81,9 @@ class Envelope:
     force_budget: tuple[Term, ...]
     stages: tuple[Stage, ...]
     climbs: Climbs | None = None
-    shake: Shake | None = None
     until: Until | None = None
     aligning: Aligning | None = None
     nulling: NullingLaw | None = None
-
-    @property
-    def telling_shake(self) -> Shake | None:
-        """The shake that the run begins with; None where none measures the masses well enough."""
-        return self.shake if self.shake is not None and self.shake.tells else None
-
-    @property
-    def tells(self) -> Tells:
-        """The force channels that an approach waits for."""
-        return EVERY if self.limits is None else tells_of(self.plan, self.limits)
 
     @property
     def duration_s(self) -> float:
@@ -158,16 +135,14 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
     pressing, limits, refusal = _pressed(plan, theory, safe_n, measured)
     found = None if plan.identify.kind == "system" else _identifiability_of(plan)
     stages: tuple[Stage, ...] = ()
-    climbs = shake = aligning = nulling = None
+    climbs = aligning = nulling = None
     if limits is not None:
         climbs = climbs_of(plan, limits, theory.law)
-        shake = shake_for(plan, limits) if measured is None else None
         aligning, nulling = aligning_of(plan, limits), nulling_of(plan, limits)
         stages = schedule(
             plan.procedure,
             limits,
             climbs,
-            shake_s=shake.duration_s if shake is not None and shake.tells else 0.0,
             align_s=align_s(plan.procedure, limits, aligning) if aligning is not None else 0.0,
             null_s=NULLING_TIMES * nulling.time_constant_s if nulling is not None else 0.0,
         )
@@ -183,7 +158,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         *cycle_reasons(plan),
         *stiffness_reasons(plan),
         *friction_reasons(plan, theory),
-        *shake_reasons(plan, shake),
+        *heavy_tool_reasons(plan),
         *sideways_reasons(plan),
         *way_back_reasons(plan, theory.counted.lower_n),
         *aligning_reasons(plan, limits),
@@ -196,11 +171,6 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
     if limits is not None:
         reasons += share_reasons(plan, limits.lateral_from_n, limits.allowed_n)
         reasons += softness(plan, limits, theory)
-        reasons += unseen_reasons(plan, limits)
-        reasons += silent_reasons(plan, limits)
-        reasons += deaf_approach_reasons(plan, limits, shaken=shake is not None)
-        reasons += both_silent_reasons(limits)
-        reasons += dead_drift_reasons(plan, limits)
     return Envelope(
         plan=plan,
         verdict=verdict_of(reasons),
@@ -219,7 +189,6 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         force_budget=pressing.guarded_budget(plan.procedure.touch_force_n) if pressing else (),
         stages=stages,
         climbs=climbs,
-        shake=shake,
         aligning=aligning,
         nulling=nulling,
     )

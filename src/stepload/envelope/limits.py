@@ -11,14 +11,12 @@ from stepload.envelope.bounds import (
     CROSS_CHECK_FILTER_S,
     age_limit_s,
     channel_skew_s,
-    comparison_period_s,
     retract_speed_m_s,
     shown_noise_n,
     step_band_n,
     step_rate_per_s,
 )
-from stepload.envelope.leash import ANSWER_SHARE, lead_m
-from stepload.envelope.press import Term
+from stepload.envelope.press import NOISE_MULTIPLE, Term
 from stepload.envelope.pressing import Pressing
 from stepload.envelope.sideways import OVERLOADS, SECOND_OVERLOADS, sideways_limits
 from stepload.envelope.zero_drift import SECOND_ZERO_SHARE, second_zero_n
@@ -26,7 +24,7 @@ from stepload.errors import DomainError
 from stepload.plan.model import ForceSpec, Plan, SecondForceSource
 
 CLOCK_S = 0.015
-OFF_AT_ZERO = ("R5", "R12", "R13", "R14")
+OFF_AT_ZERO = ("R1, R2", "R5", "R12", "R13", "R14")
 IDENTICAL_COUNTS = 25
 SECOND_IDENTICAL_COUNTS = 100
 """The second channel may be slower than the stream it comes in."""
@@ -34,14 +32,8 @@ MODEL_LAG_S = 0.07
 STILL_BLURS = 2.0
 """Ratio of commanded travel to position blur, from which on R7 expects to see the arm move."""
 LEASH_TIME_S = 1.5
-TOLD_SHARE = 0.9
-"""Largest share of the leash that an approach travels from one reading of the slower channel to the
-next, so that it does not stand in between."""
 MOVED_ZERO_SHARE = 0.25
 """Share of the touch force: with a zero off by this, noise neither makes a touch nor trips R11."""
-HIDDEN_SIGMAS, RANGE_SIGMAS = 4.0, 10.0
-"""In standard deviations: change that noise may hide of a sensor that stands still; range of the
-filtered noise over a whole run."""
 FALSE_FREEZE_ODDS = 1e-11
 """Chance per sample that a sound, quantised sensor repeats itself for long enough to trip R4."""
 
@@ -49,8 +41,7 @@ _OVERLOAD = "80 % of the rated; 0: not stated"
 _FROM = "5 N, twice the touch force, at most g(friction) F_allowed; at least 8 sigma"
 _AGE = "the plan, or 12 ms, at least 4 periods"
 _EQUAL = "equal samples in a row; 0: off"
-_STANDS = "quanta, noise and drift of both sensors, while the second stands; 0: no second sensor"
-_ANSWER = f"an answer to travel: {ANSWER_SHARE:g} of the softest payload's, on the arm's K_s,"
+_ANSWER = "least rise per travel: a share of the softest payload's, on the arm's K_s,"
 _FOLLOW = "twice the position resolution + 4 sigma + lost motion"
 
 
@@ -101,10 +92,15 @@ class RunLimits:
     cross_relative: float = _limit("", "plan", "R5", zero=True)
     cross_time_s: float = _limit("s", "plan", "R5", zero=True)
     cross_filter_s: float = _limit("s", "filter on the difference", "R5")
-    second_stands_n: float = _limit("N", _STANDS, "R4", zero=True)
+    second_limit_n: float = _limit(
+        "N", "F_lim and the tolerance of R5, of the second channel", "R1, R2", zero=True
+    )
     second_zero_n: float = _limit("N", "half of the tolerance, or zero_error if more", zero=True)
     channel_skew_s: float = _limit("s", "longer delay and period of the channels + 2 ticks", "R5")
-    leash_time_s: float = _limit("s", "time at the end of the leash without an answer", "R6")
+    leash_time_s: float = _limit(
+        "s", "time at the end of the travel without an answer; 0 beside a second channel", zero=True
+    )
+    unseen_s: float = _limit("s", "age of readings that still arrive; 0: two channels", zero=True)
     model_tolerance_m: float = _limit("m", "rig: arm.model_tolerance", "R7")
     model_lag_s: float = _limit("s", "tolerance in proportion to speed", "R7")
     still_m: float = _limit("m", "2 (resolution + 6 sigma + lost motion) of position", "R7")
@@ -115,7 +111,7 @@ class RunLimits:
     clock_s: float = _limit("s", "15 ms, 5 periods or the longest age limit", "R10")
     contact_n_s_per_m: float = _limit("N s/m", "a hidden hard stop of 1e9 N/m", "speed cap")
     guarded_speed_m_s: float = _limit("m/s", "force budget")
-    fast_speed_m_s: float = _limit("m/s", "force budget with all of F_lim, and the leash")
+    fast_speed_m_s: float = _limit("m/s", "force budget with all of F_lim")
     retract_speed_m_s: float = _limit("m/s", "half the arm's, 20 mm/s")
     acceleration_m_s2: float = _limit("m/s^2", "half of the arm's")
     ahead_m: float = _limit("m", f"the arm catching up, or {_FOLLOW}")
@@ -123,17 +119,9 @@ class RunLimits:
     damping_n_s_per_m: float = _limit("N s/m", "C_s of the rig", zero=True)
     arm_acceleration_m_s2: float = _limit("m/s^2", "rig: arm.max_acceleration")
     leash_free_m: float = _limit("m", "(F_lim - F_th - 6 sigma) / K_s,max")
-    lead_m: float = _limit("m", "half a position resolution + 2 smooth errors", zero=True)
-    leash_share: float = _limit(
-        "", "leashes that the target may be beyond the last answer of the payload", "R6"
-    )
-    leash_proved: float = _limit(
-        "",
-        "leashes that the target may be beyond the last answer but one, which the last has proved",
-        "R6",
-    )
     answer_n_per_m: float = _limit("N/m", f"{_ANSWER} at the touch", "R6")
     answer_top_n_per_m: float = _limit("N/m", f"{_ANSWER} at the top force", "R6")
+    answers_n: float = _limit("N", "least rises within the travel limit", "R6")
     step_rate_per_s: float = _limit("1/s", "lambda = 0.25 / T")
     band_n: float = _limit("N", "0.25 N, 2 sigma")
     load_rate_n_per_s: float = _limit("N/s", "plan")
@@ -163,6 +151,7 @@ class RunLimits:
         "N/s", "rig: force.drift, or measured; beside a second channel that one's", zero=True
     )
     shown_noise_n: float = _limit("N", "noise_n at the edge of a quantum: more in a tare is noise")
+    drift_n_per_s: float = _limit("N/s", "rig: force.drift", zero=True)
     lost_motion_m: float = _limit("m", "rig: arm.lost_motion", zero=True)
     position_resolution_m: float = _limit("m", "rig: arm.position_resolution")
     second_noise_n: float = _limit("N", "rig: second_force.noise", zero=True)
@@ -177,6 +166,16 @@ class RunLimits:
             return self.answer_n_per_m
         share = min(1.0, gone_n / way_n)
         return self.answer_n_per_m + share * (self.answer_top_n_per_m - self.answer_n_per_m)
+
+    def travel_m(self, force_n: float) -> float:
+        """Travel in m past a force, within which the softest payload must have responded (R6).
+
+        As far as is safe on a rigid surface, or as far as that payload needs.
+        """
+        room_n = self.force_limit_n - force_n - NOISE_MULTIPLE * self.noise_n
+        soft_m = self.answers_n / self.answer_at(force_n)
+        slack_m = self.follow_m if self.cross_check else self.lost_motion_m
+        return max(room_n / self.stiffness_n_per_m, soft_m) + slack_m
 
     @property
     def second_late_s(self) -> float:
@@ -278,32 +277,6 @@ def identical_counts(force: ForceSpec, noise_n: float, least: int = IDENTICAL_CO
     return max(least, math.ceil(counts))
 
 
-def second_stands_n(plan: Plan, noise_n: float) -> float:
-    """How far in N the main sensor may move while a sound second sensor reads the same (R4).
-
-    The force may move by the second sensor's quantum and what its noise hides of it; the main
-    sensor adds its own quantum, the range of its filtered noise, and the drift of both for as long
-    as a sound sensor may stand. 0 without a second sensor. `noise_n` is that of the main one.
-    """
-    rig, second = plan.rig, plan.rig.second_force
-    sensor, force = second.sensor, rig.force
-    if sensor is None:
-        return 0.0
-    alpha = min(1.0, 1.0 / (rig.arm.rate_hz * CROSS_CHECK_FILTER_S))
-    counts = identical_counts(sensor, second.noise_n, SECOND_IDENTICAL_COUNTS)
-    drift_n = plan.procedure.max_drift_n
-    if counts:
-        drift_n = min(
-            drift_n, (force.drift_n_per_s + sensor.drift_n_per_s) * counts / sensor.rate_hz
-        )
-    return (
-        (1.0 + second.tolerance_relative) * (sensor.resolution_n + HIDDEN_SIGMAS * second.noise_n)
-        + force.resolution_n
-        + RANGE_SIGMAS * noise_n * math.sqrt(alpha / (2.0 - alpha))
-        + drift_n
-    )
-
-
 def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimits:
     """All thresholds of a run, from its plan, from how it may press and from the believed F_c.
 
@@ -315,13 +288,6 @@ def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimi
     press, forces, noise_n = pressing.rig, pressing.forces, pressing.reading_noise_n
     has_second = second.source is not SecondForceSource.NONE
     skew_s = channel_skew_s(rig)
-    late_s = latest_s(press.reaction_s, force.delay_s, skew_s) if has_second else press.reaction_s
-    told_s = comparison_period_s(rig) if has_second else 1.0 / force.rate_hz
-    fast_m_s = min(
-        pressing.fast_speed_m_s,
-        0.7 * pressing.leash_free_m / press.reaction_s,
-        TOLD_SHARE * pressing.leash_free_m / (late_s + told_s),
-    )
     clock_s = max(CLOCK_S, 5.0 / force.rate_hz, force.max_age_s or 0.0, arm.max_age_s or 0.0)
     blur_m = arm.position_resolution_m + 6.0 * arm.position_noise_m + arm.lost_motion_m
     near_edge_m = procedure.surface_distance_m - procedure.surface_uncertainty_m
@@ -356,14 +322,19 @@ def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimi
         cross_relative=second.tolerance_relative if has_second else 0.0,
         cross_time_s=second.time_s if has_second else 0.0,
         cross_filter_s=CROSS_CHECK_FILTER_S,
-        second_stands_n=second_stands_n(plan, noise_n),
+        second_limit_n=(
+            forces.limit_n * (1.0 + second.tolerance_relative) + second.tolerance_n
+            if has_second
+            else 0.0
+        ),
         second_zero_n=(
             max(SECOND_ZERO_SHARE * second.tolerance_n, second_zero_n(second))
             if has_second
             else 0.0
         ),
         channel_skew_s=skew_s,
-        leash_time_s=LEASH_TIME_S,
+        leash_time_s=0.0 if has_second else LEASH_TIME_S + pressing.unseen_s,
+        unseen_s=pressing.unseen_s,
         model_tolerance_m=arm.model_tolerance_m,
         model_lag_s=MODEL_LAG_S,
         still_m=STILL_BLURS * blur_m,
@@ -373,20 +344,18 @@ def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimi
         jump_n=10.0 * noise_n + 2.0 * force.resolution_n,
         clock_s=clock_s,
         contact_n_s_per_m=pressing.contact_n_s_per_m,
-        guarded_speed_m_s=min(pressing.guarded_speed_m_s, fast_m_s),
-        fast_speed_m_s=fast_m_s,
+        guarded_speed_m_s=min(pressing.guarded_speed_m_s, pressing.fast_speed_m_s),
+        fast_speed_m_s=pressing.fast_speed_m_s,
         retract_speed_m_s=retract_speed_m_s(rig),
         acceleration_m_s2=0.5 * arm.max_acceleration_m_s2,
-        ahead_m=min(pressing.ahead_m, pressing.leash_free_m),
+        ahead_m=pressing.ahead_m,
         follow_m=pressing.follow_m,
         damping_n_s_per_m=press.damping_n_s_per_m,
         arm_acceleration_m_s2=press.acceleration_m_s2,
         leash_free_m=pressing.leash_free_m,
-        lead_m=lead_m(rig),
-        leash_share=pressing.leash.share,
-        leash_proved=pressing.leash.proved,
         answer_n_per_m=pressing.answer_n_per_m,
         answer_top_n_per_m=pressing.answer_top_n_per_m,
+        answers_n=pressing.answers_n,
         step_rate_per_s=step_rate_per_s(press.loop_s),
         band_n=step_band_n(press.noise_n),
         load_rate_n_per_s=procedure.load_rate_n_per_s,
@@ -396,6 +365,7 @@ def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimi
         zero_shift_n=pressing.zero_shift_n,
         zero_drift_n_per_s=pressing.zero_drift_n_per_s,
         shown_noise_n=shown_noise_n(press.noise_n, force.resolution_n),
+        drift_n_per_s=force.drift_n_per_s,
         lost_motion_m=arm.lost_motion_m,
         position_resolution_m=arm.position_resolution_m,
         second_noise_n=second.noise_n if has_second else 0.0,

@@ -12,21 +12,11 @@ from stepload.envelope.bounds import (
     cross_blind_n,
     follow_travel,
     press_rig,
-    step_band_n,
 )
 from stepload.envelope.catch_up import largest_catch_up
 from stepload.envelope.dragged import counted_left
 from stepload.envelope.ladder import ForceLimits, force_limits
-from stepload.envelope.leash import (
-    ANSWER_SHARE,
-    Leash,
-    check_leash,
-    check_levels,
-    leash_of,
-    leash_travel,
-    level_answers,
-    told_force,
-)
+from stepload.envelope.leash import OLD_S, ONE_CHANNEL, TWO_CHANNELS, leash_travel, least_rise_n
 from stepload.envelope.press import (
     IMPACT_FACTOR,
     NOISE_MULTIPLE,
@@ -60,9 +50,10 @@ class Pressing:
     `zero_shift_n` is the shift of the zero that `forces` leave room for, `zero_drift_n_per_s` the
     drift that only the next look at the zero shows. `reading_noise_n` is the noise (sd) of one
     reading, quantisation included; `leash_free_m` the travel from the contact threshold that is
-    safe on a rigid surface, `leash` how much of it is allowed in a load step after answers of the
-    payload; `answer_n_per_m` is the least force per travel that counts as an answer at the touch,
-    `answer_top_n_per_m` at the top force; the force that is left divided by `contact_n_s_per_m` is
+    safe on a rigid surface, `answer_n_per_m` is the least force per travel that counts as an answer
+    at the touch, `answer_top_n_per_m` at the top force, `answers_n` what the softest payload must
+    give of it before its travel limit ends, `unseen_s` how old the readings of an only channel may
+    be; the force that is left divided by `contact_n_s_per_m` is
     the speed allowed in contact: it holds even if a hidden hard stop takes over from the payload.
     `ahead_m` is how far the target of a guarded approach may run ahead of an arm that does not
     follow, `follow_m` the travel it takes to detect that.
@@ -75,9 +66,10 @@ class Pressing:
     tangent_n_per_m: float
     reading_noise_n: float
     leash_free_m: float
-    leash: Leash
     answer_n_per_m: float
     answer_top_n_per_m: float
+    answers_n: float
+    unseen_s: float
     guarded_speed_m_s: float
     fast_speed_m_s: float
     contact_n_s_per_m: float
@@ -116,14 +108,14 @@ def pressing_for(
     """Forces and speeds of a plan against a payload of this elastic limit and any law between two.
 
     A stiff payload is hit harder at the same speed, a soft one answers less to the same travel: the
-    former bounds the speeds and the target's lead, the latter is held against the leash.
+    former bounds the speeds and the target's lead, the latter lengthens the travel limit.
 
     Without `measured` the noise is the rig file's and the drift is the largest that is counted on
     (`counted_shift_n`); with it each is the larger of the two.
 
     Raises:
         RefusedError: no room below the elastic limit, the top force is too high, no speed above
-            zero keeps the force budget, or the payload is too soft for the rig.
+            zero keeps the force budget.
         DomainError: a number is not finite and positive.
     """
     rig, procedure = plan.rig, plan.procedure
@@ -144,30 +136,9 @@ def pressing_for(
     leash_m = leash_travel(
         forces.limit_n, procedure.touch_force_n, reading_n, press.stiffness_n_per_m
     )
-    told_n = told_force(reading_n, max(1.0 / rig.arm.rate_hz, 1.0 / rig.force.rate_hz))
-    answers = level_answers(
-        softest,
-        levels_n=procedure.levels_n,
-        limit_n=forces.limit_n,
-        band_n=step_band_n(noise_n),
-        noise_n=reading_n,
-        stiffness_n_per_m=press.stiffness_n_per_m,
-    )
-    leash = leash_of(
-        answers,
-        told_n=told_n,
-        half_step_m=0.5 * rig.arm.position_resolution_m,
-        tangent=tangent / press.stiffness_n_per_m,
-    )
-    check_leash(
-        leash_m,
-        softest,
-        touch_force_n=procedure.touch_force_n,
-        told_n=told_n,
-        position_resolution_m=rig.arm.position_resolution_m,
-        share=leash.share,
-    )
-    check_levels(answers, told_n=told_n, share=leash.share, limit_n=forces.limit_n)
+    one_channel = rig.second_force.source is SecondForceSource.NONE
+    share, answers = ONE_CHANNEL if one_channel else TWO_CHANNELS
+    rise_n = least_rise_n(reading_n, max(1.0 / rig.arm.rate_hz, 1.0 / rig.force.rate_hz))
     room_n = forces.allowed_n - procedure.touch_force_n - NOISE_MULTIPLE * noise_n
     rigid = room_n / rigid_coefficient(press, forces.limit_n)
     guarded, fast = min(guarded, rigid), min(fast, rigid)
@@ -175,6 +146,9 @@ def pressing_for(
     follow_m = follow_travel(rig.arm)
     if catch_up_m < follow_m:
         guarded = min(guarded, catch_up_m / LONGEST_STALL_S)
+    unseen_s = OLD_S if one_channel else 0.0
+    if one_channel:
+        guarded = min(guarded, leash_m / (unseen_s + press.reaction_s))
     top_speed = TOP_SPEED_SHARE * rig.arm.max_speed_m_s
     arm_n_per_m = rig.system_stiffness.stiffness_n_per_m
     return Pressing(
@@ -185,9 +159,10 @@ def pressing_for(
         tangent_n_per_m=tangent,
         reading_noise_n=reading_n,
         leash_free_m=leash_m,
-        leash=leash,
-        answer_n_per_m=_least_answer(arm_n_per_m, softest, procedure.touch_force_n),
-        answer_top_n_per_m=_least_answer(arm_n_per_m, softest, procedure.top_force_n),
+        answer_n_per_m=share * _softest(arm_n_per_m, softest, procedure.touch_force_n),
+        answer_top_n_per_m=share * _softest(arm_n_per_m, softest, procedure.top_force_n),
+        answers_n=share * answers * rise_n,
+        unseen_s=unseen_s,
         guarded_speed_m_s=min(guarded, top_speed),
         fast_speed_m_s=min(fast, top_speed),
         contact_n_s_per_m=rigid_coefficient(press, forces.limit_n),
@@ -196,12 +171,12 @@ def pressing_for(
     )
 
 
-def _least_answer(arm_n_per_m: float, softest: ContactLaw, force_n: float) -> float:
-    """The least force per travel in N/m that counts as an answer at this force, by the plan's K_s.
+def _softest(arm_n_per_m: float, softest: ContactLaw, force_n: float) -> float:
+    """Force per travel in N/m of the softest payload at this force, by the plan's K_s.
 
     With the largest K_s more would be required than an arm that gives way sideways can show.
     """
-    return ANSWER_SHARE * series_stiffness(arm_n_per_m, softest.tangent(force_n))
+    return series_stiffness(arm_n_per_m, softest.tangent(force_n))
 
 
 def _forces(

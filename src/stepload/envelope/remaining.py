@@ -21,11 +21,9 @@ _BEFORE: dict[int, str] = {
     Phase.FREE_AIR: "prove free air",
     Phase.TARE: "tare and drift check",
     Phase.DRIFT_CHECK: "tare and drift check",
-    Phase.PROOF_OF_LIFE: "prove the force channels",
     Phase.ALIGN: ALIGN,
     Phase.FAST_APPROACH: "fast approach",
     Phase.GUARDED_APPROACH: "guarded approach",
-    Phase.LISTENING: "fast approach",
     Phase.DWELL: "touch again",
     Phase.TOUCH_RETRACT: "touch again",
 }

@@ -26,9 +26,9 @@ BETWEEN, UNLOAD_BETWEEN = "part, tare and touch between cycles", "unload between
 LAST = "retract, second tare, last touch"
 """Names of stages; what comes before the load steps is in the order of time."""
 ALIGN = "align with the plate"
-PROVE, FAST, GUARDED = "prove the force channels", "fast approach", "guarded approach"
+FAST, GUARDED = "fast approach", "guarded approach"
 AGAIN = "touch again"
-APPROACH = (PROVE, ALIGN, FAST, GUARDED, AGAIN)
+APPROACH = (ALIGN, FAST, GUARDED, AGAIN)
 """From the first zero of the force to the first load step."""
 UNDER_LOAD = (LOAD_STEP, UNLOAD_STEP, UNLOAD_BETWEEN)
 NULLING_TIMES = 5.0
@@ -83,7 +83,6 @@ def schedule(
     limits: RunLimits,
     climbs: Climbs,
     *,
-    shake_s: float = 0.0,
     align_s: float = 0.0,
     null_s: float = 0.0,
 ) -> tuple[Stage, ...]:
@@ -94,7 +93,6 @@ def schedule(
 
     Args:
         climbs: load steps of the plan, without their holds.
-        shake_s: time of the shake that proves the force channels; 0 without one.
         align_s: time of the touches on a circle; 0 without them.
         null_s: time in which lateral force is nulled before a level is held; 0 without.
     """
@@ -111,7 +109,8 @@ def schedule(
     down = tuple(each + held_s for each in reversed(climbs.down_s)) if procedure.unload else ()
     rest_s = REST_S + 4.0 * limits.loop_s
     back_s = back_m / limits.retract_speed_m_s + rest_s
-    again_s = (gap_m + run_out_m) / (SLOW_SHARE * guarded_m_s) + RING_S
+    ring_s = RING_S + 2.0 * limits.unseen_s  # an only channel is waited for, before and after
+    again_s = (gap_m + run_out_m) / (SLOW_SHARE * guarded_m_s) + ring_s
     touch_s = gap_m / limits.retract_speed_m_s + rest_s + again_s
     return_s = max(back_m - gap_m - run_out_m, 0.0) / fast_m_s + again_s
     between_s = min(procedure.tare_s, BETWEEN_CYCLES_TARE_S)
@@ -119,10 +118,9 @@ def schedule(
         Stage("warm up", procedure.warm_up_s, 1),
         Stage("prove free air", 2.0 * LOOK_S + back_s, 1),
         Stage("tare and drift check", procedure.tare_s + DRIFT_CHECK_S, 1),
-        Stage(PROVE, shake_s, 1),
         Stage(ALIGN, align_s, 1),
         Stage(FAST, max(clear_m + back_m - run_out_m, 0.0) / fast_m_s, 1),
-        Stage(GUARDED, (band_m + run_out_m) / guarded_m_s + RING_S, 1),
+        Stage(GUARDED, (band_m + run_out_m) / guarded_m_s + ring_s, 1),
         Stage(AGAIN, touch_s, procedure.touches - 1),
         _steps(LOAD_STEP, up, procedure.cycles),
         _steps(UNLOAD_STEP, down, procedure.cycles),

@@ -37,10 +37,8 @@ class Phase(IntEnum):
     SAFING = 14
     DONE = 15
     FREE_AIR = 16
-    PROOF_OF_LIFE = 17
     ALIGN = 18
     NULLING = 19
-    LISTENING = 20
 
 
 class TickFields(NamedTuple, Generic[Whole, Number]):

@@ -26,12 +26,10 @@ INK, BLUE, ORANGE, GREEN, RED, GREY, SAND = (
 PHASE_TINT = {
     Phase.FREE_AIR: "#e8edf3",
     Phase.TARE: "#e8edf3",
-    Phase.PROOF_OF_LIFE: "#e8edf3",
     Phase.ALIGN: "#f3ecdc",
     Phase.NULLING: "#d2e0ee",
     Phase.FAST_APPROACH: "#e4efe8",
     Phase.GUARDED_APPROACH: "#d3e8da",
-    Phase.LISTENING: "#d3e8da",
     Phase.DWELL: "#d3e8da",
     Phase.TOUCH_RETRACT: "#f3ecdc",
     Phase.LOAD: "#dbe6f4",

@@ -23,7 +23,6 @@ from stepload.results.quality import quality_of
 
 CLOSING_OPENING = (
     Phase.GUARDED_APPROACH,
-    Phase.LISTENING,
     Phase.DWELL,
     Phase.TOUCH_RETRACT,
     Phase.UNLOAD,

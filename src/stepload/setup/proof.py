@@ -68,9 +68,6 @@ def touch(setup: Setup) -> Found:
     path.write_text(text, encoding="utf-8")
     setup.tell(f"its plan: {path.name}")
     envelope = envelope_of(load_plan(path))
-    for reason in envelope.reasons:
-        if reason.code == "shake":
-            setup.tell(f"{reason.message}: {reason.remedy}")
     setup.answers.consent("may_touch")
     stands_at_start(setup)
     runs = setup.rig.parent / "runs" / f"touch-{setup.today.isoformat()}"

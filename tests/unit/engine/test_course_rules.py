@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from course_feed import PERIOD_S, PLAN, PLANNED, Stage
+from stepload.envelope.unseen import Tells
 
 from stepload.engine.approach import RING_TIMEOUT_S, Approach
 from stepload.engine.follow import LEAD_FILTER_S, Lead
@@ -18,7 +19,6 @@ from stepload.engine.retract import Retract
 from stepload.engine.settle import BLOCK_S, BLOCKS, RingTest, SettleTest
 from stepload.engine.steps import LoadSteps
 from stepload.engine.touch import BOUNCE_S, SURE
-from stepload.envelope.unseen import Tells
 from stepload.record.outcome import Tare
 from stepload.record.rows import Phase
 

@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 from course_feed import PERIOD_S, PLAN, PLANNED, Stage
+from stepload.envelope.unseen import Tells
 
 from stepload.engine.approach import MEAN_S, WORTH, Approach
 from stepload.engine.free_air import LOOK_S, FreeAir
-from stepload.envelope.unseen import Tells
 from stepload.envelope.zero_drift import SECOND_ZERO_SHARE
 from stepload.record.outcome import Tare
 from stepload.record.rows import Phase

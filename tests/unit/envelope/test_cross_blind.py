@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from run_plans import limits_for, stvf_plan
+from stepload.envelope.unseen import unseen
 
 from stepload.engine.cross_check import CrossCheck
 from stepload.envelope.bounds import (
@@ -16,7 +17,6 @@ from stepload.envelope.bounds import (
     common_error,
     cross_blind_n,
 )
-from stepload.envelope.unseen import unseen
 from stepload.plan.model import Plan, Rig, SecondForce, SecondForceSource
 
 PLAN = stvf_plan()

@@ -14,7 +14,6 @@ from stepload.engine.operator import StopLevel
 from stepload.engine.tick import Engine
 from stepload.engine.watch import Breach
 from stepload.envelope.limits import RunLimits
-from stepload.envelope.press import NOISE_MULTIPLE
 from stepload.errors import BadInputError
 
 RULES = tuple(f"R{number}" for number in range(1, 15))
@@ -33,7 +32,6 @@ LAYERS = {
     "R12": "no stop where the payload is dragged sideways",
     "R13": "no stop near the ratings of the force sensor",
     "R14": "no stop where the plate is touched beside the pressing axis",
-    "standing": "a second sensor may stand while the main one moves (R4 of equal samples is left)",
     "leash": "the target is not bound to what the force has proved",
     "cap": "no speed cap in contact against a hidden hard stop",
     "approach": "no force budget: approach at 10 mm/s all the way",
@@ -43,8 +41,6 @@ LAYERS = {
 FIXED_SPEED_M_S = 0.01
 LONGEST_S = 30.0
 """Time after which the operator ends a run, which without a layer may never end."""
-_NEVER = -1e12
-_ANY_FORCE_N = 1e12
 
 
 def named_rules(name: str) -> frozenset[str]:
@@ -88,8 +84,6 @@ class Ablation:
             )
         if self.name in ("leash", "all-but-R1"):
             limits = replace(limits, leash_free_m=1.0)
-        if self.name in ("standing", "all-but-R1"):
-            limits = replace(limits, second_stands_n=_ANY_FORCE_N)
         return limits
 
     def found(self, rule: str, *rest: Any) -> Breach | None:
@@ -100,8 +94,7 @@ class Ablation:
         """A step controller without the layer; used by the engine in place of the product's."""
         if self.name in ("cap", "all-but-R1"):
             limits = replace(limits, contact_n_s_per_m=1e-6)
-        sigmas = _NEVER if self.name in ("leash", "all-but-R1") else NOISE_MULTIPLE
-        return StepController(limits, leash_sigmas=sigmas)
+        return StepController(limits, leash=self.name not in ("leash", "all-but-R1"))
 
 
 def ends_in_time(engine: Engine, longest_s: float = LONGEST_S) -> None:
