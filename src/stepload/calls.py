@@ -62,7 +62,6 @@ def run(
     out: str | Path | None = None,
     seed: int | None = None,
     tags: Sequence[str] = (),
-    hazards_read: bool = False,
 ) -> Run:
     """Run a plan as `stepload run` does, and open its record.
 
@@ -74,8 +73,6 @@ def run(
         out: the run's directory; below the plan's own `record.directory` when None.
         seed: of the simulated rig.
         tags: words to find the run by; "specimen=S7", "batch=…" and "operator=…" set those.
-        hazards_read: the caller has read docs/risk-assessment.md and takes responsibility for the
-            rig.
 
     Raises:
         PlanError: the plan cannot be read.
@@ -92,7 +89,6 @@ def run(
             dry_run=dry_run,
             out=None if out is None else Path(out),
             seed=seed,
-            hazards_read_now=hazards_read,
             operator=operator,
         )
     return open_run(finished.directory)

@@ -114,12 +114,11 @@ def calibrate(
             )
         envelope = envelope_of(plan)
         if not dry_run and not hazards_read and ask_hazards(envelope):
-            hazards_read = True
             envelope = envelope_of(load_plan(given[0]))  # its rig file may have changed
         with operator.listening():
             finished = press(
                 envelope, operator, output,
-                dry_run=dry_run, out=out, seed=seed, quiet=quiet, hazards_read=hazards_read,
+                dry_run=dry_run, out=out, seed=seed, quiet=quiet,
             )  # fmt: skip
         code = exit_code(finished)
         if code is not ExitCode.OK or finished.data.get("system_stiffness") is None:

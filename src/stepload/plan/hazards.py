@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import json
 from codecs import BOM_UTF8
-from contextlib import suppress
 from dataclasses import replace
 from datetime import date
 from pathlib import Path
 
-from stepload.errors import BadInputError, RefusedError
+from stepload.errors import BadInputError
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
+from stepload.plan.places import tree_of
 from stepload.plan.problems import PlanError
 from stepload.plan.references import names_a_file
-from stepload.plan.source import Source, read_source
-from stepload.plan.tree import Mapping, Node, Scalar, parse_tree
+from stepload.plan.source import Source
+from stepload.plan.tree import Mapping, Scalar
 from stepload.plan.whole_file import alone_in, replace_file
 
 PAGE = "docs/risk-assessment.md among the sources of stepload"
@@ -43,19 +43,19 @@ def hazards_read(plan: Plan) -> bool:
     return bool(plan.rig.hazards_read_by.strip()) and plan.rig.hazards_read_on is not None
 
 
-def refuse_unread(plan: Plan, read_now: bool) -> None:
-    """Refuse to move a rig if nothing confirms that its hazards were read.
+def read_words(plan: Plan) -> str:
+    """Whether, by whom and when the hazards were read, in words."""
+    rig = plan.rig
+    return f"read {rig.hazards_read_on}" if hazards_read(plan) else "not read yet"
 
-    Raises:
-        RefusedError: neither the rig file nor the caller confirms it.
-    """
-    if read_now or hazards_read(plan):
-        return
-    raise RefusedError(
-        f"nobody has confirmed to have read the hazards of the rig {plan.rig.name!r}",
-        hint=f"read {PAGE}, then write below `rig:` in the plan or rig file: hazards_read_by:"
-        " NAME and hazards_read_on: YYYY-MM-DD; in a terminal the command asks; --yes in scripts",
-    )
+
+def rig_argument(plan: Plan) -> str:
+    """What `stepload hazards` takes for a plan's rig: profile, rig file, or the plan itself."""
+    node = tree_of(plan.path)
+    rig = node.entries.get("rig") if isinstance(node, Mapping) else None
+    if not (isinstance(rig, Scalar) and isinstance(rig.value, str)):
+        return str(plan.path)
+    return str(plan.path.parent / rig.value) if names_a_file(rig.value) else rig.value
 
 
 def keys_of(name: str, day: date) -> tuple[str, str]:
@@ -107,7 +107,7 @@ def _keep(plan: Plan, name: str, day: date) -> Path | None:
 
 def _rig_file(plan_path: Path) -> Path:
     """The file in which a plan's rig stands: its own, or the one it names."""
-    node = _tree(plan_path)
+    node = tree_of(plan_path)
     rig = node.entries.get("rig") if isinstance(node, Mapping) else None
     if isinstance(rig, Scalar) and isinstance(rig.value, str) and names_a_file(rig.value):
         return plan_path.parent / rig.value
@@ -117,7 +117,7 @@ def _rig_file(plan_path: Path) -> Path:
 def _rig_block(plan_path: Path) -> tuple[Source, int, str] | None:
     """File, line of the first key (from 1) and indentation of a plan's rig."""
     rig_file = _rig_file(plan_path)
-    node = _tree(rig_file)
+    node = tree_of(rig_file)
     if rig_file == plan_path and isinstance(node, Mapping):
         node = node.entries.get("rig", node)
     if not isinstance(node, Mapping) or not node.keys or BY in node.keys or ON in node.keys:
@@ -125,12 +125,6 @@ def _rig_block(plan_path: Path) -> tuple[Source, int, str] | None:
     first = next(iter(node.keys.values()))
     indent = first.source.lines[first.line - 1][: first.column - 1]
     return None if indent.strip() else (first.source, first.line, indent)
-
-
-def _tree(path: Path) -> Node | None:
-    with suppress(PlanError):
-        return parse_tree(read_source(path))[0]
-    return None
 
 
 def _write(path: Path, data: bytes) -> None:
