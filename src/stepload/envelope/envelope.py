@@ -40,16 +40,7 @@ from stepload.envelope.sideways import share_reasons, sideways_reasons
 from stepload.envelope.softness import softness
 from stepload.envelope.stiffness import stiffness_reasons
 from stepload.envelope.theory import Theory, theory_of
-from stepload.envelope.unseen import (
-    EVERY,
-    Tells,
-    both_silent_reasons,
-    dead_drift_reasons,
-    deaf_approach_reasons,
-    silent_reasons,
-    tells_of,
-    unseen_reasons,
-)
+from stepload.envelope.unseen import EVERY, Tells, tells_of
 from stepload.envelope.until import Until, until_of, until_reasons
 from stepload.envelope.way_back import way_back_reasons
 from stepload.envelope.zero_reasons import zero_drift_reasons
@@ -191,11 +182,6 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
     if limits is not None:
         reasons += share_reasons(plan, limits.lateral_from_n, limits.allowed_n)
         reasons += softness(plan, limits, theory)
-        reasons += unseen_reasons(plan, limits)
-        reasons += silent_reasons(plan, limits)
-        reasons += deaf_approach_reasons(plan, limits, shaken=shake is not None)
-        reasons += both_silent_reasons(limits)
-        reasons += dead_drift_reasons(plan, limits)
     return Envelope(
         plan=plan,
         verdict=verdict_of(reasons),

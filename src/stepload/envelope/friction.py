@@ -56,9 +56,9 @@ def friction_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
     yield Reason(
         "friction_unknown",
         Severity.WARN if worst > FRICTION_HARMLESS else Severity.NOTE,
-        f"Friction under the tip is unknown: ±{worst:.0%} of the deformation.",
+        f"Friction under the tip is unknown: ±{100.0 * worst:.2g} % of the deformation.",
         "a gauge across the contact, or calibrate with a six-axis force sensor, dry and greased",
-        worst, FRICTION_HARMLESS, "", worst, "rig.system_stiffness",
+        worst, FRICTION_HARMLESS, "", worst,
     )  # fmt: skip
 
 

@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterator
 
 from stepload.envelope.bounds import AGE_S
+from stepload.envelope.ladder import headroom
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import CountedLimit
 from stepload.errors import DomainError, RefusedError
@@ -32,7 +33,7 @@ def force_reasons(
     """Why the forces asked for may not be pressed."""
     top_n = plan.procedure.top_force_n
     if refusal is not None and top_n > safe_n:
-        yield _too_much("top_force_above_safe_limit", _above(top_n, safe_n, counted), top_n, safe_n)
+        yield _too_much("top_force_above_safe_limit", _above(plan, safe_n, counted), top_n, safe_n)
     elif refusal is not None:
         yield _too_much("no_safe_way_to_press", refusal.message, top_n, safe_n)
     push_n = plan.rig.arm.max_push_n
@@ -51,13 +52,21 @@ def force_reasons(
         yield _too_much("sensor_range", message, top_n, range_n)
 
 
-def _above(top_n: float, safe_n: float, counted: CountedLimit) -> str:
+def _above(plan: Plan, safe_n: float, counted: CountedLimit) -> str:
     """The top force beside F_c, or beside what is left of it on this rig."""
+    top_n = plan.procedure.top_force_n
     top, used = format_quantity(top_n, "N"), format_quantity(counted.lower_n, "N")
     if top_n > counted.value_n:
         return (
             f"{top} is {top_n / counted.value_n:.3g} times the elastic limit of the payload,"
             f" {format_quantity(counted.value_n, 'N')}."
+        )
+    capacity_n = min(plan.rig.arm.max_push_n, 0.95 * plan.rig.force.range_n)
+    headroom_n = headroom(plan.rig.force.noise_n, plan.procedure.step_n)
+    if safe_n >= 0.999 * (capacity_n - headroom_n):
+        return (
+            f"{top} is above the {format_quantity(safe_n, 'N')} that arm and force sensor leave,"
+            " headroom taken off."
         )
     if safe_n <= 0.0:
         return f"Sensor errors, drift and headroom leave nothing of F_c = {used} (used) to press."
@@ -115,20 +124,19 @@ def rig_reasons(plan: Plan, secant_n_per_m: float) -> Iterator[Reason]:
     relative = system.sigma_n_per_m / system.stiffness_n_per_m
     quality = plan.identify.compensation_quality_s
     cost = NORMAL_95 * relative * secant_n_per_m / system.stiffness_n_per_m
-    effect = f"{format_quantity(system.stiffness_n_per_m, 'N/m')} ± {relative:.1%}"
+    effect = f"{format_quantity(system.stiffness_n_per_m, 'N/m')} ± {100.0 * relative:.2g} %"
     if plan.rig.displacement is None and plan.identify.kind != "system":
         if system.provenance is Provenance.INDICATIVE:
             yield Reason(
                 "stiffness_indicative", Severity.WARN,
-                f"K_s is a class figure, {effect}. It costs ±{cost:.0%} of the result.",
+                f"K_s is a class figure, {effect}. It costs ±{100.0 * cost:.2g} % of the result.",
                 "stepload calibrate in this pose", relative, 1.0 / quality, "", cost,
-                "rig.system_stiffness",
             )  # fmt: skip
         elif relative * quality > 1.0:
             yield Reason(
                 "stiffness_uncertain", Severity.WARN,
                 f"K_s is known as {effect}; s = {quality:g} asks for {1.0 / quality:.1%}."
-                f" It costs ±{cost:.0%} of the result.",
+                f" It costs ±{100.0 * cost:.2g} % of the result.",
                 "stepload calibrate again, with more force and more levels",
                 relative, 1.0 / quality, "", cost, "rig.system_stiffness",
             )  # fmt: skip
@@ -137,14 +145,12 @@ def rig_reasons(plan: Plan, secant_n_per_m: float) -> Iterator[Reason]:
                 "calibration_record", Severity.WARN,
                 f"Calibration record: {short(system.validity_problem)}.",
                 "calibrate again, or state rig.system_stiffness.policy", cost=cost,
-                key="rig.system_stiffness",
             )  # fmt: skip
     if system.simulated:
         yield Reason(
             "calibration_simulated", Severity.WARN,
             "The calibration record was made in a dry run; it is good for dry runs only.",
             "measure K_s on the rig: stepload calibrate PLAN --record FILE", cost=1.0,
-            key="rig.system_stiffness",
         )  # fmt: skip
 
 

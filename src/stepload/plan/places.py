@@ -32,6 +32,8 @@ def place_of(plan: Plan, key: str) -> Place | None:
             node = tree_of(home)
         if not isinstance(node, Mapping) or name not in node.entries:
             break
+        found = node.keys[name]
         node = node.entries[name]
-        found = node.place
+        if not isinstance(node, Mapping):
+            found = node.place
     return found

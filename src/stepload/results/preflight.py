@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
 import textwrap
 from collections.abc import Iterator
-from pathlib import Path
 
 from stepload.envelope.envelope import Envelope
 from stepload.envelope.reason import PlanVerdict, Reason, findings
@@ -16,6 +16,7 @@ from stepload.estimators.smooth import NORMAL_95
 from stepload.evidence.quantity import Quantity, combined
 from stepload.plan.hazards import read_words, rig_argument
 from stepload.plan.places import place_of
+from stepload.plan.references import names_a_file
 from stepload.units import format_quantity as f
 
 COLUMNS = 80
@@ -24,6 +25,7 @@ MOST_WORDS = 120
 """Words above the figures; a finding that would exceed them is left to `--verbose`."""
 LEAST_CHANCE = 1e-4
 LABEL, VALUE = 15, 11
+NOTE = 2 + LABEL + VALUE + 1
 NOT_TO_BE_HALVED = "loading ended by its own deformation"
 """A line of the budget that is no error of the rig."""
 
@@ -37,7 +39,8 @@ def headline(envelope: Envelope) -> str:
     if envelope.verdict is PlanVerdict.REFUSED:
         return _wrapped(f"{words}{top}", 9)
     levels, cycles = len(procedure.levels_n), procedure.cycles
-    first = f"{f(procedure.levels_n[0], 'N')} to " if levels > 1 else ""
+    number, _, unit = f(procedure.levels_n[0], "N").partition(" ")
+    first = f"{number if unit == top.split()[1] else f'{number} {unit}'} to " if levels > 1 else ""
     steps = "1 step" if levels == 1 else f"{levels} steps"
     often = "1 cycle" if cycles == 1 else f"{cycles} cycles"
     about = f"about {duration(envelope.duration_s)}"
@@ -72,11 +75,15 @@ def _remedy(envelope: Envelope, reason: Reason) -> str:
     if place is None:
         return line
     last = line.rpartition("\n")[2]
-    for name in (place.source.name, Path(place.source.name).name):
-        where = f"{name}:{place.line}:{place.column}"
-        if len(last) + 2 + len(where) <= COLUMNS:
-            return f"{line}{where:>{COLUMNS - len(last)}}"
+    where = f"{short_path(place.source.name)}:{place.line}:{place.column}"
+    if len(last) + 2 + len(where) <= COLUMNS:
+        return f"{line}{where:>{COLUMNS - len(last)}}"
     return f"{line}\n{where:>{COLUMNS}}"
+
+
+def short_path(name: str) -> str:
+    """A path as it is named, or from the working directory where that is shorter."""
+    return min(name, os.path.relpath(name), key=len)
 
 
 def figure_lines(envelope: Envelope) -> list[str]:
@@ -87,9 +94,13 @@ def figure_lines(envelope: Envelope) -> list[str]:
 def last_lines(envelope: Envelope) -> list[str]:
     """Where the hazards of the rig and the rest of the preflight are found."""
     plan, more = envelope.plan, "more: --verbose"
-    line = f"hazards of this rig: stepload hazards {rig_argument(plan)} ({read_words(plan)})"
+    argument = rig_argument(plan)
+    shown = short_path(argument) if names_a_file(argument) else argument
+    line = f"hazards of this rig: stepload hazards {shown} ({read_words(plan)})"
     room = COLUMNS - len(line)
-    return [f"{line}{more:>{room}}"] if room > len(more) + 1 else [line, more]
+    if room > len(more) + 1:
+        return [f"{line}{more:>{room}}"]
+    return [line, more] if room >= 0 else [f"stepload hazards {shown} ({read_words(plan)})", more]
 
 
 def _figures(envelope: Envelope) -> Iterator[tuple[str, str, str]]:
@@ -150,11 +161,13 @@ def _of_limit(envelope: Envelope) -> str:
     limit_n, counted = theory.elastic_limit_n, theory.counted
     share = top_n / limit_n
     times = f"{share:.3g} times" if share > 1.0 else f"{100.0 * share:.0f} % of"
-    source = "stated" if theory.limit_equation == DECLARED else theory.limit_equation.split()[0]
-    words = f"{times} F_c = {f(limit_n, 'N')} ({source})"
-    if counted.lower_n < limit_n:
-        words += f"; F_c used: {f(counted.lower_n, 'N')} (k = {counted.coverage:g})"
-    return words
+    source = "(stated)" if theory.limit_equation == DECLARED else theory.limit_equation.split()[0]
+    words = f"{times} F_c = {f(limit_n, 'N')} {source}"
+    if counted.lower_n >= limit_n:
+        return words
+    words += f"; F_c used: {f(counted.lower_n, 'N')}"
+    coverage = f" (k = {counted.coverage:g})"
+    return words + coverage if len(words + coverage) <= COLUMNS - NOTE else words
 
 
 def _narrower(expected: Quantity) -> str:

@@ -56,6 +56,7 @@ class Finished:
 
     directory: Path
     outcome: RunOutcome
+    envelope: Envelope
     data: Mapping[str, Any]
     evaluation: Evaluation | None = None
     document: Document | None = None
@@ -283,7 +284,7 @@ def _keep(session: _Session, outcome: RunOutcome, recorder: Recorder) -> Finishe
     """Evaluate a run that is over, and finish its files even if the evaluation fails."""
     head = about(session.metadata, files.plan_files(session.envelope.plan))
     bare = plain({**head, **outcome_data(outcome, session.envelope)})
-    finished = Finished(session.directory, outcome, bare)
+    finished = Finished(session.directory, outcome, session.envelope, bare)
     try:
         recorder.sync()
         finished = _evaluated(session, finished, recorder.part_path)
