@@ -62,8 +62,6 @@ def run(
     out: str | Path | None = None,
     seed: int | None = None,
     tags: Sequence[str] = (),
-    hazards_read: bool = False,
-    wiring_checked: bool = False,
 ) -> Run:
     """Run a plan as `stepload run` does, and open its record.
 
@@ -75,9 +73,6 @@ def run(
         out: the run's directory; below the plan's own `record.directory` when None.
         seed: of the simulated rig.
         tags: words to find the run by; "specimen=S7", "batch=…" and "operator=…" set those.
-        hazards_read: the caller has read docs/risk-assessment.md and takes responsibility for the
-            rig.
-        wiring_checked: axis and sign of the force and the approach were checked on this rig.
 
     Raises:
         PlanError: the plan cannot be read.
@@ -94,8 +89,6 @@ def run(
             dry_run=dry_run,
             out=None if out is None else Path(out),
             seed=seed,
-            hazards_read_now=hazards_read,
-            wiring_checked_now=wiring_checked,
             operator=operator,
         )
     return open_run(finished.directory)

@@ -42,7 +42,6 @@ def doctor(
     """
     from stepload.engine.operator import Operator
     from stepload.envelope.envelope import envelope_of
-    from stepload.plan.hazards import refuse_unread
     from stepload.plan.load import load_plan
     from stepload.session.ready import refuse_simulated
     from stepload.setup.checkup import examine
@@ -53,8 +52,8 @@ def doctor(
     envelope = envelope_of(load_plan(plan))
     if not dry_run:
         refuse_simulated(envelope.plan)
-    if not dry_run and not (still and not against_spring):
-        refuse_unread(envelope.plan, hazards_read or ask_hazards(envelope))
+    if not dry_run and not hazards_read and not (still and not against_spring):
+        ask_hazards(envelope)
     with operator.listening():
         found = examine(
             envelope, dry_run=dry_run, seconds=seconds, still=still, against_spring=against_spring,

@@ -49,24 +49,60 @@ def exit_code(finished: Finished) -> ExitCode:
     return ExitCode.BUG if finished.problems else ExitCode.OK
 
 
-def _show_run(finished: Finished, out: Output, *, details: bool, quiet: bool, dry: bool) -> None:
+def _show_run(finished: Finished, out: Output, *, details: bool, quiet: bool) -> None:
+    """A run after its end: how it ended if not as planned, the result, where the files are."""
     from stepload.record.outcome import RunStatus
 
-    for error in finished.outcome.errors:
-        out.line(f"error on the way: {error}")
-    for problem in finished.problems:
-        out.line(f"error: {problem}")
-    if finished.document is not None and quiet:
-        if finished.outcome.status is not RunStatus.COMPLETED:
-            out.line(finished.outcome.why)
-        out.verdict(finished.document)
-    elif finished.document is not None:
-        out.show(finished.document, details=details, simulated_said=dry)
+    document, report = finished.document, finished.directory / "report.html"
+    record = finished.directory / "run.mcap"
+    for error in (*finished.outcome.errors, *finished.problems):
+        out.line(f"error: {error}")
+    completed = finished.outcome.status is RunStatus.COMPLETED
+    if not completed or document is None or finished.outcome.safing_failed:
+        _show_end(finished, out, quiet=quiet)
+    if document is not None and (completed or not quiet):
+        if quiet:
+            out.verdict(document, whole=False)
+        else:
+            out.show(document, details=details)
+    if not report.exists():
+        out.line(f"record   {record}")
+        return
+    out.line(f"report   {report}")
+    if not quiet:
+        out.line(f"record   {record}")
+
+
+def _show_end(finished: Finished, out: Output, *, quiet: bool) -> None:
+    """Why a run has ended, what the arm did then, and what is usually the cause."""
+    from stepload.engine.safing import first_sentence
+    from stepload.explain.codes import explanations
+    from stepload.results.terminal import wrapped
+    from stepload.units import format_quantity as f
+
+    outcome, envelope = finished.outcome, finished.envelope
+    cause = outcome.cause
+    first = first_sentence(outcome.status.value, cause, outcome.start_s, outcome.signal_number)
+    if cause is None or cause.planned:
+        word, text = outcome.status.value.upper(), f": {first}"
     else:
-        out.line(f"{finished.outcome.why}\nno result")
-    if (report := finished.directory / "report.html").exists():
-        out.line(f"report: {report}")
-    out.line(f"record: {finished.directory / 'run.mcap'}")
+        where = f"in cycle {outcome.cycle}" if outcome.cycle else "before the first cycle"
+        word = f"STOPPED by {cause.rule}"
+        text = f" {where}, {cause.time_s - outcome.start_s:.1f} s: {cause.message}"
+    out.line(wrapped(f"{word}{text}", "  "), word=word, mood="bad")
+    if quiet:
+        return
+    limit = f(envelope.theory.elastic_limit_n, "N")
+    rest = outcome.why.removeprefix(first).strip()
+    out.line(
+        wrapped(f"  {rest} Largest force {f(outcome.peak_force_n, 'N')} of F_c = {limit}.", "  ")
+    )
+    about = [each.do for each in explanations() if each.group == "stop" and cause is not None
+             and each.code == cause.rule and not cause.planned]  # fmt: skip
+    for do in about:
+        out.line(
+            wrapped(f"  -> {do.partition('. ')[0].rstrip('.')}; report, How it ended", "     ")
+        )
 
 
 def press(
@@ -80,32 +116,27 @@ def press(
     quiet: bool,
     verbose: bool = False,
     resume: Path | None = None,
-    hazards_read: bool = False,
-    wiring_checked: bool = False,
     live: str = "",
     watch: bool = False,
 ) -> Finished:
     """Run a plan with its preflight, progress and result shown; `operator` listens already."""
     from stepload.cli.keys import keys
-    from stepload.cli.plans import show_figures, show_verdict
+    from stepload.cli.plans import show_figures, show_reasons, show_verdict
     from stepload.cli.progress import progress
     from stepload.envelope.reason import PlanVerdict
-    from stepload.results.model import SIMULATED
     from stepload.session.experiment import refuse_what_may_not_run, run_plan
     from stepload.session.unfinished import repair_all
 
     if not dry_run:  # before a preflight is shown in vain
-        refuse_what_may_not_run(envelope, dry_run, hazards_read, wiring_checked)
-    elif not quiet:
-        output.line(SIMULATED)
+        refuse_what_may_not_run(envelope, dry_run)
     if envelope.verdict is not PlanVerdict.REFUSED:
         for repaired in repair_all(out or envelope.plan.record.directory):
             output.line(repaired.line)
-        if verbose:
+        if not quiet:
             show_verdict(envelope, output)
+        if verbose:
+            show_reasons(envelope, output)
             show_figures(envelope, output)
-        elif not quiet or envelope.verdict is PlanVerdict.WARN:
-            show_verdict(envelope, output, details=False)
     with (
         progress(quiet=quiet, watch=watch) as display,
         keys(operator, display.say),
@@ -123,14 +154,12 @@ def press(
             out=out,
             seed=seed,
             resume=resume,
-            hazards_read_now=hazards_read,
-            wiring_checked_now=wiring_checked,
             operator=operator,
             on_progress=display.show,
             on_notice=display.say,
             on_record=on_record,
         )
-    _show_run(finished, output, details=verbose, quiet=quiet, dry=dry_run)
+    _show_run(finished, output, details=verbose, quiet=quiet)
     return finished
 
 
@@ -157,7 +186,9 @@ def run(
             "plan.",
         ),
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="The verdict only, no progress.")] = False,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", help="Two lines: the result and the report.")
+    ] = False,
     verbose: Annotated[
         bool,
         typer.Option(
@@ -194,15 +225,13 @@ def run(
 
     output, operator, on = Output(as_json=as_json), Operator(), wanted_paper(pdf, paper)
     envelope = envelope_of(tagged(load_plan(plan, payload=payload), tag or ()))
-    if not dry_run:
-        told = hazards_read, wiring_checked
-        hazards_read, wiring_checked = ask_before_pressing(envelope, *told)
-        if told != (hazards_read, wiring_checked):  # the rig file may have changed
-            envelope = envelope_of(tagged(load_plan(plan, payload=payload), tag or ()))
+    if not dry_run and ask_before_pressing(envelope, hazards_read, wiring_checked):
+        # the rig file may have changed
+        envelope = envelope_of(tagged(load_plan(plan, payload=payload), tag or ()))
     with operator.listening():
         finished = press(
             envelope, operator, output, dry_run=dry_run, out=out, seed=seed, resume=resume,
-            quiet=quiet, verbose=verbose, hazards_read=hazards_read, wiring_checked=wiring_checked,
+            quiet=quiet, verbose=verbose,
             live=live_address if live else "", watch=watch,
         )  # fmt: skip
         output.result({**finished.data, "directory": finished.directory})

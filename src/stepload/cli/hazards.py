@@ -1,31 +1,96 @@
-"""Asks, before the first start of a rig, whether hazards were read and the wiring checked."""
+"""The verb `hazards`, and what is asked once per rig: hazards read, wiring checked."""
 
 from __future__ import annotations
 
 import shutil
 import sys
 import textwrap
+from datetime import date
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from stepload.results.terminal import AsJson, Output
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from datetime import date
 
     from stepload.envelope.envelope import Envelope
     from stepload.plan.model import Plan
 
 HazardsRead = Annotated[
     bool,
-    typer.Option("--yes", help="The hazards were read (docs/risk-assessment.md); for scripts."),
+    typer.Option("--yes", help="Ask nothing: the hazards were read (stepload hazards RIG)."),
 ]
 WiringChecked = Annotated[
     bool,
     typer.Option(
-        "--wiring-checked", help="Axis and sign of the force were checked on this rig; for scripts."
+        "--wiring-checked", help="Ask nothing: axis, sign and approach were checked by hand."
     ),
 ]
+
+
+def hazards(
+    rig: Annotated[
+        str, typer.Argument(help="Rig profile, rig file or plan (YAML).", show_default=False)
+    ],
+    as_json: AsJson = False,
+) -> None:
+    """Say what software cannot prevent on a rig, with its numbers; to be read and signed once.
+
+    Example: stepload hazards stvf
+    """
+    from stepload.envelope.hazards import hazards_of
+    from stepload.plan.hazards import HAZARDS, read_by, read_words, rows_of
+
+    out = Output(as_json=as_json)
+    plan = _plan_of(rig)
+    found = hazards_of(plan.rig)
+    out.line(f"Hazards of {plan.rig.name} ({read_words(plan)})\n")
+    for line in _lines(plan):
+        out.line(line, hang="    ")
+    out.line("\nTo sign, below `rig:` in the rig file or plan:")
+    for row in rows_of(read_by("NAME", date.today())):
+        out.line(f"  {row}")
+    out.result(
+        {
+            "rig": plan.rig.name,
+            "read_by": plan.rig.hazards_read_by,
+            "read_on": plan.rig.hazards_read_on,
+            "people": HAZARDS,
+            "hazards": found,
+        }
+    )
+
+
+def _plan_of(rig: str) -> Plan:
+    """A plan with this rig: the one that is named, or one that is made to read the rig."""
+    from stepload.envelope.benches import PROBE_N
+    from stepload.envelope.unwritten import plan_of
+    from stepload.plan.load import load_plan
+    from stepload.plan.places import tree_of
+    from stepload.plan.shipped import payload_folder
+    from stepload.plan.tree import Mapping
+
+    path = Path(rig)
+    if path.is_file():
+        node = tree_of(path)
+        if isinstance(node, Mapping) and node.entries.keys() & {"payload", "procedure"}:
+            return load_plan(path)
+        rig = str(path.resolve())
+    return plan_of(rig, payload_folder() / "stiff-flat.yaml", PROBE_N)
+
+
+def _lines(plan: Plan) -> list[str]:
+    """What to read before a rig moves: for people, then for payload and rig."""
+    from stepload.envelope.hazards import hazards_of
+    from stepload.plan.hazards import HAZARDS
+
+    lines = ["For people", *(f"  - {each}" for each in HAZARDS), "", "For payload and rig"]
+    for each in hazards_of(plan.rig):
+        lines += [f"  - {each.message}", f"    -> {each.remedy}"]
+    return lines
 
 
 def refuse_unread_driver(driver: str, read_now: bool) -> None:
@@ -35,9 +100,10 @@ def refuse_unread_driver(driver: str, read_now: bool) -> None:
         RefusedError: reading the hazards was not confirmed.
     """
     from stepload.errors import RefusedError
-    from stepload.plan.hazards import PAGE
+    from stepload.plan.hazards import HAZARDS, PAGE
 
-    if read_now or (_at_a_terminal() and _name(f"Before the arm of the driver {driver!r} moves:")):
+    lines = [f"  - {each}" for each in HAZARDS]
+    if read_now or (_at_a_terminal() and _name(f"Before the arm of {driver!r} moves:", lines)):
         return
     raise RefusedError(
         f"--move: nobody has confirmed to have read the hazards of the arm that {driver!r} moves",
@@ -45,16 +111,13 @@ def refuse_unread_driver(driver: str, read_now: bool) -> None:
     )
 
 
-def _name(before: str) -> str:
+def _name(before: str, lines: list[str]) -> str:
     """Name of the person who has read the hazards, which are shown first; empty: none."""
-    from stepload.plan.hazards import HAZARDS, PAGE
-
     _say(before)
-    for hazard in HAZARDS:
-        _say(f"  - {hazard}", "    ")
-    _say(f"More, with what to do about each: {PAGE}", "  ")
+    for line in lines:
+        _say(line, "    ")
     name: str = typer.prompt(
-        "Your name, if you have read this and answer for the rig (empty: no)",
+        "Your name, if you have read this and answer for the rig (empty: not now)",
         default="", show_default=False, err=True,
     )  # fmt: skip
     return name.strip()
@@ -66,55 +129,56 @@ def _say(text: str, hang: str = "") -> None:
     typer.echo(textwrap.fill(text, columns, subsequent_indent=hang), err=True)
 
 
-def ask_hazards(envelope: Envelope) -> bool:
-    """Whether a person at this terminal confirms now; the rig file stores name and date.
+def ask_before_pressing(envelope: Envelope, hazards_read: bool, wiring_checked: bool) -> bool:
+    """Ask what is not known of a rig yet; True where the rig file may have changed.
 
-    Without a terminal, or for a plan that is refused, there is no question and the answer is no.
+    Without a terminal a line says what was not confirmed. A plan that is refused, or that names
+    simulated devices, asks nothing.
     """
-    from datetime import date
+    signed = not hazards_read and ask_hazards(envelope)
+    return _ask_wiring(envelope, wiring_checked) or signed
 
-    from stepload.plan.hazards import hazards_read, read_by
+
+def ask_hazards(envelope: Envelope) -> bool:
+    """Whether a person at this terminal signs now; the rig file stores name and date."""
+    from stepload.plan.hazards import hazards_read, read_by, rig_argument
 
     plan = envelope.plan
-    if hazards_read(plan) or not _may_ask(envelope):
+    if hazards_read(plan) or not _may_move(envelope):
         return False
-    name = _name(f"Before the rig {plan.rig.name!r} moves for the first time:")
-    if name:
+    if not _at_a_terminal():
+        typer.echo(f"hazards not read yet: stepload hazards {rig_argument(plan)}", err=True)
+        return False
+    if name := _name(f"Before {plan.rig.name} moves for the first time:", _lines(plan)):
         _keep(plan, read_by(name, date.today()))
     return bool(name)
 
 
-def ask_before_pressing(envelope: Envelope, read: bool, checked: bool) -> tuple[bool, bool]:
-    """Whether the hazards were read and the wiring checked; asks what is not known yet."""
-    return read or ask_hazards(envelope), checked or ask_wiring(envelope)
-
-
-def ask_wiring(envelope: Envelope) -> bool:
-    """Whether a person at this terminal has checked the wiring; the rig file stores the date."""
-    from datetime import date
-
+def _ask_wiring(envelope: Envelope, checked: bool) -> bool:
+    """Whether axis and sign were checked by hand on this rig; the rig file stores the date."""
     from stepload.plan.hazards import WIRED, WIRING
 
     plan = envelope.plan
-    if plan.rig.wiring_checked_on is not None or not _may_ask(envelope):
+    if plan.rig.wiring_checked_on is not None or not _may_move(envelope):
         return False
-    _say(f"Before the rig {plan.rig.name!r} presses for the first time: {WIRING}")
-    checked = typer.confirm("Was this checked?", default=False, err=True)
+    if not checked:
+        _say(f"{plan.rig.name} presses for the first time. {WIRING}")
+        if not _at_a_terminal():
+            return False
+        checked = typer.confirm("Was the wiring checked by hand?", default=False, err=True)
     if checked:
         _keep(plan, {WIRED: date.today()})
     return checked
 
 
-def _may_ask(envelope: Envelope) -> bool:
-    """Whether there is somebody to ask, and a plan that may run."""
+def _may_move(envelope: Envelope) -> bool:
+    """Whether the plan may run on devices."""
     from stepload.envelope.reason import PlanVerdict
-    from stepload.session.ready import refuse_simulated
+    from stepload.session.ready import simulated_devices
 
-    if envelope.verdict is PlanVerdict.REFUSED or not _at_a_terminal():
-        return False
-    refuse_simulated(envelope.plan)  # before a question about a rig that does not exist
-    envelope.plan.refuse_missing()
-    return True
+    plan = envelope.plan
+    refused = envelope.verdict is PlanVerdict.REFUSED
+    return not (refused or simulated_devices(plan) or plan.missing)
 
 
 def _keep(plan: Plan, keys: Mapping[str, str | date]) -> None:

@@ -26,9 +26,12 @@ PayloadFile = Annotated[
 
 def preflight_data(envelope: Envelope) -> dict[str, Any]:
     """The JSON object of a preflight."""
+    from stepload.envelope.theory import chance_of_yield
     from stepload.results import fields
     from stepload.results.model import data
+    from stepload.results.preflight import expected_of
 
+    expected = expected_of(envelope) if envelope.stages else None
     found = envelope.identifiability
     sideways = {"alignment": envelope.aligning, "nulling": envelope.nulling}
     return {
@@ -52,6 +55,12 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
         "guarded_speed_m_s": envelope.guarded_speed_m_s,
         "fast_speed_m_s": envelope.fast_speed_m_s,
         "force_budget": [data(fields.FORCE_TERM, term) for term in envelope.force_budget],
+        "chance_of_yield": chance_of_yield(
+            envelope.plan.payload, envelope.theory, envelope.force_limit_n
+        )
+        if envelope.force_limit_n > 0.0
+        else None,
+        "expected": None if expected is None else data(fields.QUANTITY, expected),
         "schedule": [data(fields.STAGE, stage) for stage in envelope.stages],
         "duration_s": envelope.duration_s if envelope.stages else None,
         **_until_data(envelope.until),
@@ -70,42 +79,35 @@ def _until_data(until: Until | None) -> dict[str, Any]:
 MOODS = {"go": "good", "warn": "doubt", "refused": "bad"}
 
 
-ACTED_ON = ("changes_together", "plate_tilted")
-"""Notes that require an action of a person; they are always shown."""
+def show_verdict(envelope: Envelope, out: Output) -> None:
+    """Verdict and findings of a preflight, on a third of a screen."""
+    from stepload.results.preflight import finding_lines, headline
+
+    out.line(headline(envelope), word=envelope.verdict.upper(), mood=MOODS[envelope.verdict])
+    if found := finding_lines(envelope):
+        out.line("\n" + "\n".join(found))
 
 
-def left_out(envelope: Envelope) -> list[str]:
-    """Codes of the notes that are shown with `--verbose` only."""
-    return [
-        reason.code
-        for reason in envelope.reasons
-        if reason.severity == "note" and reason.code not in ACTED_ON
-    ]
+def show_preflight(envelope: Envelope, out: Output) -> None:
+    """A preflight on one screen."""
+    from stepload.results.preflight import figure_lines, last_lines
+
+    show_verdict(envelope, out)
+    out.line("\n" + "\n".join(figure_lines(envelope)) + "\n")
+    out.line("\n".join(last_lines(envelope)))
 
 
-def show_verdict(
-    envelope: Envelope, out: Output, *, details: bool = True, aside: str | None = None
-) -> None:
-    """A preflight's verdict and reasons as text; most notes with `details` only.
-
-    `aside` continues the first line; None: without `details` it counts the notes.
-    """
+def show_reasons(envelope: Envelope, out: Output) -> None:
+    """Every reason with its code."""
     from stepload.results.model import Finding
 
-    hidden = [] if details else left_out(envelope)
-    if aside is None:
-        notes = len(hidden)
-        aside = f" ({notes} {'note' if notes == 1 else 'notes'}: --verbose)" if notes else ""
-    word = envelope.verdict.upper()
-    out.line(f"preflight: {word}{aside}", word=word, mood=MOODS[envelope.verdict])
     for reason in envelope.reasons:
-        if reason.code not in hidden:
-            told = f"{reason.message} [{reason.code}]"
-            out.finding(Finding(reason.severity, told, reason.remedy))
+        told = f"{reason.message} [{reason.code}]"
+        out.finding(Finding(reason.severity, told, reason.remedy))
 
 
-def show_figures(envelope: Envelope, out: Output, *, details: bool = True) -> None:
-    """The figures of a preflight; the schedule with `details` only."""
+def show_figures(envelope: Envelope, out: Output) -> None:
+    """Every figure of a preflight, the schedule and the budget of forces."""
     from stepload.envelope.bounds import common_error
     from stepload.envelope.reason import PlanVerdict
     from stepload.results import fields
@@ -146,9 +148,8 @@ def show_figures(envelope: Envelope, out: Output, *, details: bool = True) -> No
     out.tables(Table("Predicted", ("figure", "value", "from"), rows))
     if envelope.verdict is not PlanVerdict.REFUSED:
         out.tables(force_budget_table(envelope))
-        if details:
-            title = f"Schedule: about {envelope.duration_s:.0f} s"
-            out.tables(table(title, fields.STAGE, envelope.stages))
+        title = f"Schedule: about {envelope.duration_s:.0f} s"
+        out.tables(table(title, fields.STAGE, envelope.stages))
     for title, part in (
         ("Touches on a circle", envelope.aligning),
         ("Force across is taken off", envelope.nulling),
@@ -174,7 +175,7 @@ def _stiffness_rows(envelope: Envelope) -> list[tuple[str, str, str]]:
     largest = f(envelope.bounds.stiffness_n_per_m, "N/m")
     rows = [
         ("system stiffness K_s", f(system.stiffness_n_per_m, "N/m"), system.provenance.value),
-        ("  the largest believed", sliding, "K_s + 3 sigma, more for a guess"),
+        ("  K_s, upper bound", sliding, "K_s + 3 sigma, more for a guess"),
     ]
     if ratio != 1.0:
         rows.append(("  if friction holds the tip", largest, f"that × {ratio:.3g} ({source})"))
@@ -213,21 +214,25 @@ def _law_rows(envelope: Envelope) -> list[tuple[str, str, str]]:
 
 def _counted_rows(counted: CountedLimit) -> list[tuple[str, str, str]]:
     """Uncertainty of F_c, and the part of it that is relied on."""
-    from stepload.envelope.limit_reasons import risk
     from stepload.units import format_quantity as f
 
     if counted.sigma_ln == 0.0:
         return []
     most = max(counted.sources, key=lambda source: source.sigma_ln)
-    end = f"k = {counted.coverage:g}: lower still with a probability of {risk(counted)}"
-    return [
+    assumed = [f"{source.what} {source.shown}" for source in counted.sources if source.assumed]
+    rows = [
         (
             "  standard uncertainty of ln F_c",
             f"{counted.sigma_ln:.1%}",
             f"mostly {most.what} {most.shown}",
         ),
-        ("  lower end, counted on", f(counted.lower_n, "N"), end),
+        (
+            f"  F_c used (k = {counted.coverage:g})",
+            f(counted.lower_n, "N"),
+            f"F_c is lower still with a probability of {counted.probability:.2g}",
+        ),
     ]
+    return rows + ([("  assumed", "", "; ".join(assumed))] if assumed else [])
 
 
 def show_thresholds(limits: RunLimits, out: Output) -> None:
@@ -253,7 +258,7 @@ def preflight(
     payload: PayloadFile = None,
     verbose: Annotated[
         bool,
-        typer.Option("--verbose", help="Notes in full, schedule, every threshold."),
+        typer.Option("--verbose", help="Every reason and figure, schedule, every threshold."),
     ] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -264,39 +269,22 @@ def preflight(
     from stepload.envelope.envelope import envelope_of
     from stepload.envelope.reason import PlanVerdict
     from stepload.plan.load import load_plan
-    from stepload.results.model import Finding
-    from stepload.session.ready import simulated_devices
 
     out = Output(as_json=as_json)
     envelope = envelope_of(load_plan(plan, payload=payload))
     refused = envelope.verdict is PlanVerdict.REFUSED
-    named = [] if refused else simulated_devices(envelope.plan)
-    show_verdict(envelope, out, details=verbose, aside="")
-    if named:
-        simulated = (
-            f"{', '.join(named)}: simulated devices, so `run` takes this plan with --dry-run only"
-        )
-        out.finding(Finding("note", simulated, "name the drivers of your devices to press"))
-    show_figures(envelope, out, details=verbose)
     limits = None if refused else envelope.limits
-    if limits is not None and verbose:
-        show_thresholds(limits, out)
-    if not verbose:
-        _show_left_out(envelope, out)
-    out.result(preflight_data(envelope) | {"limits": limits.terms if limits else ()})
+    show_preflight(envelope, out)
+    if verbose:
+        out.line()
+        show_reasons(envelope, out)
+        show_figures(envelope, out)
+        if limits is not None:
+            show_thresholds(limits, out)
+    if as_json:
+        out.result(preflight_data(envelope) | {"limits": limits.terms if limits else ()})
     if refused:
         raise typer.Exit(ExitCode.REFUSED)
-
-
-def _show_left_out(envelope: Envelope, out: Output) -> None:
-    """Duration of a run, and a hint to what `--verbose` adds."""
-    from stepload.envelope.reason import PlanVerdict
-
-    if envelope.verdict is not PlanVerdict.REFUSED:
-        out.line(f"duration: about {envelope.duration_s:.0f} s")
-        out.line("schedule and every threshold of the supervisor: --verbose")
-    if notes := left_out(envelope):
-        out.line(f"notes, in full with --verbose: {', '.join(notes)}", hang="  ")
 
 
 def schema(

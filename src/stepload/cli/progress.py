@@ -1,4 +1,4 @@
-"""Progress of a whole plan: a live bar in a terminal, one plain line a phase elsewhere."""
+"""Progress of a whole plan: one line a phase that is over, and a live bar in a terminal."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from stepload.engine.tick import Engine
     from stepload.envelope.envelope import Envelope
     from stepload.envelope.remaining import Remaining
+    from stepload.record.rows import TickRow
 
 Progress = Callable[["Engine", "Envelope"], None]
 
@@ -117,22 +118,66 @@ def _line(item: Seen | str) -> None:
         print(item, file=sys.stderr, flush=True)
 
 
+_NAMES: dict[int, str] = {
+    **dict.fromkeys(
+        (Phase.WARM_UP, Phase.FREE_AIR, Phase.TARE, Phase.DRIFT_CHECK, Phase.PROOF_OF_LIFE),
+        "tare, free air",
+    ),
+    Phase.ALIGN: "align",
+    **dict.fromkeys(
+        (
+            Phase.FAST_APPROACH, Phase.GUARDED_APPROACH, Phase.LISTENING, Phase.DWELL,
+            Phase.TOUCH_RETRACT,
+        ),
+        "touch",
+    ),
+    **dict.fromkeys(
+        (Phase.LOAD, Phase.HOLD, Phase.NULLING, Phase.UNLOAD, Phase.UNLOAD_HOLD), "cycle"
+    ),
+    **dict.fromkeys((Phase.RETRACT, Phase.POST_TARE), "retract, tare"),
+    Phase.PAUSED: "paused",
+    Phase.SAFING: "safing",
+}  # fmt: skip
+"""Names of the phases that a person sees; ticks of one name are one phase."""
+
+
+class Phases:
+    """Says when a phase is over, in one line with its end and its largest force."""
+
+    def __init__(self) -> None:
+        self._now = ("", 0)
+        self._peak_n = 0.0
+
+    def over(self, row: TickRow, elapsed_s: float) -> str:
+        """The line of the phase that ended before this tick; "" where none did."""
+        name = _NAMES.get(row.phase, "")
+        if name == "touch" and self._now == ("retract, tare", row.cycle):
+            return ""  # the last touch, after the last tare
+        now = (name, row.cycle)
+        line = ""
+        if now != self._now and self._now[0]:
+            name, cycle = self._now
+            shown = f"cycle {cycle}" if name == "cycle" else name
+            force = f"{self._peak_n:8.1f} N" if name in ("cycle", "touch") else ""
+            line = f"{shown:<16}{_minutes(elapsed_s):>7}{force}"
+        if now != self._now:
+            self._now, self._peak_n = now, 0.0
+        self._peak_n = max(self._peak_n, row.force_n)
+        return line
+
+
+def _minutes(seconds: float) -> str:
+    return f"{int(seconds) // 60}:{int(seconds) % 60:02}"
+
+
 def plain_lines(write: Callable[[str], None]) -> Progress:
-    """One line whenever the phase changes."""
-    last = [("", 0, 0)]
-    watcher = Watcher()
+    """One line for each phase that is over."""
+    watcher, phases = Watcher(), Phases()
 
     def show(engine: Engine, envelope: Envelope) -> None:
         seen, row = watcher.look(engine, envelope), engine.row
-        if seen is None or row is None:
-            return
-        now = (Phase(row.phase).name, row.cycle, row.step)
-        if now != last[0]:
-            last[0] = now
-            write(
-                f"{seen.elapsed_s:7.1f} s, about {clock(seen.left_s)} left  {seen.force}"
-                f"  {seen.where}"
-            )
+        if seen is not None and row is not None and (line := phases.over(row, seen.elapsed_s)):
+            write(line)
 
     return show
 
@@ -157,15 +202,18 @@ def progress(*, quiet: bool, watch: bool = False) -> Iterator[Display]:
 
 
 def _looks(hand_over: Show) -> Progress:
-    """Passes on the state of the run ten times a second."""
-    watcher = Watcher()
+    """Passes on the state of the run ten times a second, and a line for each phase that is over."""
+    watcher, phases = Watcher(), Phases()
     due = [0.0]
 
     def show(engine: Engine, envelope: Envelope) -> None:
         if time.monotonic() < due[0]:
             return
         due[0] = time.monotonic() + REFRESH_S
-        if (seen := watcher.look(engine, envelope)) is not None:
+        seen, row = watcher.look(engine, envelope), engine.row
+        if seen is not None and row is not None:
+            if line := phases.over(row, seen.elapsed_s):
+                hand_over(line)
             hand_over(seen)
 
     return show
@@ -179,9 +227,8 @@ def _bar() -> Iterator[Show]:
     from rich.progress import Progress as Bar
 
     bar = Bar(
-        TextColumn("{task.fields[force]}"),
         BarColumn(bar_width=16),
-        TextColumn("{task.percentage:3.0f} %  {task.fields[eta]}  {task.description}"),
+        TextColumn("{task.fields[eta]}  {task.fields[force]}  {task.description}"),
         console=Console(stderr=True),
         transient=True,
         auto_refresh=False,

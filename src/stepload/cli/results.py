@@ -114,16 +114,12 @@ def calibrate(
                 hint="press a stiff flat contact with `identify: {kind: system}`",
             )
         envelope = envelope_of(plan)
-        if not dry_run:
-            told = hazards_read, wiring_checked
-            hazards_read, wiring_checked = ask_before_pressing(envelope, *told)
-            if told != (hazards_read, wiring_checked):  # its rig file may have changed
-                envelope = envelope_of(load_plan(given[0]))
+        if not dry_run and ask_before_pressing(envelope, hazards_read, wiring_checked):
+            envelope = envelope_of(load_plan(given[0]))  # its rig file may have changed
         with operator.listening():
             finished = press(
                 envelope, operator, output,
-                dry_run=dry_run, out=out, seed=seed, quiet=quiet, hazards_read=hazards_read,
-                wiring_checked=wiring_checked,
+                dry_run=dry_run, out=out, seed=seed, quiet=quiet,
             )  # fmt: skip
         code = exit_code(finished)
         if code is not ExitCode.OK or finished.data.get("system_stiffness") is None:

@@ -147,7 +147,7 @@ def init(
 
     Example: stepload init --preset sphere
     """
-    from stepload.cli.plans import show_verdict
+    from stepload.cli.plans import show_preflight
     from stepload.setup.first_plan import first_plan, write_plan
     from stepload.setup.presets import preset
 
@@ -163,6 +163,6 @@ def init(
         given.preset = preset(start)
     text, envelope = first_plan(given, named, plan)
     write_plan(plan, text, force)
-    show_verdict(envelope, out, details=False)
+    show_preflight(envelope, out)
     out.line(f"written: {plan}")
     out.result({"plan": plan, "verdict": envelope.verdict})

@@ -38,6 +38,8 @@ LINES = {
     "devices.drivers": "Installed drivers, and the contract they must keep.",
     "doctor.doctor": "Examine a plan's rig: data, disk, clocks, that stop really stops. Exit 0: "
     "sound; 4: not.",
+    "hazards.hazards": "Say what software cannot prevent on a rig, with its numbers; to be read "
+    "and signed once.",
     "explain.explain": "Say what a code, key, threshold or word means and what to do.",
     "atlas.map": "Say by simulation which payloads a rig can measure, and what to buy to measure "
     "more.",

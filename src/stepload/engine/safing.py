@@ -105,39 +105,37 @@ def why_it_stopped(
     target is from where it began: no run leads the arm back. It is told of an arm that is known to
     be there, and clear.
     """
-    if cause is None:
-        asked = f" ({Signals(signal_number).name})" if signal_number else ""
-        text = (
-            "The run was completed."
-            if status == "completed"
-            else f"The run was interrupted on the operator's request{asked}."
-        )
-    else:
-        asked = ", as its plan asks" if cause.planned else ""
-        text = f"The run was stopped by {cause.rule} at {cause.time_s - start_s:.3f} s{asked}: "
-        text += cause.message + cause.numbers
-        text += "."
+    text = first_sentence(status, cause, start_s, signal_number)
     if status != "completed":
         text += _retract_told(retracted, still_closed, loop_end_s - start_s)
     if retracted and not still_closed and abs(stands_m) >= ELSEWHERE_M:
         text += (
-            f" The arm stands {abs(stands_m) * 1e3:.2f} mm"
-            f" {'beyond' if stands_m > 0.0 else 'behind'} its start pose: lead it back there before"
-            " the next run."
+            f" The arm is {abs(stands_m) * 1e3:.3g} mm {'past' if stands_m > 0.0 else 'behind'} its"
+            " start pose. Move it back before the next run."
         )
     begun_s = outcomes[0].start_s if outcomes else 0.0
-    for outcome in outcomes:
-        verdict = outcome.error or "confirmed"
-        text += f" Safing, {outcome.name}: {verdict} "
+    for outcome in (each for each in outcomes if each.error):
+        text += f" Safing, {outcome.name}: {outcome.error} "
         text += f"({(outcome.start_s - begun_s) * 1e3:+.0f} ms, took"
         text += f" {outcome.duration_s * 1e3:.0f} ms)."
     return text
 
 
+def first_sentence(status: str, cause: Cause | None, start_s: float, signal_number: int) -> str:
+    """How a run ended, without what the arm did then; arguments as of `why_it_stopped`."""
+    if cause is None and status == "completed":
+        return "The run was completed."
+    if cause is None:
+        asked = f" ({Signals(signal_number).name})" if signal_number else ""
+        return f"The run was interrupted on the operator's request{asked}."
+    asked = ", as its plan asks" if cause.planned else ""
+    at = f"{cause.time_s - start_s:.3f} s"
+    return f"The run was stopped by {cause.rule} at {at}{asked}: {cause.message}{cause.numbers}."
+
+
 def _retract_told(retracted: bool, still_closed: str, end_s: float) -> str:
     if not retracted:
-        return " The run could not confirm a retract of its own."
-    told = " The run itself retracted the arm along the approach axis, and was"
+        return " No retract is confirmed."
     if still_closed:
-        return f"{told} at its end at {end_s:.3f} s; {still_closed}."
-    return f"{told} clear of the surface at {end_s:.3f} s."
+        return f" The arm drew back until {end_s:.1f} s; {still_closed}."
+    return f" The arm drew back and was clear at {end_s:.1f} s."

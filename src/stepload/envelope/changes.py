@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from stepload.contact.limit_doubt import doubted_limits
+from stepload.contact.materials import BluntTip, Sphere
 from stepload.envelope.bounds import LOAD_TIMEOUTS
 from stepload.envelope.reason import Reason
 from stepload.envelope.theory import theory_of
@@ -22,7 +23,6 @@ from stepload.units import format_quantity, parse_quantity
 
 DOWN = (0.999, 0.95, 0.9, 0.75, 0.5, 0.3, 0.2, 0.1)
 UP = (1.1, 1.25, 1.5, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0)
-FINER = (0.5, 0.2, 0.1, 0.03)
 KNOWN = (0.04, 0.03, 0.02, 0.01)
 """Relative standard uncertainties of a yield strength that was measured."""
 AGREE_N = (10.0, 5.0, 2.0, 1.0, 0.5, 0.2)
@@ -36,10 +36,11 @@ DEPTH_POWERS = {"deep_contact": 1.5, "tip_exceeded": 1.5, "thin_payload": 3.0}
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """One change: what to do, in words, and how the plan after it is made."""
+    """One change: what to do, how the plan after it is made, the plan's key that it changes."""
 
     text: str
     make: Callable[[], Plan]
+    key: str = ""
 
 
 Family = Callable[[Plan, Reason], Iterator[Change]]
@@ -50,6 +51,12 @@ def _floor(value: float) -> float:
     """`value` rounded down to three significant digits."""
     digit = 10.0 ** (math.floor(math.log10(value)) - 2)
     return math.floor(value / digit * (1.0 + 1e-12)) * digit
+
+
+def _ceil(value: float) -> float:
+    """`value` rounded up to two significant digits."""
+    digit = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return math.ceil(value / digit * (1.0 - 1e-12)) * digit
 
 
 def _written(value: float, unit: str) -> tuple[str, float]:
@@ -63,29 +70,25 @@ def _changed(plan: Plan, section: str, **values: Any) -> Callable[[], Plan]:
     return lambda: rederived(plan, replace(plan, **{section: replace(part, **values)}))
 
 
-def _on_rig(plan: Plan, part: str, **values: Any) -> Callable[[], Plan]:
-    return _changed(plan, "rig", **{part: replace(getattr(plan.rig, part), **values)})
-
-
 def with_top(plan: Plan, top_n: float) -> Change:
     """The plan with another top force; step, levels and secant force are adapted, and named."""
     text, top_n = _written(top_n, "N")
     procedure, identify = plan.procedure, plan.identify
-    verb = "reduce" if top_n < procedure.top_force_n else "raise"
     values: dict[str, Any] = {"top_force_n": top_n}
-    words = [f"{verb} top_force to {text}"]
+    words = [f"top_force: {text}"]
     if follows(plan, "procedure", "levels_n"):
         if procedure.step_n > top_n:
             step, values["step_n"] = _written(_floor(top_n / 2.0), "N")
-            words.append(f"step to {step}")
+            words.append(f"step: {step}")
     else:
         below = (level for level in procedure.levels_n if level < top_n)
         values["levels_n"] = (*below, top_n)
-        words.append(f"end the levels with {text}")
+        words.append(f"levels up to {text}")
     if not follows(plan, "identify", "secant_force_n") and identify.secant_force_n > top_n:
         plan = replace(plan, identify=replace(identify, secant_force_n=top_n))
-        words.append(f"identify.secant_force to {text}")
-    return Change(" and ".join(words), _changed(plan, "procedure", **values))
+        words.append(f"secant_force: {text}")
+    key = "procedure.top_force"
+    return Change(", ".join(words), _changed(plan, "procedure", **values), key)
 
 
 def lower_top(plan: Plan, reason: Reason) -> Iterator[Change]:
@@ -114,51 +117,24 @@ def touch(plan: Plan, reason: Reason) -> Iterator[Change]:
     for touch_n in (1.02 * least_n, 1.5 * least_n, 0.75 * now_n, 0.5 * now_n, 0.3 * now_n):
         text, value_n = _written(touch_n, "N")
         if value_n >= least_n and value_n != now_n:
-            verb = "raise" if value_n > now_n else "lower"
             yield Change(
-                f"{verb} touch_force to {text}",
+                f"touch_force: {text}",
                 _changed(plan, "procedure", touch_force_n=value_n),
+                "procedure.touch_force",
             )
 
 
-def quieter_sensor(plan: Plan, reason: Reason) -> Iterator[Change]:
-    force = plan.rig.force
-    for share in FINER:
-        noise, noise_n = _written(share * force.noise_n, "N")
-        fine, fine_n = _written(share * force.resolution_n, "N")
-        yield Change(
-            f"use a force sensor with a noise of {noise} and a resolution of {fine}",
-            _on_rig(plan, "force", noise_n=noise_n, resolution_n=fine_n),
-        )
-
-
 def second_channel(plan: Plan, reason: Reason) -> Iterator[Change]:
-    """A second force channel, or one that agrees better with the first."""
-    second = plan.rig.second_force
-    has_second = second.source is not SecondForceSource.NONE
+    """The arm's own force as a second channel, where there is none."""
+    if plan.rig.second_force.source is not SecondForceSource.NONE:
+        return
     for tolerance_n in AGREE_N:
-        if has_second and tolerance_n >= second.tolerance_n:
-            continue
         text, tolerance_n = _written(tolerance_n, "N")
-        words = "use a second force channel" if has_second else "declare a second force channel"
-        better = (
-            replace(second, tolerance_n=tolerance_n)
-            if has_second
-            else SecondForce(SecondForceSource.ARM, tolerance_n, AGREE, noise_n=0.1 * tolerance_n)
-        )
-        relative = better.tolerance_relative
+        second = SecondForce(SecondForceSource.ARM, tolerance_n, AGREE, noise_n=0.1 * tolerance_n)
         yield Change(
-            f"{words} that agrees with the first within {text} + {relative * 100.0:.2g} %",
-            _changed(plan, "rig", second_force=better),
-        )
-
-
-def fuse(plan: Plan, reason: Reason) -> Iterator[Change]:
-    if plan.rig.mechanical_fuse_n is None:
-        text, fuse_n = _written(1.2 * plan.procedure.top_force_n, "N")
-        yield Change(
-            f"declare a mechanical fuse that opens at {text}",
-            _changed(plan, "rig", mechanical_fuse_n=fuse_n),
+            f"the arm's own force as second_force, if it agrees within {text} + {AGREE:.0%}",
+            _changed(plan, "rig", second_force=second),
+            "rig.second_force",
         )
 
 
@@ -180,49 +156,8 @@ def known_strength(plan: Plan, reason: Reason) -> Iterator[Change]:
         }
         names = " and ".join(dict.fromkeys(body.name for body in assumed.values()))
         yield Change(
-            f"measure the yield strength of {names} to ± {share * 100.0:g} % and write it so",
+            f"measure the yield strength of {names} to ± {share * 100.0:g} %",
             _changed(plan, "payload", **known),
-        )
-
-
-def stronger_arm(plan: Plan, reason: Reason) -> Iterator[Change]:
-    for factor in (1.05, *UP[:6]):
-        text, push_n = _written(factor * plan.procedure.top_force_n, "N")
-        if push_n > plan.rig.arm.max_push_n:
-            yield Change(f"use an arm that pushes {text}", _on_rig(plan, "arm", max_push_n=push_n))
-
-
-def larger_sensor(plan: Plan, reason: Reason) -> Iterator[Change]:
-    for factor in UP[:6]:
-        text, range_n = _written(factor * plan.procedure.top_force_n, "N")
-        if range_n > plan.rig.force.range_n:
-            yield Change(
-                f"use a force sensor with a range of {text} that is as quiet",
-                _on_rig(plan, "force", range_n=range_n),
-            )
-
-
-def finer_arm(plan: Plan, reason: Reason) -> Iterator[Change]:
-    for share in FINER:
-        text, fine_m = _written(share * plan.rig.arm.position_resolution_m, "m")
-        yield Change(
-            f"use an arm with a position resolution of {text}",
-            _on_rig(plan, "arm", position_resolution_m=fine_m),
-        )
-
-
-def softer_arm(plan: Plan, reason: Reason) -> Iterator[Change]:
-    system = plan.rig.system_stiffness
-    for share in FINER:
-        text, value = _written(share * system.stiffness_n_per_m, "N/m")
-        softer = replace(
-            system,
-            stiffness_n_per_m=value,
-            sigma_n_per_m=system.sigma_n_per_m * value / system.stiffness_n_per_m,
-        )
-        yield Change(
-            f"use an arm with a system stiffness of {text}",
-            _changed(plan, "rig", system_stiffness=softer),
         )
 
 
@@ -241,17 +176,19 @@ def gauge(plan: Plan, reason: Reason) -> Iterator[Change]:
         driver = now.driver if now else plan.rig.arm.driver
         rate_hz = now.rate_hz if now else plan.rig.arm.rate_hz
         yield Change(
-            f"use a displacement gauge across the contact with a resolution of {text}",
+            f"a displacement gauge across the contact, resolution {text}",
             _changed(
                 plan, "rig", displacement=DisplacementSpec(driver, rate_hz, fine_m, 0.2 * fine_m)
             ),
+            "rig.displacement",
         )
 
 
 def accept(plan: Plan, reason: Reason) -> Iterator[Change]:
     yield Change(
-        "accept it in writing with identify.accept_unidentifiable",
+        "accept it in writing: identify.accept_unidentifiable",
         _changed(plan, "identify", accept_unidentifiable="accepted"),
+        "identify.accept_unidentifiable",
     )
 
 
@@ -259,8 +196,9 @@ def longer_search(plan: Plan, reason: Reason) -> Iterator[Change]:
     for factor in (1.2, 1.5):
         text, value_m = _written(factor * reason.value, "m")
         yield Change(
-            f"raise search_distance to {text}",
+            f"search_distance: {text}",
             _changed(plan, "procedure", search_distance_m=value_m),
+            "procedure.search_distance",
         )
 
 
@@ -268,23 +206,35 @@ def more_patience(plan: Plan, reason: Reason) -> Iterator[Change]:
     for factor in (3.0, 5.0):
         text, value_s = _written(factor * reason.value / LOAD_TIMEOUTS, "s")
         yield Change(
-            f"raise settle_timeout to {text}",
+            f"settle_timeout: {text}",
             _changed(plan, "procedure", settle_timeout_s=value_s),
+            "procedure.settle_timeout",
+        )
+
+
+def blunter(plan: Plan, reason: Reason) -> Iterator[Change]:
+    """A larger radius of what is pressed: F_c grows with its square."""
+    geometry = plan.payload.geometry
+    if not isinstance(geometry, (Sphere, BluntTip)):
+        return
+    for factor in UP:
+        text, radius_m = _written(_ceil(factor * geometry.radius_m), "m")
+        kind = getattr(geometry, "kind", "sphere")
+        yield Change(
+            f"a blunter {kind} of the same material, radius {text} or more",
+            _changed(plan, "payload", geometry=replace(geometry, radius_m=radius_m)),
+            "payload.geometry.radius",
         )
 
 
 FAMILIES: dict[str, tuple[Family, ...]] = {
-    "top_force_above_safe_limit": (
-        lower_top, known_strength, second_channel, quieter_sensor, stronger_arm, larger_sensor,
-    ),
-    "no_safe_way_to_press": (
-        touch, higher_top, quieter_sensor, second_channel, fuse, finer_arm, softer_arm, lower_top,
-    ),
-    "arm_too_weak": (lower_top, stronger_arm),
-    "sensor_range": (lower_top, larger_sensor),
-    "unidentifiable": (gauge, higher_top, lower_top, finer_arm, accept),
-    "close_to_k_max": (gauge, higher_top, lower_top, finer_arm),
-    "unidentifiable_accepted": (gauge, higher_top, lower_top, finer_arm),
+    "top_force_above_safe_limit": (lower_top, known_strength, second_channel, blunter),
+    "no_safe_way_to_press": (touch, higher_top, second_channel, lower_top),
+    "arm_too_weak": (lower_top,),
+    "sensor_range": (lower_top,),
+    "unidentifiable": (gauge, higher_top, lower_top, accept),
+    "close_to_k_max": (gauge, higher_top, lower_top),
+    "unidentifiable_accepted": (gauge, higher_top, lower_top),
     "deep_contact": (lower_top,),
     "tip_exceeded": (lower_top,),
     "thin_payload": (lower_top,),
@@ -292,5 +242,5 @@ FAMILIES: dict[str, tuple[Family, ...]] = {
     "slow_steps": (more_patience,),
     "one_channel_soft": (second_channel,),
     "one_force_channel": (second_channel,),
-}  # fmt: skip
+}
 """Families of changes that could help, by the code of a reason; the easiest first."""

@@ -20,8 +20,6 @@ from stepload.envelope.bounds import Measured, press_rig
 from stepload.envelope.climb import Climbs, climbs_of
 from stepload.envelope.domains import domain_reasons
 from stepload.envelope.friction import friction_reasons
-from stepload.envelope.hazards import hazards
-from stepload.envelope.limit_reasons import limit_reasons
 from stepload.envelope.limits import RunLimits, limits_of
 from stepload.envelope.one_channel import one_channel_reasons
 from stepload.envelope.press import PressRig, Term
@@ -148,10 +146,9 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         )
     reasons = [
         *force_reasons(plan, safe_n, refusal, theory.counted),
-        *limit_reasons(theory),
         *range_reasons(plan, theory),
         *domain_reasons(plan, theory),
-        *rig_reasons(plan),
+        *rig_reasons(plan, theory.law.secant(plan.procedure.top_force_n)),
         *one_channel_reasons(plan),
         *zero_drift_reasons(plan, bounds.loop_s, stages),
         *age_reasons(plan),
@@ -166,8 +163,6 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
     if found is not None:
         hardest = theory.stiffest.secant(plan.procedure.top_force_n)
         reasons += identifiable_reasons(plan, hardest, found)
-    if pressing is not None:
-        reasons += hazards(plan, pressing)
     if limits is not None:
         reasons += share_reasons(plan, limits.lateral_from_n, limits.allowed_n)
         reasons += softness(plan, limits, theory)

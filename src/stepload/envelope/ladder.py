@@ -25,6 +25,11 @@ class ForceLimits:
     largest_top_n: float
 
 
+def headroom(noise_n: float, step_n: float) -> float:
+    """Room in N between the top force and F_allowed, for noise and overshoot."""
+    return 8.0 * noise_n + max(0.5, 0.02 * step_n)
+
+
 def force_limits(
     elastic_limit_n: float,
     *,
@@ -60,7 +65,7 @@ def force_limits(
     require_not_negative(tolerance_relative, "relative cross-check tolerance", "")
     require_not_negative(common_relative, "error common to the force channels", "")
     require_not_negative(bias_n, "allowed drift", "N")
-    headroom_n = 8.0 * noise_n + max(0.5, 0.02 * step_n)
+    headroom_n = headroom(noise_n, step_n)
     agreed_n = left * elastic_limit_n * (1.0 - common_relative) - bias_n - tolerance_n
     allowed_n = min(agreed_n / (1.0 + tolerance_relative), capacity_n)
     largest_top_n = allowed_n - headroom_n

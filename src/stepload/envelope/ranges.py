@@ -19,11 +19,9 @@ def range_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
     low, high = (law.secant(top_n) for law in (theory.softest, theory.stiffest))
     yield Reason(
         "stiffness_range", Severity.NOTE,
-        f"the material is known as a range only: the payload may have a secant stiffness from"
-        f" {format_quantity(low, 'N/m')} to {format_quantity(high, 'N/m')} at the top force. Speeds"
-        " hold for the stiffest, answers and distances for the softest; the result is compared"
-        " with no theory",
-        "narrow the range where you know more; a first run at a small force does",
+        f"The payload's secant may be {format_quantity(low, 'N/m')} to"
+        f" {format_quantity(high, 'N/m')} at the top force; the result is compared with no theory.",
+        "narrow the range where you know more, for example by a first run at a small force",
         high / low, 1.0, "",
     )  # fmt: skip
 

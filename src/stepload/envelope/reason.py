@@ -30,9 +30,11 @@ class Reason:
     Attributes:
         code: stable name; programs branch on it.
         severity: how much it weighs.
-        message: the fact, with the numbers in words.
-        remedy: what would change it; "" where nothing would.
+        message: the fact with its numbers, in at most 25 words.
+        remedy: what this lab can do with this rig, in at most 20 words; "" where nothing would.
         value, limit, unit: the numbers (NaN where there is none).
+        cost: share of the result, or of the force, that it costs; the largest is shown first.
+        key: of the plan that the remedy changes; "" where it changes none.
     """
 
     code: str
@@ -42,6 +44,8 @@ class Reason:
     value: float = float("nan")
     limit: float = float("nan")
     unit: str = ""
+    cost: float = 0.0
+    key: str = ""
 
 
 def verdict_of(reasons: Iterable[Reason]) -> PlanVerdict:
@@ -50,3 +54,11 @@ def verdict_of(reasons: Iterable[Reason]) -> PlanVerdict:
     if Severity.REFUSE in severities:
         return PlanVerdict.REFUSED
     return PlanVerdict.WARN if Severity.WARN in severities else PlanVerdict.GO
+
+
+def findings(reasons: Iterable[Reason]) -> list[Reason]:
+    """The reasons that change the verdict: refusals as they come, then what costs most."""
+    reasons = tuple(reasons)
+    warnings = [each for each in reasons if each.severity is Severity.WARN]
+    refusals = [each for each in reasons if each.severity is Severity.REFUSE]
+    return refusals + sorted(warnings, key=lambda each: -each.cost)

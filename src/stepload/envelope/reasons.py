@@ -9,15 +9,17 @@ import math
 from collections.abc import Iterator
 
 from stepload.envelope.bounds import AGE_S
-from stepload.envelope.limit_reasons import counted_on
+from stepload.envelope.ladder import headroom
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import CountedLimit
 from stepload.errors import DomainError, RefusedError
 from stepload.estimators.identifiability import Identifiability
-from stepload.evidence.gates import UNLOADED
-from stepload.plan.model import Plan, Provenance, SecondForceSource
+from stepload.estimators.smooth import NORMAL_95
+from stepload.plan.model import Plan, Provenance
 from stepload.units import format_quantity
 
+MOST_WORDS = 20
+"""Words of a text from elsewhere that a finding quotes."""
 WHOLE = 2
 """A first loading and one more of the same contact: the least that reveals set and drift."""
 
@@ -30,33 +32,54 @@ def force_reasons(
 ) -> Iterator[Reason]:
     """Why the forces asked for may not be pressed."""
     top_n = plan.procedure.top_force_n
-    if refusal:
-        why = f". {counted_on(counted)}" if counted.sigma_ln > 0.0 and top_n > safe_n else ""
-        yield _too_much(
-            "top_force_above_safe_limit" if top_n > safe_n else "no_safe_way_to_press",
-            f"{refusal.message}{why}. This cannot be overridden",
-            top_n,
-            safe_n,
-        )
+    if refusal is not None and top_n > safe_n:
+        yield _too_much("top_force_above_safe_limit", _above(plan, safe_n, counted), top_n, safe_n)
+    elif refusal is not None:
+        yield _too_much("no_safe_way_to_press", refusal.message, top_n, safe_n)
     push_n = plan.rig.arm.max_push_n
     if top_n > push_n:
         message = (
-            f"the arm pushes at most {format_quantity(push_n, 'N')}, top force is "
-            f"{format_quantity(top_n, 'N')}"
+            f"The arm pushes at most {format_quantity(push_n, 'N')}, top force is "
+            f"{format_quantity(top_n, 'N')}."
         )
         yield _too_much("arm_too_weak", message, top_n, push_n)
     range_n = plan.rig.force.range_n
     if top_n > range_n:
         message = (
-            f"top force {format_quantity(top_n, 'N')} is beyond the force sensor's range "
-            f"{format_quantity(range_n, 'N')}"
+            f"Top force {format_quantity(top_n, 'N')} is beyond the force sensor's range "
+            f"{format_quantity(range_n, 'N')}."
         )
         yield _too_much("sensor_range", message, top_n, range_n)
 
 
+def _above(plan: Plan, safe_n: float, counted: CountedLimit) -> str:
+    """The top force beside F_c, or beside what is left of it on this rig."""
+    top_n = plan.procedure.top_force_n
+    top, used = format_quantity(top_n, "N"), format_quantity(counted.lower_n, "N")
+    if top_n > counted.value_n:
+        return (
+            f"{top} is {top_n / counted.value_n:.3g} times the elastic limit of the payload,"
+            f" {format_quantity(counted.value_n, 'N')}."
+        )
+    capacity_n = min(plan.rig.arm.max_push_n, 0.95 * plan.rig.force.range_n)
+    headroom_n = headroom(plan.rig.force.noise_n, plan.procedure.step_n)
+    if safe_n >= 0.999 * (capacity_n - headroom_n):
+        return (
+            f"{top} is above the {format_quantity(safe_n, 'N')} that arm and force sensor leave,"
+            " headroom taken off."
+        )
+    if safe_n <= 0.0:
+        return f"Sensor errors, drift and headroom leave nothing of F_c = {used} (used) to press."
+    return (
+        f"{top} is above the largest safe top force, {format_quantity(safe_n, 'N')}: F_c used"
+        f" is {used}, less sensor errors and headroom."
+    )
+
+
 def _too_much(code: str, message: str, top_n: float, limit_n: float) -> Reason:
     """A refusal of the top force, whose remedies are tried later."""
-    return Reason(code, Severity.REFUSE, message, "", top_n, limit_n, "N")
+    key = "procedure.top_force"
+    return Reason(code, Severity.REFUSE, message, "", top_n, limit_n, "N", key=key)
 
 
 def identifiable_reasons(
@@ -67,75 +90,74 @@ def identifiable_reasons(
     if math.isnan(secant_n_per_m) or secant_n_per_m <= 0.8 * k_max:
         return
     figures = (
-        f"predicted secant {format_quantity(secant_n_per_m, 'N/m')} is "
-        f"{secant_n_per_m / k_max:.3g} times K_max {format_quantity(k_max, 'N/m')} (34); "
-        f"{found.binding} binds"
+        f"the predicted {format_quantity(secant_n_per_m, 'N/m')} is "
+        f"{secant_n_per_m / k_max:.3g} times K_max, {format_quantity(k_max, 'N/m')} (34); "
+        f"{found.binding} binds."
     )
+    cost = secant_n_per_m / k_max / plan.identify.accuracy_t
     if secant_n_per_m <= k_max:
         yield Reason(
-            "close_to_k_max", Severity.WARN, figures, "", secant_n_per_m, k_max, "N/m",
+            "close_to_k_max", Severity.WARN, f"Hardly identifiable: {figures}", "",
+            secant_n_per_m, k_max, "N/m", cost,
         )  # fmt: skip
     elif plan.identify.accept_unidentifiable:
         yield Reason(
             "unidentifiable_accepted", Severity.WARN,
-            f"not identifiable on this rig: {figures}; accepted in the plan: "
-            f"“{plan.identify.accept_unidentifiable}”",
-            "", secant_n_per_m, k_max, "N/m",
+            f"Not identifiable, as accepted: {figures}", "",
+            secant_n_per_m, k_max, "N/m", cost,
         )  # fmt: skip
     else:
         yield Reason(
-            "unidentifiable", Severity.REFUSE, f"not identifiable on this rig: {figures}", "",
-            secant_n_per_m, k_max, "N/m",
+            "unidentifiable", Severity.REFUSE, f"Not identifiable: {figures}", "",
+            secant_n_per_m, k_max, "N/m", cost,
         )  # fmt: skip
 
 
-def rig_reasons(plan: Plan) -> Iterator[Reason]:
-    """What is doubtful about the rig: its system stiffness, its only force channel."""
-    stiffness = plan.rig.system_stiffness
-    relative = stiffness.sigma_n_per_m / stiffness.stiffness_n_per_m
+def rig_reasons(plan: Plan, secant_n_per_m: float) -> Iterator[Reason]:
+    """What is doubtful about the rig: its system stiffness, its only force channel.
+
+    Args:
+        plan: of the run.
+        secant_n_per_m: of the payload at the top force.
+    """
+    system = plan.rig.system_stiffness
+    relative = system.sigma_n_per_m / system.stiffness_n_per_m
     quality = plan.identify.compensation_quality_s
+    cost = NORMAL_95 * relative * secant_n_per_m / system.stiffness_n_per_m
+    effect = f"{format_quantity(system.stiffness_n_per_m, 'N/m')} ± {100.0 * relative:.2g} %"
     if plan.rig.displacement is None and plan.identify.kind != "system":
-        if stiffness.provenance is Provenance.INDICATIVE:
+        if system.provenance is Provenance.INDICATIVE:
             yield Reason(
-                "stiffness_indicative",
-                Severity.WARN,
-                f"K_s = {format_quantity(stiffness.stiffness_n_per_m, 'N/m')} is an indicative "
-                "figure for this class of arm, not a measurement",
-                "run a system-stiffness calibration (stepload calibrate) in this pose",
-            )
+                "stiffness_indicative", Severity.WARN,
+                f"K_s is a class figure, {effect}. It costs ±{100.0 * cost:.2g} % of the result.",
+                "stepload calibrate in this pose", relative, 1.0 / quality, "", cost,
+            )  # fmt: skip
         elif relative * quality > 1.0:
             yield Reason(
-                "stiffness_uncertain",
-                Severity.WARN,
-                f"K_s is known to {relative:.1%}, the compensation quality s = {quality:g} "
-                f"asks for {1.0 / quality:.1%}",
-                "calibrate K_s again, with force above 40 % of the range",
-                relative,
-                1.0 / quality,
-            )
-        if stiffness.validity_problem:
+                "stiffness_uncertain", Severity.WARN,
+                f"K_s is known as {effect}; s = {quality:g} asks for {1.0 / quality:.1%}."
+                f" It costs ±{100.0 * cost:.2g} % of the result.",
+                "stepload calibrate again, with more force and more levels",
+                relative, 1.0 / quality, "", cost, "rig.system_stiffness",
+            )  # fmt: skip
+        if system.validity_problem:
             yield Reason(
-                "calibration_record",
-                Severity.WARN,
-                f"calibration record: {stiffness.validity_problem}",
-                "calibrate again, or state the policy in rig.system_stiffness.policy",
-            )
-    if stiffness.simulated:
+                "calibration_record", Severity.WARN,
+                f"Calibration record: {short(system.validity_problem)}.",
+                "calibrate again, or state rig.system_stiffness.policy", cost=cost,
+            )  # fmt: skip
+    if system.simulated:
         yield Reason(
-            "calibration_simulated",
-            Severity.WARN,
-            f"the calibration record {stiffness.record} was made in a dry run: good for dry runs "
-            "only, a run on the rig will be refused",
-            "measure K_s on the rig: stepload calibrate PLAN --record FILE",
-        )
-    if plan.rig.second_force.source is SecondForceSource.NONE:
-        yield Reason(
-            "one_force_channel",
-            Severity.WARN,
-            "one force channel: a wrong gain, a bias or a stuck mean under live noise cannot be "
-            "seen, and would press on through F_c",
-            "",
-        )
+            "calibration_simulated", Severity.WARN,
+            "The calibration record was made in a dry run; it is good for dry runs only.",
+            "measure K_s on the rig: stepload calibrate PLAN --record FILE", cost=1.0,
+        )  # fmt: skip
+
+
+def short(text: str) -> str:
+    """The first words of a text from elsewhere."""
+    words = text.split()
+    return text if len(words) <= MOST_WORDS else f"{' '.join(words[:MOST_WORDS])} …"
 
 
 def age_reasons(plan: Plan) -> Iterator[Reason]:
@@ -152,12 +174,13 @@ def age_reasons(plan: Plan) -> Iterator[Reason]:
         yield Reason(
             "patient",
             Severity.WARN,
-            f"rig.{name}.max_age lets a run go on for {limit_s * 1e3:.0f} ms without new data "
-            f"({AGE_S * 1e3:.0f} ms otherwise): until then only the leash bounds the force",
-            "for emulators on a busy machine; leave it out on a real rig",
+            f"rig.{name}.max_age lets the run go on for {limit_s * 1e3:.0f} ms without new data; "
+            f"{AGE_S * 1e3:.0f} ms is usual.",
+            "leave max_age out; it is for emulators on a busy computer",
             limit_s,
             AGE_S,
             "s",
+            key=f"rig.{name}.max_age",
         )
 
 
@@ -172,25 +195,16 @@ def cycle_reasons(plan: Plan) -> Iterator[Reason]:
             "", procedure.touch_force_n, procedure.step_n, "N",
         )  # fmt: skip
     if procedure.cycles < WHOLE:
-        hint = "only the gap between loading and unloading hints at them"
-        down = procedure.levels_n[0] / procedure.top_force_n
-        if not procedure.unload:
-            hint = "without stepped unloading nothing hints at them, and no figure is identified"
-        elif down > UNLOADED:
-            hint = (
-                f"an unloading that ends at {down:.0%} of the top force shows little of them, and"
-                f" no figure is identified (up to {UNLOADED:.0%} counts)"
-            )
         yield Reason(
             "one_cycle", Severity.NOTE,
-            f"one cycle: set, creep and drift cannot be told from the contact's law; {hint}",
-            "plan `cycles: 2` with `unload: true`", procedure.cycles, WHOLE, "",
+            "One cycle: set, creep and drift cannot be told from the contact law.",
+            "cycles: 2 with unload: true", procedure.cycles, WHOLE, "", key="procedure.cycles",
         )  # fmt: skip
     elif not procedure.unload:
         yield Reason(
             "no_unloading",
             Severity.NOTE,
-            "no holds on the way down: the second loading shows set and drift, but creep cannot "
-            "be told from them",
-            "plan `unload: true`",
+            "No holds while unloading: creep cannot be told from set and drift.",
+            "unload: true",
+            key="procedure.unload",
         )

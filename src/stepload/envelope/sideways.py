@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
-from stepload.envelope.arm_side import arm_tells, surely_seen
 from stepload.envelope.dragged import (
     askew_of,
     counted_left,
@@ -107,48 +105,17 @@ def share_reasons(plan: Plan, from_n: float, allowed_n: float) -> Iterator[Reaso
         return
     yield Reason(
         "share_in_the_noise", Severity.WARN,
-        "how far the payload is dragged sideways is told from"
-        f" {format_quantity(from_n, 'N')} on ({SIGMAS:g} sigma of noise), and"
-        f" friction may leave {format_quantity(borne_n, 'N')} only: between the two R12 says"
-        " nothing",
-        "a quieter force sensor, or state payload.friction, the highest that is possible",
-        from_n, borne_n, "N",
+        f"R12 judges lateral force from {format_quantity(from_n, 'N')} on, by noise; friction"
+        f" matters from {format_quantity(borne_n, 'N')} on.",
+        "state payload.friction, the highest possible",
+        from_n, borne_n, "N", 0.5 * (from_n - borne_n) / plan.procedure.top_force_n,
+        "payload.friction",
     )  # fmt: skip
 
 
 def sideways_reasons(plan: Plan) -> Iterator[Reason]:
-    """Whether sideways force is seen, and whether the sensor's torques allow it."""
+    """Whether the sensor's rated torques allow the lateral force that the plan allows."""
     force, top_n = plan.rig.force, plan.procedure.top_force_n
-    if force.components == "six":
-        left, share = dragged_left(plan, one_axis=True), plan.procedure.max_lateral_share
-        yield Reason(
-            "sideways_unseen", Severity.NOTE,
-            "a force sensor that shows nothing across its axis from the start, a cable or a gauge"
-            f" that is dead, is taken for one of one component: {left:.0%} of F_c counts then,"
-            f" which is safe only while the force across the axis is below {share:.0%} of that"
-            " along it; beyond that nothing stops the run",
-            "push by hand across the axis before a run (stepload setup looks at it)",
-            share, math.nan, "",
-        )  # fmt: skip
-    if plan.rig.arm.structure is Structure.ARM and force.components == "one":
-        left = dragged_left(plan)
-        share, told = plan.procedure.max_lateral_share, arm_tells(plan)
-        beyond = (
-            "the arm's own force, within its tolerance, shows it surely from"
-            f" {surely_seen(plan):.0%} of the top force on (R12); between the two nothing"
-            " need stop the run"
-            if told
-            else "beyond that nothing stops the run"
-        )
-        yield Reason(
-            "sideways_by_arm" if told else "sideways_unseen", Severity.WARN,
-            "an arm drags the payload sideways as it presses, and a force sensor of one component"
-            f" does not see it: {left:.0%} of F_c counts, which is safe only while the force"
-            f" across the axis is below {share:.0%} of that along it; {beyond}",
-            "use a six-axis force sensor, a guided axis, or a pose that pushes little sideways"
-            " (stepload pose)",
-            share, math.nan, "",
-        )  # fmt: skip
     if not (force.rated_torque_n_m and force.lever_m):
         return
     across = [i for i in range(3) if i != "xyz".index(force.axis[-1])]
@@ -160,9 +127,9 @@ def sideways_reasons(plan: Plan) -> Iterator[Reason]:
     refused = allowed <= centred
     yield Reason(
         "sensor_moment", Severity.REFUSE if refused else Severity.WARN,
-        f"at the top force the sensor's rated torque allows a force across the axis of {share:.0%}"
-        f" of that along it, with a lever of {format_quantity(force.lever_m, 'm')} and the contact"
-        f" {format_quantity(OFF_CENTRE_M, 'm')} off centre: R13 stops the run beyond that",
-        "a shorter tool, a larger sensor, or a lower top force",
+        f"At the top force the sensor's rated torque allows a lateral force of {share:.0%}"
+        f" (R13), with a lever of {format_quantity(force.lever_m, 'm')}.",
+        "a shorter tool, or a lower top_force",
         share, plan.procedure.max_lateral_share, "",
+        1.0 - share / plan.procedure.max_lateral_share, "procedure.top_force",
     )  # fmt: skip

@@ -72,27 +72,22 @@ def stiffness_reasons(plan: Plan) -> Iterator[Reason]:
         relative = known.sigma_n_per_m / stated.stiffness_n_per_m
         yield Reason(
             "no_deflection_table", Severity.NOTE,
-            f"no table of the system's deflection in this pose ({known.why_no_table}): K_s counts "
-            f"as known to {relative:.1%}, at least {LEAST_RELATIVE:.0%}",
+            f"No table of the system's deflection in this pose ({known.why_no_table}): K_s counts "
+            f"as known to {relative:.1%}.",
             "measure one in this pose: stepload calibrate PLAN --record FILE",
             stated.sigma_n_per_m / stated.stiffness_n_per_m, LEAST_RELATIVE, "",
         )  # fmt: skip
         return
-    first_n, last_n = known.table.force_n[0], known.table.force_n[-1]
+    last_n = known.table.force_n[-1]
     share = min(1.0, last_n / top_n)
     short = top_n > BEYOND * last_n
-    further = (
-        "; beyond it the slope of its last rows is taken, and the result is marginal at best"
-        if short
-        else ""
-    )
     yield Reason(
         "deflection_table", Severity.WARN if short else Severity.NOTE,
-        f"the table of the system's deflection ({format_quantity(first_n, 'N')} to "
-        f"{format_quantity(last_n, 'N')}) covers {share:.0%} of the forces of this plan{further}",
-        "calibrate up to the top force of this plan, or press no further than "
+        f"The table of the system's deflection ends at {format_quantity(last_n, 'N')}, "
+        f"{share:.0%} of the top force" + (": the result is marginal." if short else "."),
+        f"calibrate up to {format_quantity(top_n, 'N')}, or top_force: "
         f"{format_quantity(last_n, 'N')}"
         if short
         else "",
-        last_n, top_n, "N",
+        last_n, top_n, "N", 1.0 - share, "procedure.top_force",
     )  # fmt: skip

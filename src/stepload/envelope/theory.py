@@ -137,3 +137,21 @@ def _counted(limit: DoubtedLimit, equation: str, coverage: float) -> CountedLimi
         limit.probability_below(lower_n),
         limit.sources,
     )
+
+
+def chance_of_yield(payload: Payload, theory: Theory, force_n: float) -> float | None:
+    """The probability that the true F_c is below a force in N; None where F_c is taken as stated.
+
+    Each limit that is known has a log-normal distribution; of several the largest chance counts.
+    """
+    chances = []
+    if theory.yield_onset is not None:
+        bodies = payload.geometry, payload.material, payload.plate
+        chances.append(probability_below(doubted_limits(*bodies), force_n))
+    counted = theory.counted
+    if counted.sigma_ln > 0.0 and counted.equation == DECLARED:
+        declared = DoubtedLimit(counted.value_n, counted.sources)
+        chances.append(declared.probability_below(force_n))
+    elif counted.equation == DECLARED:
+        return None
+    return max(chances, default=None)

@@ -19,12 +19,14 @@ from stepload.envelope.conditions import conditions_of
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import Theory
 from stepload.estimators.conditions import Conditions
+from stepload.estimators.fit import FloatArray
 from stepload.estimators.smooth import NORMAL_95
 from stepload.evidence.askew import askew_of
 from stepload.evidence.chord import REFERENCE_SHARE
 from stepload.evidence.expected import expected_chord, loading, without_error
 from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed
+from stepload.evidence.quantity import Quantity
 from stepload.evidence.sideways import expected_sideways
 from stepload.plan.checks_between import LEAST_LEVELS
 from stepload.plan.model import Plan
@@ -98,24 +100,45 @@ def until_of(plan: Plan, theory: Theory) -> Until | None:
     return Until(asked, tuple(needs), conditions)
 
 
-def _need(
-    plan: Plan, theory: Theory, conditions: Conditions, levels_n: tuple[float, ...], asked: float
-) -> Need:
-    procedure, top_n = plan.procedure, levels_n[-1]
+def expected_result(plan: Plan, theory: Theory) -> Quantity:
+    """The chord of a run by theory's law, with the interval that the known errors alone give.
+
+    Raises:
+        DomainError: there is no contact law, or no loading, to predict from.
+    """
+    conditions = conditions_of(plan, theory)
+    course, law_m, bend_m = _loading(plan, theory, conditions, plan.procedure.levels_n)
+    looked = plan.procedure.until is not None
+    return expected_chord(
+        sources_only(conditions, without_error(course, law_m + bend_m), looked=looked)
+    )
+
+
+def _loading(
+    plan: Plan, theory: Theory, conditions: Conditions, levels_n: tuple[float, ...]
+) -> tuple[tuple[FloatArray, FloatArray, FloatArray], FloatArray, FloatArray]:
+    """A loading without error: its course, deformation by theory and travel of the system in m."""
+    procedure = plan.procedure
     course = loading(
         np.array(levels_n),
         from_n=min(procedure.touch_force_n, 0.5 * levels_n[0]),
         rate_n_per_s=procedure.load_rate_n_per_s,
         hold_s=procedure.hold_s,
     )
-    force_n = course[1]
-    law_m = np.array([theory.law.deformation(each) for each in np.unique(force_n)])
-    law_m = law_m[np.unique(force_n, return_inverse=True)[1]]
-    bend_m = conditions.bend(force_n)
+    forces_n, places = np.unique(course[1], return_inverse=True)
+    law_m = np.array([theory.law.deformation(each) for each in forces_n])[places]
+    return course, law_m, conditions.bend(course[1])
+
+
+def _need(
+    plan: Plan, theory: Theory, conditions: Conditions, levels_n: tuple[float, ...], asked: float
+) -> Need:
+    top_n = levels_n[-1]
+    course, law_m, bend_m = _loading(plan, theory, conditions, levels_n)
 
     def relative(factor: float) -> float:
         tracks = without_error(course, factor * law_m + bend_m)
-        return expected_chord(sources_only(conditions, tracks)).relative
+        return expected_chord(sources_only(conditions, tracks, looked=True)).relative
 
     expected_m = theory.law.deformation(top_n) - theory.law.deformation(REFERENCE_SHARE * top_n)
     by_theory = relative(1.0)
@@ -133,14 +156,19 @@ def _need(
     )
 
 
-def sources_only(conditions: Conditions, tracks: Sequence[tuple[int, Track, None]]) -> Pressed:
-    """The input of `evidence` for a run that has only the errors stated in the plan."""
+def sources_only(
+    conditions: Conditions, tracks: Sequence[tuple[int, Track, None]], *, looked: bool
+) -> Pressed:
+    """The input of `evidence` for a run that has only the errors stated in the plan.
+
+    `looked`: its loading may end by its own deformation.
+    """
     return Pressed(
         tracks=tracks,
         conditions=conditions,
         sideways=expected_sideways(conditions),
         askew=askew_of(conditions),
-        looked=True,
+        looked=looked,
     )
 
 
@@ -170,35 +198,18 @@ def until_reasons(until: Until) -> Iterator[Reason]:
     if all(math.isinf(need.needed_m) for need in until.needs):
         yield Reason(
             "until_impossible", Severity.REFUSE,
-            f"until {asked}: on this rig no deformation of any payload is known so well up "
-            f"to {format_quantity(top.level_n, 'N')}: part of the uncertainty grows with it",
-            "ask for a wider interval, or know gain and linearity of the force sensor better",
+            f"until {asked}: no deformation up to {format_quantity(top.level_n, 'N')} gives that;"
+            " an error of this rig grows with it.",
+            "a wider interval, or a calibrated gain and linearity of the force sensor",
+            key="procedure.until",
         )  # fmt: skip
         return
-    place = until.expected
-    theory = format_quantity(top.expected_m, "m")
-    if place is None:
+    if until.expected is None:
+        half = beside_limit(top.half_width, until.asked)[0]
         yield Reason(
             "until_not_expected", Severity.WARN,
-            f"until {asked}: by theory no level will do; at {format_quantity(top.level_n, 'N')} "
-            f"±{beside_limit(top.half_width, until.asked)[0]} is to be expected from {theory} of "
-            "deformation. "
-            f"{_wanted(top, asked)}",
-            "ask for a wider interval, plan a higher top force, or make K_s and its table better "
-            "known",
-            top.half_width, until.asked, "",
+            f"until {asked}: ±{half} is to be expected at the top force,"
+            f" {format_quantity(top.level_n, 'N')}.",
+            "a wider interval, a higher top_force, or calibrate K_s with its table",
+            top.half_width, until.asked, "", top.half_width, "procedure.until",
         )  # fmt: skip
-
-
-def _wanted(need: Need, asked: str) -> str:
-    """A sentence: the deformation that a level needs, and the part of it for known errors."""
-    if math.isinf(need.least_m):
-        return f"No deformation there is known well enough for {asked}"
-    least = format_quantity(need.least_m, "m")
-    if math.isinf(need.needed_m):
-        return f"{asked} needs at least {least} there, for the known errors alone"
-    return (
-        f"{asked} needs {format_quantity(need.needed_m, 'm')} there: {least} for the known errors, "
-        "the rest as room for what the contact does of its own, such as creep. The run stops where "
-        f"it is certain that not even {least} can be reached"
-    )

@@ -49,24 +49,14 @@ def _stated_reasons(plan: Plan, looked_s: float) -> Iterator[Reason]:
     allowed_n = min(limits_n.values())
     if shift_n <= allowed_n:
         return
-    passed = " and ".join(name for name, limit_n in limits_n.items() if limit_n < shift_n)
-    between = procedure.cycles > 1 and procedure.lift_off
+    name = min(limits_n, key=limits_n.__getitem__)
     shift, allowed = beside_limit(shift_n, allowed_n, "N")
-    ends = (
-        "a retract finds the contact not open, and the run ends"
-        if allowed_n < procedure.max_drift_n
-        else "the run ends between its cycles"
-        if between
-        else "the result is flagged, or the run ends"
-    )
     yield Reason(
         "drift_beyond_max", Severity.WARN,
-        f"the stated drift of up to {format_quantity(drift_n_per_s, 'N/s')} (rig.force.drift) may"
-        f" move the zero by {shift} in the {looked_s:.0f} s from one look at it to the next: beyond"
-        f" {allowed} ({min(limits_n, key=limits_n.__getitem__)}) {ends}",
-        f"a larger {passed} (less force is then allowed), fewer load steps or shorter holds, a"
-        " longer warm-up, or a sensor that drifts less",
-        shift_n, allowed_n, "N",
+        f"The stated drift may move the zero by {shift} in {looked_s:.0f} s; {name} allows"
+        f" {allowed}.",
+        f"a larger {name}, fewer levels, shorter holds, or a longer warm-up",
+        shift_n, allowed_n, "N", shift_n / procedure.top_force_n, f"procedure.{name}",
     )  # fmt: skip
 
 
@@ -76,8 +66,6 @@ def _old_zero_reasons(
     """Whether the run is expected to be ended because its zero is too old to count on."""
     drift_n_per_s, touch_n = unchecked_drift(plan), plan.procedure.touch_force_n
     alone = plan.rig.second_force.source is SecondForceSource.NONE
-    key = "rig.force.drift" if alone else "second_force.sensor.drift"
-    whose = "the only force channel" if alone else "both force channels alike"
     counted_n = counted_shift_n(plan, loop_s)
     shift_n = pressed_shift_n(drift_n_per_s, approach_s, loaded_s, touch_n)
     if shift_n <= counted_n:
@@ -85,14 +73,11 @@ def _old_zero_reasons(
     shift, counted = beside_limit(shift_n, counted_n, "N")
     yield Reason(
         "old_zero", Severity.WARN,
-        f"with the stated drift of up to {format_quantity(drift_n_per_s, 'N/s')} ({key})"
-        f" the zero of {whose} may move by {shift} in the {approach_s:.0f} s from"
-        f" the middle of its tare to the contact and the {loaded_s:.0f} s under load: the run is"
-        f" ended when it may have moved by the {counted} that are counted on",
-        f"procedure.max_drift: {format_quantity(1.2 * shift_n, 'N')} has more counted on (and less"
-        " force allowed); or fewer steps, shorter holds, a shorter way"
-        + (", a second force channel" if alone else ""),
-        shift_n, counted_n, "N",
+        f"The zero may drift by {shift} in {approach_s + loaded_s:.0f} s; the run ends when it may"
+        f" have moved by {counted}.",
+        f"max_drift: {format_quantity(1.2 * shift_n, 'N')}, fewer levels, or shorter holds"
+        + (", or a second force channel" if alone else ""),
+        shift_n, counted_n, "N", shift_n / plan.procedure.top_force_n, "procedure.max_drift",
     )  # fmt: skip
 
 
@@ -110,15 +95,11 @@ def _short_tare_reasons(
         return
     seen_n_per_s = max(counted_n / (approach_s + longest_s), (counted_n - touch_n) / longest_s)
     needed_s = procedure.tare_s * (hidden_n_per_s / seen_n_per_s) ** (2.0 / 3.0)
-    lift_off = "" if procedure.lift_off else ", lift off between cycles"
     yield Reason(
         "short_tare", Severity.WARN,
-        f"a tare of {format_quantity(procedure.tare_s, 's')} shows no drift of the zero below"
-        f" {format_quantity(hidden_n_per_s, 'N/s')}, and nothing else checks the only force"
-        f" channel: in the approach and up to {longest_s:.0f} s under load (if no level settles"
-        f" before settle_timeout) it may move by {format_quantity(hidden_n, 'N')};"
-        f" {format_quantity(counted_n, 'N')} are counted on",
-        f"tare for {math.ceil(needed_s)} s (procedure.tare){lift_off}, take fewer steps or a"
-        " shorter settle_timeout, or declare a second force channel",
-        hidden_n, counted_n, "N",
+        f"A tare of {format_quantity(procedure.tare_s, 's')} does not show a drift of"
+        f" {format_quantity(hidden_n, 'N')} in the run; {format_quantity(counted_n, 'N')} are"
+        " allowed for.",
+        f"tare: {math.ceil(needed_s)} s, fewer levels, or a shorter settle_timeout",
+        hidden_n, counted_n, "N", hidden_n / procedure.top_force_n, "procedure.tare",
     )  # fmt: skip

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import json
 from codecs import BOM_UTF8
-from collections.abc import Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Iterable
+from collections.abc import Mapping as Keys
 from dataclasses import replace
 from datetime import date
 from pathlib import Path
 
-from stepload.errors import BadInputError, RefusedError
+from stepload.errors import BadInputError
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
+from stepload.plan.places import tree_of
 from stepload.plan.problems import PlanError
 from stepload.plan.references import names_a_file
-from stepload.plan.source import Source, read_source
-from stepload.plan.tree import Mapping, Node, Scalar, parse_tree
+from stepload.plan.source import Source
+from stepload.plan.tree import Mapping, Scalar
 from stepload.plan.whole_file import alone_in, replace_file
 
 PAGE = "docs/risk-assessment.md among the sources of stepload"
@@ -39,10 +40,10 @@ HAZARDS = (
 BY, ON, WIRED = "hazards_read_by", "hazards_read_on", "wiring_checked_on"
 
 WIRING = (
-    "Axis and sign of the force sensor, and the direction of the approach, as a push by hand on the"
-    " tool shows them. The first touch checks them: a wrong one is stopped there at about 1 N (R11)."
+    "A wrong axis or sign of the force, or a wrong approach, is stopped at the first touch, at about"
+    " 1 N (R11); a push by hand on the tool (stepload setup) shows it before."
 )
-"""What has to be right before the first touch of a rig."""
+"""How the wiring of a rig is checked."""
 
 
 def hazards_read(plan: Plan) -> bool:
@@ -50,34 +51,19 @@ def hazards_read(plan: Plan) -> bool:
     return bool(plan.rig.hazards_read_by.strip()) and plan.rig.hazards_read_on is not None
 
 
-def refuse_unread(plan: Plan, read_now: bool) -> None:
-    """Refuse to move a rig if nothing confirms that its hazards were read.
-
-    Raises:
-        RefusedError: neither the rig file nor the caller confirms it.
-    """
-    if read_now or hazards_read(plan):
-        return
-    raise RefusedError(
-        f"nobody has confirmed to have read the hazards of the rig {plan.rig.name!r}",
-        hint=f"read {PAGE}, then write below `rig:` in the plan or rig file: hazards_read_by:"
-        " NAME and hazards_read_on: YYYY-MM-DD; in a terminal the command asks; --yes in scripts",
-    )
+def read_words(plan: Plan) -> str:
+    """Whether, by whom and when the hazards were read, in words."""
+    rig = plan.rig
+    return f"read {rig.hazards_read_on}" if hazards_read(plan) else "not read yet"
 
 
-def refuse_unchecked(plan: Plan, checked_now: bool) -> None:
-    """Refuse to press with a rig of which nobody has said that its wiring was checked.
-
-    Raises:
-        RefusedError: neither the rig file nor the caller confirms it.
-    """
-    if checked_now or plan.rig.wiring_checked_on is not None:
-        return
-    raise RefusedError(
-        f"nobody has confirmed that the wiring of the rig {plan.rig.name!r} was checked",
-        hint=f"{WIRING} In a terminal the command asks once; --wiring-checked in scripts, or"
-        f" {WIRED}: YYYY-MM-DD below `rig:`; `stepload setup` does the check step by step",
-    )
+def rig_argument(plan: Plan) -> str:
+    """What `stepload hazards` takes for a plan's rig: profile, rig file, or the plan itself."""
+    node = tree_of(plan.path)
+    rig = node.entries.get("rig") if isinstance(node, Mapping) else None
+    if not (isinstance(rig, Scalar) and isinstance(rig.value, str)):
+        return str(plan.path)
+    return str(plan.path.parent / rig.value) if names_a_file(rig.value) else rig.value
 
 
 def read_by(name: str, day: date) -> dict[str, str | date]:
@@ -85,7 +71,7 @@ def read_by(name: str, day: date) -> dict[str, str | date]:
     return {BY: name, ON: day}
 
 
-def rows_of(keys: Mapping[str, str | date]) -> list[str]:
+def rows_of(keys: Keys[str, str | date]) -> list[str]:
     """The lines of a rig file that hold these keys."""
     return [
         f"{key}: {json.dumps(value, ensure_ascii=False) if isinstance(value, str) else value}"
@@ -93,7 +79,7 @@ def rows_of(keys: Mapping[str, str | date]) -> list[str]:
     ]
 
 
-def keep(plan: Plan, keys: Mapping[str, str | date]) -> Path | None:
+def keep(plan: Plan, keys: Keys[str, str | date]) -> Path | None:
     """Write what was confirmed into the file in which the plan's rig stands.
 
     Returns:
@@ -109,7 +95,7 @@ def keep(plan: Plan, keys: Mapping[str, str | date]) -> Path | None:
         return _keep(plan, keys)
 
 
-def _keep(plan: Plan, keys: Mapping[str, str | date]) -> Path | None:
+def _keep(plan: Plan, keys: Keys[str, str | date]) -> Path | None:
     wanted = replace(load_plan(plan.path).rig, **dict(keys))
     found = _rig_block(plan.path, keys)
     if found is None:
@@ -137,7 +123,7 @@ def _keep(plan: Plan, keys: Mapping[str, str | date]) -> Path | None:
 
 def _rig_file(plan_path: Path) -> Path:
     """The file in which a plan's rig stands: its own, or the one it names."""
-    node = _tree(plan_path)
+    node = tree_of(plan_path)
     rig = node.entries.get("rig") if isinstance(node, Mapping) else None
     if isinstance(rig, Scalar) and isinstance(rig.value, str) and names_a_file(rig.value):
         return plan_path.parent / rig.value
@@ -147,7 +133,7 @@ def _rig_file(plan_path: Path) -> Path:
 def _rig_block(plan_path: Path, keys: Iterable[str]) -> tuple[Source, int, str] | None:
     """File, line of the first key (from 1) and indentation of a plan's rig."""
     rig_file = _rig_file(plan_path)
-    node = _tree(rig_file)
+    node = tree_of(rig_file)
     if rig_file == plan_path and isinstance(node, Mapping):
         node = node.entries.get("rig", node)
     if not isinstance(node, Mapping) or not node.keys or any(key in node.keys for key in keys):
@@ -155,12 +141,6 @@ def _rig_block(plan_path: Path, keys: Iterable[str]) -> tuple[Source, int, str] 
     first = next(iter(node.keys.values()))
     indent = first.source.lines[first.line - 1][: first.column - 1]
     return None if indent.strip() else (first.source, first.line, indent)
-
-
-def _tree(path: Path) -> Node | None:
-    with suppress(PlanError):
-        return parse_tree(read_source(path))[0]
-    return None
 
 
 def _write(path: Path, data: bytes) -> None:

@@ -158,3 +158,8 @@ class RunOutcome:
     lateness: Lateness
     signal_number: int = 0
     errors: tuple[str, ...] = field(default=())
+
+    @property
+    def safing_failed(self) -> bool:
+        """Whether an action that makes the rig safe was not confirmed."""
+        return any(action.error for action in self.safing)

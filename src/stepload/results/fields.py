@@ -79,8 +79,8 @@ BUDGET_LINE: tuple[Field[BudgetLine], ...] = (
 
 KINDS = {
     "chord": "chord *",
-    "secant_from_touch": "secant (28) from fitted touch",
-    "secant_from_mean_plane": "secant (28) from mean plane",
+    "secant_from_touch": "secant, zero fitted",
+    "secant_from_mean_plane": "secant, from the mean plane",
     "tangent": "tangent",
 }
 """Displayed name of each stiffness; the headline has the star."""

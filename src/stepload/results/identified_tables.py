@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from textwrap import fill
 
 from stepload.estimators.missing import Missing
 from stepload.estimators.runin import STEADY_CYCLES, RunIn
@@ -10,7 +12,7 @@ from stepload.estimators.smooth import NORMAL_95
 from stepload.estimators.system import SystemStiffnessFit
 from stepload.evidence.identification import Identification
 from stepload.results import fields
-from stepload.results.model import Table, table
+from stepload.results.model import Table, interval, table
 from stepload.results.quality import quality_table, summary
 from stepload.units import format_quantity as f
 
@@ -78,7 +80,7 @@ def _evidence_tables(found: Identification) -> list[Table]:
     total = f"All together {headline.relative:.2%}; the interval is 1.96 times that."
     return [
         table("Stiffness (* headline)", fields.QUANTITY, evidence.quantities.values(),
-              [*notes, *evidence.notes, *told], headline=True),
+              [*notes, *evidence.notes, *told]),
         table(HEADLINE_BUDGET, fields.LINE,
               [line for line in headline.lines if line.relative > 0.0], [total], page_only=True),
         table("Laws that were tried", fields.LAW, evidence.laws, page_only=True),
@@ -86,6 +88,30 @@ def _evidence_tables(found: Identification) -> list[Table]:
               [gate.sentence for gate in evidence.gates if gate.fires], page_only=True),
         *([] if isinstance(contact, Missing) else [quality_table(contact)]),
     ]  # fmt: skip
+
+
+def brief_lines(found: Identification) -> list[str]:
+    """The other stiffnesses, the exponent and the widest errors, a line each."""
+    evidence = found.evidence
+    if evidence is None:
+        return []
+    headline, rows = evidence.headline, []
+    for each in evidence.quantities.values():
+        if each.kind != headline.kind and math.isfinite(each.value_n_per_m):
+            kind, _, zero = fields.KINDS[each.kind].partition(", ")
+            at = f"{kind} at {f(each.to_n, 'N')}{f', {zero}' if zero else ''}"
+            ends = each.interval_n_per_m
+            known = interval("N/m")(ends) if all(map(math.isfinite, ends)) else ""
+            rows.append((at, f(each.value_n_per_m, "N/m"), known))
+    if (n := evidence.exponent) is not None:
+        low, high = n.interval
+        known = f"[{low:.2f}, {high:.2f}]" if math.isfinite(high - low) else ""
+        rows.append(("exponent n", f"{n.value:.2f}", known))
+    lines = [f"  {name:<38}{value:<12}{known}".rstrip() for name, value, known in rows]
+    widest = sorted(headline.lines, key=lambda line: -line.relative)[:2]
+    told = [f"{line.source} (±{100.0 * NORMAL_95 * line.relative:.2g} %)" for line in widest]
+    widths = f"  widest: {', then '.join(told)}"
+    return [*lines, *([fill(widths, 80, subsequent_indent=" " * 10)] if told else [])]
 
 
 def system_table(fit: SystemStiffnessFit) -> Table:

@@ -105,7 +105,7 @@ def data(fields: Iterable[Field[T]], item: T) -> dict[str, Any]:
 class Table:
     """A table for people; `notes` stand below.
 
-    A terminal omits a `page_only` table, and shows the `headline` table with the verdict.
+    A terminal omits a `page_only` table.
     """
 
     title: str
@@ -113,7 +113,6 @@ class Table:
     rows: Sequence[Sequence[str]]
     notes: Sequence[str] = ()
     page_only: bool = False
-    headline: bool = False
 
 
 def table(
@@ -123,12 +122,11 @@ def table(
     notes: Sequence[str] = (),
     *,
     page_only: bool = False,
-    headline: bool = False,
 ) -> Table:
     """The table of `items`: one row each, one column for every field that has a label."""
     shown = [each for each in fields if each.label]
     rows = [[each.text(item) for each in shown] for item in items]
-    return Table(title, [each.label for each in shown], rows, notes, page_only, headline)
+    return Table(title, [each.label for each in shown], rows, notes, page_only)
 
 
 SHEET_ROWS = 12
@@ -224,6 +222,10 @@ class Document:
     ended: str = ""
     """How a run ended; "" where nothing ran."""
     reasons: Sequence[str] = ()
+    doubts: Sequence[str] = ()
+    """Those of the reasons that a terminal shows, the weightiest first."""
+    brief: Sequence[str] = ()
+    """Lines below the verdict in a terminal."""
     tables: Sequence[Table] = ()
     cards: Sequence[Card] = ()
     figures: Sequence[Figure] = ()

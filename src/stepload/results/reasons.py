@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from stepload.envelope.reason import Severity
 from stepload.results.analyse import Evaluation, beyond_theory
 from stepload.results.remarks import alive, levels, remarks, sideways
 from stepload.results.until import loaded
@@ -11,12 +10,9 @@ from stepload.results.until import loaded
 def reasons_of(run: Evaluation) -> list[str]:
     """All remarks on the result but the problem that left it out, doubts first."""
     found, events = run.identification, run.recording.events
-    told = run.envelope.reasons
-    reasons = [f"preflight: {each.message}" for each in told if each.severity == Severity.REFUSE]
-    reasons += found.judgement.reasons if found is not None else ()
+    reasons = [*found.judgement.reasons] if found is not None else []
     if (until := loaded(events, found)) is not None:
         reasons.append(until.text)
-    reasons += [f"preflight: {each.message}" for each in told if each.severity == Severity.WARN]
     if run.data is not None:
         reasons += [
             *remarks(run.data), *alive(events), *levels(events), *sideways(events),

@@ -20,8 +20,10 @@ from stepload.results.conditions import planned
 from stepload.results.course_tables import (
     ending_table,
     force_budget_table,
+    hazards_table,
     health_tables,
     predicted_table,
+    preflight_table,
     rig_table,
 )
 from stepload.results.equations import equation_table
@@ -30,6 +32,7 @@ from stepload.results.facts import other_elastic_limit
 from stepload.results.from_file import FromFile
 from stepload.results.identified_tables import (
     HEADLINE_BUDGET,
+    brief_lines,
     identification_tables,
     run_in_table,
     system_table,
@@ -39,6 +42,7 @@ from stepload.results.levels import Level, levels_of
 from stepload.results.model import Card, Document, Mood, Table, Verdict, interval, table
 from stepload.results.provenance import provenance_table
 from stepload.results.reasons import reasons_of
+from stepload.results.remarks import alive
 from stepload.results.run_figures import figures_of, law_figure
 from stepload.results.snippets import SIMULATORS, snippet, spring_of
 from stepload.results.until import levels_to_load, loaded, until_table
@@ -62,6 +66,7 @@ def identification_document(told: FromFile) -> Document:
         title="Identification",
         verdict=_identified(told.found),
         reasons=(*told.found.judgement.reasons, *(f"note: {note}" for note in told.notes)),
+        brief=brief_lines(told.found),
         tables=tables,
         simulated=told.simulated,
     )
@@ -89,12 +94,14 @@ def run_document(run: Evaluation) -> Document:
         verdict=_verdict(run),
         ended=run.outcome.why,
         reasons=reasons,
+        doubts=_doubts(run, reasons),
+        brief=[] if run.identification is None else brief_lines(run.identification),
         tables=_tables(run, levels, system),
         cards=_cards(run),
         figures=figures_of(run),
         texts=[*_snippets(run), *_texts(run.recording)],
         simulated=run.dry_run,
-        certificate=run_certificate(run, levels, reasons, law_figure(run), system),
+        certificate=run_certificate(run, levels, _doubts(run, reasons), law_figure(run), system),
     )
     return replace(document, tables=[*document.tables, equation_table(document)])
 
@@ -112,6 +119,14 @@ def _reasons(run: Evaluation) -> list[str]:
     """All remarks on the result, and the problem where the verdict does not say it."""
     untold = run.problem and run.problem != _verdict(run).text
     return [*reasons_of(run), *([run.problem] if untold else ())]
+
+
+def _doubts(run: Evaluation, reasons: Sequence[str]) -> list[str]:
+    """The reasons without those that only confirm the result."""
+    found, confirming = run.identification, {*alive(run.recording.events)}
+    if found is not None and found.judgement.verdict is ResultVerdict.IDENTIFIED:
+        confirming.update(found.judgement.reasons)
+    return [each for each in reasons if each not in confirming]
 
 
 def _tables(run: Evaluation, holds: Sequence[Level], system: Table | None) -> list[Table]:
@@ -139,6 +154,8 @@ def _tables(run: Evaluation, holds: Sequence[Level], system: Table | None) -> li
         *tables,
         table("Safing", fields.SAFING, run.outcome.safing, page_only=True),
         force_budget_table(run.envelope, page_only=True),
+        preflight_table(run.envelope),
+        hazards_table(run.envelope),
         rig_table(run.recording),
     ]
 
@@ -161,14 +178,12 @@ def _identified(found: Identification) -> Verdict:
     if headline is None:
         return Verdict(MOOD[verdict], verdict.value, "The data bear no stiffness.")
     low, high = headline.interval_n_per_m
-    known = (
-        f"95 % interval {interval('N/m')((low, high))}" if math.isfinite(high) else "no interval"
-    )
+    known = f"95 % {interval('N/m')((low, high))}" if math.isfinite(high) else "no interval"
     return Verdict(
         MOOD[verdict],
         verdict.value,
-        f"Chord stiffness {f(headline.value_n_per_m, 'N/m')} from {f(headline.from_n, 'N')} to "
-        f"{f(headline.to_n, 'N')}, {known}",
+        f"Chord stiffness {f(headline.value_n_per_m, 'N/m')}, {known}, from "
+        f"{f(headline.from_n, 'N')} to {f(headline.to_n, 'N')}",
     )
 
 

@@ -20,7 +20,7 @@ import typer
 
 from stepload.errors import SteploadError
 from stepload.record.plain import json_text
-from stepload.results.model import SIMULATED, Document, Finding, Table
+from stepload.results.model import Document, Finding, Table
 
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
 Processes = Annotated[
@@ -37,10 +37,18 @@ COLOURS = {"good": "1;32", "doubt": "1;33", "bad": "1;31"}
 MARKS = {
     "ok": "good", "warn": "doubt", "note": "", "refuse": "bad", "refused": "bad", "fail": "bad",
 }  # fmt: skip
+NARROW = 80
+"""Columns of a screen; a result fits there, in a pipe too."""
+MOST_REASONS = 3
 LONGEST_WORD = 20
 """Words longer than this are broken in a table: paths, identifiers."""
 BESIDE = 2
 """Characters between two columns of a table."""
+
+
+def wrapped(line: str, hang: str) -> str:
+    """A line broken at the columns of a screen."""
+    return _wrapped(line, NARROW, hang)
 
 
 def _wrapped(line: str, columns: int, hang: str) -> str:
@@ -131,31 +139,25 @@ class Output:
             if each.notes:
                 self.line("\n".join((*each.notes, "")))
 
-    def verdict(self, document: Document) -> None:
-        """The verdict of a result, in one sentence."""
+    def verdict(self, document: Document, *, whole: bool = True) -> None:
+        """The verdict of a result, its first line only where it is not to be shown `whole`."""
         aside, verdict = "SIMULATED, " if document.simulated else "", document.verdict
         word = verdict.word.upper()
-        self.line(f"{aside}{word}: {verdict.text}", word=word, mood=verdict.mood)
+        start = f"{aside}{word}   "
+        lines = _wrapped(f"{start}{verdict.text}", NARROW, " " * len(start))
+        if not whole and "\n" in lines:
+            lines = lines.partition("\n")[0].rpartition(",")[0]
+        self.line(lines, word=word, mood=verdict.mood)
 
-    def show(
-        self, document: Document, *, details: bool = True, simulated_said: bool = False
-    ) -> None:
-        """A result for people: the tables, then the verdict and its reasons on one screen.
-
-        Args:
-            details: show the tables too.
-            simulated_said: the simulation was already mentioned above.
-        """
-        if document.simulated and not simulated_said:
-            self.line(SIMULATED)
+    def show(self, document: Document, *, details: bool = True) -> None:
+        """A result for people: with `details` all tables, then the verdict on one screen."""
         if details:
-            self.tables(*(e for e in document.tables if not e.page_only and not e.headline))
-        if document.ended:
-            self.line(document.ended)
+            self.tables(*(each for each in document.tables if not each.page_only))
         self.verdict(document)
-        for reason in document.reasons:
-            self.line(f"  {reason}", hang=" " * 4)
-        self.tables(*(each for each in document.tables if each.headline))
+        for reason in document.reasons if details else document.doubts[:MOST_REASONS]:
+            self.line(_wrapped(f"  {reason}", NARROW, " " * 4))
+        if document.brief:
+            self.line("\n" + "\n".join(document.brief) + "\n")
 
     def table(self, title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
         """A small table for people; numbers should come with their units."""

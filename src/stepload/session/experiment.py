@@ -25,7 +25,6 @@ from stepload.envelope.envelope import Envelope, envelope_of, refusal_of
 from stepload.envelope.pose import plan_where_it_stands
 from stepload.envelope.reason import PlanVerdict
 from stepload.errors import LeftEarlyError, RefusedError, in_words
-from stepload.plan.hazards import refuse_unchecked, refuse_unread
 from stepload.record.outcome import RunOutcome
 from stepload.record.plain import plain
 from stepload.record.recorder import Recorder, RecordingFailedError
@@ -57,6 +56,7 @@ class Finished:
 
     directory: Path
     outcome: RunOutcome
+    envelope: Envelope
     data: Mapping[str, Any]
     evaluation: Evaluation | None = None
     document: Document | None = None
@@ -115,8 +115,6 @@ def run_plan(
     out: Path | None = None,
     seed: int | None = None,
     resume: Path | None = None,
-    hazards_read_now: bool = False,
-    wiring_checked_now: bool = False,
     operator: Operator | None = None,
     on_progress: Progress | None = None,
     on_notice: Say | None = None,
@@ -131,8 +129,6 @@ def run_plan(
         out: directory for the run's files; made where missing.
         seed: of the simulated rig; the plan's own when None.
         resume: directory of an interrupted run of this plan, to go on after its last step.
-        hazards_read_now: whoever starts the run has read the hazards, whatever the rig file says.
-        wiring_checked_now: axis, sign and approach were checked, whatever the rig file says.
         operator: where stop and pause requests come in.
         on_progress: called ten times a second of run time.
         on_notice: takes a line for the operator in the moment of a stop and while the rig is made
@@ -146,7 +142,7 @@ def run_plan(
         DeviceError: a device did not open; nothing moved.
         RecordingFailedError: the record could not be kept; the arm was made safe first.
     """
-    refuse_what_may_not_run(envelope, dry_run, hazards_read_now, wiring_checked_now)
+    refuse_what_may_not_run(envelope, dry_run)
     plan, operator = envelope.plan, operator or Operator()
     resumed = resumable(resume, plan, dry_run=dry_run) if resume else None
     notices = Notices(on_notice) if on_notice else None
@@ -194,9 +190,7 @@ def press(envelope: Envelope, out: Path) -> RunOutcome:
         return run_plan(envelope, dry_run=False, out=out, operator=operator).outcome
 
 
-def refuse_what_may_not_run(
-    envelope: Envelope, dry_run: bool, hazards_read_now: bool, wiring_checked_now: bool
-) -> None:
+def refuse_what_may_not_run(envelope: Envelope, dry_run: bool) -> None:
     """Refuse a run for any reason that is known before a device is opened.
 
     Raises:
@@ -213,8 +207,6 @@ def refuse_what_may_not_run(
     if not dry_run:
         refuse_simulated(envelope.plan)
         envelope.plan.refuse_missing()
-        refuse_unread(envelope.plan, hazards_read_now)
-        refuse_unchecked(envelope.plan, wiring_checked_now)
 
 
 @contextlib.contextmanager
@@ -291,7 +283,7 @@ def _keep(session: _Session, outcome: RunOutcome, recorder: Recorder) -> Finishe
     """Evaluate a run that is over, and finish its files even if the evaluation fails."""
     head = about(session.metadata, files.plan_files(session.envelope.plan))
     bare = plain({**head, **outcome_data(outcome, session.envelope)})
-    finished = Finished(session.directory, outcome, bare)
+    finished = Finished(session.directory, outcome, session.envelope, bare)
     try:
         recorder.sync()
         finished = _evaluated(session, finished, recorder.part_path)

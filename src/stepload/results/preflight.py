@@ -1,0 +1,199 @@
+"""A preflight on one screen: verdict, what costs most with its remedies, a few figures."""
+
+from __future__ import annotations
+
+import math
+import os
+import textwrap
+from collections.abc import Iterator
+
+from stepload.envelope.envelope import Envelope
+from stepload.envelope.reason import PlanVerdict, Reason, findings
+from stepload.envelope.theory import DECLARED, chance_of_yield
+from stepload.envelope.until import expected_result
+from stepload.errors import DomainError
+from stepload.estimators.smooth import NORMAL_95
+from stepload.evidence.quantity import Quantity, combined
+from stepload.plan.hazards import read_words, rig_argument
+from stepload.plan.places import place_of
+from stepload.plan.references import names_a_file
+from stepload.units import format_quantity as f
+
+COLUMNS = 80
+MOST_FINDINGS = 3
+MOST_WORDS = 120
+"""Words above the figures; a finding that would exceed them is left to `--verbose`."""
+LEAST_CHANCE = 1e-4
+LABEL, VALUE = 15, 11
+NOTE = 2 + LABEL + VALUE + 1
+NOT_TO_BE_HALVED = "loading ended by its own deformation"
+"""A line of the budget that is no error of the rig."""
+
+
+def headline(envelope: Envelope) -> str:
+    """The verdict, and what it is about."""
+    plan = envelope.plan
+    procedure = plan.procedure
+    top = f(procedure.top_force_n, "N")
+    words = f"{envelope.verdict.upper():9}{plan.payload.name} on {plan.rig.name}, "
+    if envelope.verdict is PlanVerdict.REFUSED:
+        return _wrapped(f"{words}{top}", 9)
+    levels, cycles = len(procedure.levels_n), procedure.cycles
+    number, _, unit = f(procedure.levels_n[0], "N").partition(" ")
+    first = f"{number if unit == top.split()[1] else f'{number} {unit}'} to " if levels > 1 else ""
+    steps = "1 step" if levels == 1 else f"{levels} steps"
+    often = "1 cycle" if cycles == 1 else f"{cycles} cycles"
+    about = f"about {duration(envelope.duration_s)}"
+    return _wrapped(f"{words}{first}{top} in {steps}, {often}, {about}", 9)
+
+
+def duration(seconds: float) -> str:
+    """A time as people say it: 48 s, 3.5 min, 12 min."""
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    minutes = seconds / 60.0
+    return f"{minutes:.0f} min" if minutes > 9.5 else f"{round(2.0 * minutes) / 2.0:g} min"
+
+
+def finding_lines(envelope: Envelope) -> list[str]:
+    """What changes the verdict, the costliest first, each with its remedy and the key's place."""
+    lines: list[str] = []
+    words = len(headline(envelope).split())
+    for number, reason in enumerate(findings(envelope.reasons)[:MOST_FINDINGS], 1):
+        words += len(f"{reason.message} {reason.remedy}".split()) + 2
+        if words > MOST_WORDS and number > 1:
+            break
+        lines.append(_wrapped(f"  {number} {reason.message}", 4))
+        if reason.remedy:
+            lines.append(_remedy(envelope, reason))
+    return lines
+
+
+def _remedy(envelope: Envelope, reason: Reason) -> str:
+    line = _wrapped(f"    -> {reason.remedy}", 7)
+    place = place_of(envelope.plan, reason.key)
+    if place is None:
+        return line
+    last = line.rpartition("\n")[2]
+    where = f"{short_path(place.source.name)}:{place.line}:{place.column}"
+    if len(last) + 2 + len(where) <= COLUMNS:
+        return f"{line}{where:>{COLUMNS - len(last)}}"
+    return f"{line}\n{where:>{COLUMNS}}"
+
+
+def short_path(name: str) -> str:
+    """A path as it is named, or from the working directory where that is shorter."""
+    return min(name, os.path.relpath(name), key=len)
+
+
+def figure_lines(envelope: Envelope) -> list[str]:
+    """The figures of a plan, at most a dozen rows."""
+    return [_row(*row) for row in _figures(envelope)]
+
+
+def last_lines(envelope: Envelope) -> list[str]:
+    """Where the hazards of the rig and the rest of the preflight are found."""
+    plan, more = envelope.plan, "more: --verbose"
+    argument = rig_argument(plan)
+    shown = short_path(argument) if names_a_file(argument) else argument
+    line = f"hazards of this rig: stepload hazards {shown} ({read_words(plan)})"
+    room = COLUMNS - len(line)
+    if room > len(more) + 1:
+        return [f"{line}{more:>{room}}"]
+    return [line, more] if room >= 0 else [f"stepload hazards {shown} ({read_words(plan)})", more]
+
+
+def _figures(envelope: Envelope) -> Iterator[tuple[str, str, str]]:
+    plan, theory = envelope.plan, envelope.theory
+    top_n, refused = plan.procedure.top_force_n, envelope.verdict is PlanVerdict.REFUSED
+    yield "top force", f(top_n, "N"), _of_limit(envelope)
+    if refused:
+        safe_n = envelope.largest_safe_force_n
+        yield "largest safe", f(safe_n, "N"), "F_c used, less sensor errors and headroom"
+    else:
+        yield "stops at", f(envelope.force_limit_n, "N"), chance_words(envelope)
+    laws = [theory.stiffest, theory.softest] if theory.is_range else [theory.law]
+    deformations = [f(law.deformation(top_n), "m") for law in laws]
+    secants = " to ".join(f(law.secant(top_n), "N/m") for law in reversed(laws))
+    note = f"secant at {f(top_n, 'N')} {secants}, theory {theory.law.equation}"
+    if len(deformations) > 1:
+        note = f"to {deformations[1]}, {secants}"
+    yield "deformation", deformations[0], note
+    expected = None if refused else expected_of(envelope)
+    if expected is not None:
+        ends = f"chord {f(expected.from_n, 'N')} to {f(expected.to_n, 'N')}"
+        needed = f"needed: ±{100.0 / plan.identify.accuracy_t:.3g} %"
+        yield "result will be", half_width(expected.half_width), f"{ends}; {needed}"
+    if (found := envelope.identifiability) is not None:
+        yield "K_max", f(found.k_max_n_per_m, "N/m"), f"(34), {found.binding} binds"
+    if expected is not None and (narrower := _narrower(expected)):
+        yield "narrower with", "", narrower
+
+
+def half_width(share: float) -> str:
+    """Half of an interval as a share of the value."""
+    return f"±{100.0 * share:.2g} %" if share < 1.0 else "> ±100 %"
+
+
+def expected_of(envelope: Envelope) -> Quantity | None:
+    """The result that is to be expected; None where there is none to predict."""
+    if envelope.plan.identify.kind == "system":
+        return None
+    try:
+        expected = expected_result(envelope.plan, envelope.theory)
+    except DomainError:
+        return None
+    return expected if math.isfinite(expected.half_width) else None
+
+
+def chance_words(envelope: Envelope) -> str:
+    """The probability that the true F_c is below the largest force at which the run goes on."""
+    chance = chance_of_yield(envelope.plan.payload, envelope.theory, envelope.force_limit_n)
+    if chance is None:
+        return "F_c stated, taken as is"
+    shown = f"{100.0 * chance:.2g} %" if chance >= LEAST_CHANCE else "< 0.01 %"
+    return f"chance that this run yields it: {shown}, from F_c"
+
+
+def _of_limit(envelope: Envelope) -> str:
+    """The top force beside F_c, and the part of F_c that is used."""
+    theory, top_n = envelope.theory, envelope.plan.procedure.top_force_n
+    limit_n, counted = theory.elastic_limit_n, theory.counted
+    share = top_n / limit_n
+    times = f"{share:.3g} times" if share > 1.0 else f"{100.0 * share:.0f} % of"
+    source = "(stated)" if theory.limit_equation == DECLARED else theory.limit_equation.split()[0]
+    words = f"{times} F_c = {f(limit_n, 'N')} {source}"
+    if counted.lower_n >= limit_n:
+        return words
+    words += f"; F_c used: {f(counted.lower_n, 'N')}"
+    coverage = f" (k = {counted.coverage:g})"
+    return words + coverage if len(words + coverage) <= COLUMNS - NOTE else words
+
+
+def _narrower(expected: Quantity) -> str:
+    """What half of the widest error would give."""
+    lines = [line for line in expected.lines if line.source != NOT_TO_BE_HALVED]
+    if not lines:
+        return ""
+    widest = max(lines, key=lambda line: line.relative)
+    total = combined(expected.lines)
+    left = math.sqrt(total**2 - 0.75 * widest.relative**2)
+    half = math.sinh(NORMAL_95 * left)
+    return f"half the error of {widest.source}: {half_width(half)}"
+
+
+def _row(label: str, value: str, note: str) -> str:
+    line = f"  {label:<{LABEL}}{value:<{VALUE}} {note}" if value else f"  {label:<{LABEL}}{note}"
+    return _wrapped(line, 2 + LABEL)
+
+
+def _wrapped(line: str, hang: int) -> str:
+    """A line broken between words at `COLUMNS`; inner spaces stay."""
+    if len(line) <= COLUMNS:
+        return line.rstrip()
+    return "\n".join(
+        textwrap.wrap(
+            line, COLUMNS, subsequent_indent=" " * hang, break_long_words=False,
+            break_on_hyphens=False, drop_whitespace=True,
+        )
+    )  # fmt: skip
