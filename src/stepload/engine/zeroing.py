@@ -178,6 +178,8 @@ class Zeroing:
             second_limit_n, checked = course.limits.second_zero_n, bool(course.limits.cross_check)
             flagged = abs(course.zero_shift_n) > plan.max_drift_n
             course.tares.append(tare)
+            course.sup.tare(tare.mean_n, tare.second_mean_n, tare.wrench)  # for the last touch
+            course.emit(now_s, "tare", asdict(tare))
             course.emit(
                 now_s,
                 "zero_shift",

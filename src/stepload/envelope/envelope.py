@@ -39,15 +39,24 @@ from stepload.envelope.sideways import share_reasons, sideways_reasons
 from stepload.envelope.softness import softness
 from stepload.envelope.stiffness import stiffness_reasons
 from stepload.envelope.theory import Theory, theory_of
-from stepload.envelope.until import Until, until_of, until_reasons
+from stepload.envelope.until import Until, expected_result, until_of, until_reasons
 from stepload.envelope.way_back import way_back_reasons
-from stepload.envelope.zero_reasons import zero_drift_reasons
+from stepload.envelope.zero_reasons import stated_shift_n, zero_drift_reasons
 from stepload.errors import DomainError, RefusedError
 from stepload.estimators.identifiability import Identifiability, identifiability
+from stepload.plan.changed import follows
 from stepload.plan.model import Plan
 
 ALMOST = 0.999
 """Share of the largest safe force at which the figures of a refused plan are shown."""
+
+
+IN_THE_INTERVAL = ("stiffness_indicative", "stiffness_uncertain", "friction_unknown")
+"""Codes of doubts that are bounded, and are part of the result's interval."""
+
+
+SPARE_DRIFT = 1.2
+"""Room for the stated drift over the drift: with more room the run is slower."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,17 +126,44 @@ def envelope_of(plan: Plan, measured: Measured | None = None) -> Envelope:
     if measured is not None:
         return envelope
     told = advised(plan, envelope.reasons, lambda p: derive(p).reasons)
+    if envelope.limits is not None:
+        told = _by_result(plan, envelope.theory, told)
     until = None if envelope.limits is None else until_of(plan, envelope.theory)
     if until is not None:
         told = (*told, *until_reasons(until))
     return replace(envelope, until=until, reasons=told, verdict=verdict_of(told))
 
 
+def _by_result(plan: Plan, theory: Theory, reasons: tuple[Reason, ...]) -> tuple[Reason, ...]:
+    """The reasons; what is in the result's interval is a note where that is narrow enough."""
+    if not any(each.code in IN_THE_INTERVAL for each in reasons):
+        return reasons
+    try:
+        enough = expected_result(plan, theory).half_width <= 1.0 / plan.identify.accuracy_t
+    except DomainError:
+        return reasons
+    return tuple(
+        replace(each, severity=Severity.NOTE) if enough and each.code in IN_THE_INTERVAL else each
+        for each in reasons
+    )
+
+
 def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
     """The envelope of a plan without trying any remedies; otherwise as `envelope_of`.
 
     What each level needs for `procedure.until` is left out: such a run goes up to the top force.
+    A `max_drift` that nobody wrote leaves room for the drift that the force sensor states.
     """
+    envelope = _derived(plan, measured)
+    shift_n = stated_shift_n(plan, envelope.bounds.loop_s, envelope.stages)
+    if shift_n <= plan.procedure.max_drift_n or not follows(plan, "procedure", "max_drift_n"):
+        return envelope
+    procedure = replace(plan.procedure, max_drift_n=SPARE_DRIFT * shift_n)
+    roomier = _derived(replace(plan, procedure=procedure), measured)
+    return envelope if roomier.limits is None else roomier
+
+
+def _derived(plan: Plan, measured: Measured | None) -> Envelope:
     theory, bounds = theory_of(plan.payload), press_rig(plan.rig, plan.rig.force.noise_n)
     safe_n = largest_top_force(plan, theory.counted.lower_n)
     pressing, limits, refusal = _pressed(plan, theory, safe_n, measured)

@@ -12,7 +12,7 @@ from stepload.envelope.conditions import across_of, gauge_offset_of
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import Theory
 from stepload.evidence.askew import TURN_RAD_PER_N
-from stepload.evidence.gates import FRICTION_HARMLESS, LATERAL_SHARE
+from stepload.evidence.gates import LATERAL_SHARE
 from stepload.plan.model import Plan, Provenance, Structure
 from stepload.units import format_quantity
 
@@ -55,10 +55,10 @@ def friction_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
     worst = (1.0 - 1.0 / ratio) * theory.law.secant(plan.procedure.top_force_n) / k_s
     yield Reason(
         "friction_unknown",
-        Severity.WARN if worst > FRICTION_HARMLESS else Severity.NOTE,
+        Severity.WARN,
         f"Friction under the tip is unknown: ±{100.0 * worst:.2g} % of the deformation.",
         "a gauge across the contact, or calibrate with a six-axis force sensor, dry and greased",
-        worst, FRICTION_HARMLESS, "", worst,
+        worst, math.nan, "", worst,
     )  # fmt: skip
 
 

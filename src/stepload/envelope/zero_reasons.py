@@ -14,9 +14,23 @@ from stepload.envelope.zero_drift import (
     unchecked_drift,
     under_load_s,
 )
-from stepload.plan.model import Plan, SecondForceSource
+from stepload.plan.model import Plan, Procedure, SecondForceSource
 from stepload.record.outcome import SURE_SIGMAS
 from stepload.units import beside_limit, format_quantity
+
+
+def stated_shift_n(plan: Plan, loop_s: float, stages: Sequence[Stage]) -> float:
+    """How far the stated drift may move the zero in N from one look at it to the next."""
+    return plan.rig.force.drift_n_per_s * sum(_times_s(plan.procedure, loop_s, stages))
+
+
+def _times_s(procedure: Procedure, loop_s: float, stages: Sequence[Stage]) -> tuple[float, float]:
+    """Times in s from the middle of a tare to the contact, and from there to the next look."""
+    contacts = procedure.cycles if procedure.lift_off else 1
+    scheduled_s = sum(stage.total_s for stage in stages if stage.name in UNDER_LOAD) / contacts
+    approach_s = 0.5 * procedure.tare_s + DRIFT_CHECK_S
+    approach_s += sum(stage.total_s for stage in stages if stage.name in APPROACH)
+    return approach_s, max(under_load_s(procedure, loop_s), scheduled_s)
 
 
 def zero_drift_reasons(plan: Plan, loop_s: float, stages: Sequence[Stage]) -> Iterator[Reason]:
@@ -27,36 +41,27 @@ def zero_drift_reasons(plan: Plan, loop_s: float, stages: Sequence[Stage]) -> It
         loop_s: its loop delay T.
         stages: its schedule; empty where it may not run.
     """
-    procedure = plan.procedure
-    contacts = procedure.cycles if procedure.lift_off else 1
-    scheduled_s = sum(stage.total_s for stage in stages if stage.name in UNDER_LOAD) / contacts
-    approach_s = 0.5 * procedure.tare_s + DRIFT_CHECK_S
-    approach_s += sum(stage.total_s for stage in stages if stage.name in APPROACH)
-    loaded_s = max(under_load_s(procedure, loop_s), scheduled_s)
+    approach_s, loaded_s = _times_s(plan.procedure, loop_s, stages)
     yield from _stated_reasons(plan, approach_s + loaded_s)
     yield from _old_zero_reasons(plan, loop_s, approach_s, loaded_s)
     if plan.rig.second_force.source is SecondForceSource.NONE:
-        longest_s = max(longest_under_load_s(procedure, loop_s), loaded_s)
+        longest_s = max(longest_under_load_s(plan.procedure, loop_s), loaded_s)
         yield from _short_tare_reasons(plan, loop_s, max(approach_s, longest_s), longest_s)
 
 
 def _stated_reasons(plan: Plan, looked_s: float) -> Iterator[Reason]:
-    """Whether the stated drift may end a run as planned: by `max_drift`, or by the touch force,
-    above which a contact counts as not open."""
+    """Whether the stated drift may end a run as planned."""
     drift_n_per_s, procedure = plan.rig.force.drift_n_per_s, plan.procedure
-    shift_n = drift_n_per_s * looked_s
-    limits_n = {"max_drift": procedure.max_drift_n, "touch_force": procedure.touch_force_n}
-    allowed_n = min(limits_n.values())
+    shift_n, allowed_n = drift_n_per_s * looked_s, procedure.max_drift_n
     if shift_n <= allowed_n:
         return
-    name = min(limits_n, key=limits_n.__getitem__)
     shift, allowed = beside_limit(shift_n, allowed_n, "N")
     yield Reason(
         "drift_beyond_max", Severity.WARN,
-        f"The stated drift may move the zero by {shift} in {looked_s:.0f} s; {name} allows"
+        f"The stated drift may move the zero by {shift} in {looked_s:.0f} s; max_drift allows"
         f" {allowed}.",
-        f"a larger {name}, fewer levels, shorter holds, or a longer warm-up",
-        shift_n, allowed_n, "N", shift_n / procedure.top_force_n, f"procedure.{name}",
+        "a larger max_drift, fewer levels, shorter holds, or a longer warm-up",
+        shift_n, allowed_n, "N", shift_n / procedure.top_force_n, "procedure.max_drift",
     )  # fmt: skip
 
 

@@ -29,9 +29,6 @@ STRONG_LATERAL = 0.3
 LARGEST_CORRECTION = 0.2
 """Largest correction for lateral force, as a share of the deformation. A tenth of it may remain
 where the plate is tilted: 2 % of the deformation, less than the interval of most runs."""
-FRICTION_HARMLESS = 0.05
-"""Largest change of the deflection that unknown friction may cause, as a share of the
-deformation."""
 CREEP_SHARE = 0.03
 """Largest creep over a settled loading, as a share of the deformation."""
 FAR = 2.0
@@ -102,9 +99,6 @@ _MEANS = {
     "calibrate dry and greased",
     "lateral_correction": "what was taken out for the force across the axis is {value} of the "
     "deformation (allowed {limit}): press where the arm couples less, or reduce the friction",
-    "friction": "how friction at the contact compares with that of the calibration is not known; "
-    "it may change the arm's deflection by up to {value} of the deformation (allowed {limit}): use "
-    "a six-axis sensor and calibrate with it, dry and greased, or a gauge across the contact",
     "slip": "the contact slipped while loading; on a plate tilted by as much as {tilt} degrees, "
     "which is not excluded, this may be {value} of the deformation (allowed {limit}): square the "
     "plate, or reduce the friction",

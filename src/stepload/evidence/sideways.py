@@ -10,7 +10,6 @@ from stepload.estimators.across import CROSS_COMPLIANCE
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
 from stepload.evidence.gates import (
-    FRICTION_HARMLESS,
     LARGEST_CORRECTION,
     LATERAL_SHARE,
     STRONG_LATERAL,
@@ -24,11 +23,11 @@ LEFT_OVER = 0.05
 """Standard uncertainty of a correction with three numbers, as a share of the correction. In
 simulation 1/18 to 1/20 of the bias of one number remained where all slides or all sticks, a tenth
 on a plate tilted by 3 degrees: joints turn, and the plate's normal is not the tool's axis."""
-UNKNOWN_FRICTION = 0.9 * 0.5 / math.sqrt(3.0)
+UNKNOWN_FRICTION = 0.9 * 0.6 / math.sqrt(3.0)
 """Standard uncertainty of a deflection, as a share of it, on a serial arm where the friction of the
 payload is not known relative to that of the calibration. Coupling C_xz/C_zz of 0.9 (90th percentile
-of poses; median 0.3) times a difference of the lateral shares of up to 0.5 either way, uniformly
-distributed: 0.26. With a difference of 0.3 the 95 % intervals of 128 simulated runs contained the
+of poses; median 0.3) times a difference of the lateral shares of up to 0.6 either way, uniformly
+distributed: 0.31. With a difference of 0.3 the 95 % intervals of 128 simulated runs contained the
 truth in 83 %, with 0.5 in 90 %: a tip that sticks, or a dry block and a payload that slides, differ
 more than two contacts that slide (`python -m stepload_verify.trials.coupling`)."""
 
@@ -50,7 +49,6 @@ class Sideways:
         away: the same less the share that K_s was measured at.
         relative: standard uncertainty of the deflection that it leaves, as a share of it.
         taken: the correction by the three numbers, as a share of the deflection.
-        stuck_ratio: largest stiffness while friction holds the tip, over K_s.
         errors: the independent parts of `relative` with their signs, which give the correlation
             between runs of one rig; empty where they are not known.
     """
@@ -60,7 +58,6 @@ class Sideways:
     away: float = 0.0
     relative: float = 0.0
     taken: float = 0.0
-    stuck_ratio: float = 1.0
     errors: tuple[float, ...] = ()
 
     @property
@@ -84,11 +81,7 @@ class Sideways:
             ]
         if self.rule == "one number":
             return [judged("lateral", self.away, LATERAL_SHARE, meaning="other_friction")]
-        found = [judged("lateral", self.share, LATERAL_SHARE)] if self.share is not None else []
-        if self.rule == "unknown":
-            worst = (1.0 - 1.0 / self.stuck_ratio) * deflection_share
-            found.append(judged("friction", worst, FRICTION_HARMLESS))
-        return found
+        return [judged("lateral", self.share, LATERAL_SHARE)] if self.share is not None else []
 
     @property
     def note(self) -> str:
@@ -135,7 +128,7 @@ def sideways(
             errors = _along(across.away(share))
             return Sideways("one number", size, away, CROSS_COMPLIANCE * away, errors=errors)
     if told.arm:
-        return Sideways("unknown", size, relative=UNKNOWN_FRICTION, stuck_ratio=told.stuck_ratio)
+        return Sideways("unknown", size, relative=UNKNOWN_FRICTION)
     errors = () if share is None else _along(share)
     return Sideways("guided", size, relative=GUIDED_COMPLIANCE * (size or 0.0), errors=errors)
 

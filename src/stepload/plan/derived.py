@@ -75,8 +75,6 @@ def _largest_step(plan: Plan) -> float:
     return max(high - low for low, high in pairwise((0.0, *levels)))
 
 
-LEVEL_S, APPROACH_S = 4.0, 60.0
-"""Generous times of a level beside its hold, and of an approach, in which the zero may drift."""
 TOUCH_SHARE = 0.8
 """Touch force over the first level, where that lies lower than the usual touch force."""
 TOOL_SHARE = 1.5
@@ -102,15 +100,7 @@ def _touch_force(plan: Plan) -> float:
 
 
 def _max_drift(plan: Plan) -> float:
-    """The default in N: no less than the stated drift of the sensor in the time of a cycle."""
-    force, procedure = plan.rig.force, plan.procedure
-    drift_n = 0.0
-    with suppress(UnknownError):
-        sweeps = 2 if procedure.unload else 1
-        cycles = 1 if procedure.lift_off else procedure.cycles
-        held_s = len(procedure.levels_n) * sweeps * cycles * (procedure.hold_s + LEVEL_S)
-        drift_n = force.drift_n_per_s * (procedure.tare_s + APPROACH_S + held_s)
-    return max(0.01 * procedure.top_force_n, 1.0, 3.0 * force.resolution_n, drift_n)
+    return max(0.01 * plan.procedure.top_force_n, 1.0, 3.0 * plan.rig.force.resolution_n)
 
 
 def _search_distance(plan: Plan) -> float:

@@ -147,7 +147,8 @@ class Procedure:
         Force,
         Key(
             "Shift of the force zero within a cycle that ends the run, and over the run that flags "
-            "it; default: 1 % of `top_force`, at least 1 N and three force resolutions.",
+            "it; default: 1 % of `top_force`, at least 1 N, three force resolutions and what the "
+            "stated drift of the sensor may come to in a cycle.",
             derived=True,
         ),
     ]

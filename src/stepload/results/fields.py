@@ -132,7 +132,6 @@ SIGNS = {
     "touch_shift": "touch, first to last",
     "lateral": "force across the axis, share",
     "lateral_correction": "what was taken out for it, share of the deformation",
-    "friction": "what friction of unknown size may do, share of the deformation",
     "slip": "what slips may have moved the tip along the axis",
     "share_change": "force across the axis, change of the share from cycle 1 to 2",
     "eccentric": "touched beside the axis, with a gauge beside it",
