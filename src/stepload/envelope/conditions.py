@@ -7,7 +7,6 @@ import math
 from stepload.contact.elastic import equivalent_modulus
 from stepload.contact.materials import BluntTip, Sphere
 from stepload.contact.rough import RoughSphere, length_sigma, roughness_number
-from stepload.envelope.bounds import stuck_ratio
 from stepload.envelope.stiffness import known_stiffness
 from stepload.envelope.theory import Theory
 from stepload.estimators.across import Across
@@ -65,7 +64,6 @@ def conditions_of(plan: Plan, theory: Theory) -> Conditions:
         temperature_c=wanted.temperature_c,
         across=Across() if gauge or wanted.kind == "system" else across_of(stiffness),
         arm=rig.arm.structure is Structure.ARM,
-        stuck_ratio=stuck_ratio(rig)[0],
         lever_m=rig.force.lever_m,
         misalignment_rad=misalignment_of(rig),
         yields_m_per_n=1.0 / stiffness.stiffness_n_per_m,

@@ -51,7 +51,9 @@ ALMOST = 0.999
 """Share of the largest safe force at which the figures of a refused plan are shown."""
 
 
-IN_THE_INTERVAL = ("stiffness_indicative", "stiffness_uncertain", "friction_unknown")
+IN_THE_INTERVAL = (
+    "stiffness_indicative", "stiffness_uncertain", "friction_unknown", "gauge_offset",
+)  # fmt: skip
 """Codes of doubts that are bounded, and are part of the result's interval."""
 
 

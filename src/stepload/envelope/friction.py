@@ -7,12 +7,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from stepload.envelope.bounds import LEAST_CLASS_RATIO, largest_stiffness, stuck_ratio
+from stepload.envelope.bounds import LEAST_CLASS_RATIO, largest_stiffness
 from stepload.envelope.conditions import across_of, gauge_offset_of
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import Theory
 from stepload.evidence.askew import TURN_RAD_PER_N
+from stepload.estimators.smooth import NORMAL_95
 from stepload.evidence.gates import LATERAL_SHARE
+from stepload.evidence.sideways import UNKNOWN_FRICTION
 from stepload.plan.model import Plan, Provenance, Structure
 from stepload.units import format_quantity
 
@@ -51,14 +53,14 @@ def friction_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
             LATERAL_SHARE, math.nan, "",
         )  # fmt: skip
         return
-    ratio, _ = stuck_ratio(plan.rig)
-    worst = (1.0 - 1.0 / ratio) * theory.law.secant(plan.procedure.top_force_n) / k_s
+    share = theory.law.secant(plan.procedure.top_force_n) / k_s
+    cost = NORMAL_95 * UNKNOWN_FRICTION * share
     yield Reason(
         "friction_unknown",
         Severity.WARN,
-        f"Friction under the tip is unknown: ±{100.0 * worst:.2g} % of the deformation.",
+        f"Friction under the tip is unknown: ±{100.0 * cost:.2g} % of the result.",
         "a gauge across the contact, or calibrate with a six-axis force sensor, dry and greased",
-        worst, math.nan, "", worst,
+        cost, math.nan, "", cost,
     )  # fmt: skip
 
 
@@ -87,7 +89,7 @@ def _gauge_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
         return
     harm = offset_m * TURN_RAD_PER_N * theory.law.secant(plan.procedure.top_force_n)
     yield Reason(
-        "gauge_offset", Severity.NOTE,
+        "gauge_offset", Severity.WARN,
         f"The gauge's offset from the contact is not stated; {format_quantity(offset_m, 'm')} "
         f"count, {harm:.1%} of the deformation.",
         "state rig.displacement.offset, or use two gauges on both sides",

@@ -41,7 +41,6 @@ class Conditions:
         pose, temperature_c: of the run; "" and None where the plan does not state them.
         across: what is known of the effect of lateral force.
         arm: whether a serial arm presses, which friction at the contact makes stiffer.
-        stuck_ratio: its largest stiffness while friction holds the tip sideways, over K_s.
         lever_m: from the force sensor's origin to the contact; None where it is not stated.
         misalignment_rad: largest angle between the sensor's axis and the direction of the press.
         yields_m_per_n: how far the rig gives way along the press per newton, 1/K_s, whether or not
@@ -73,7 +72,6 @@ class Conditions:
     temperature_c: float | None = None
     across: Across = field(default_factory=Across)
     arm: bool = False
-    stuck_ratio: float = 1.0
     lever_m: float | None = None
     misalignment_rad: float = 0.0
     yields_m_per_n: float = 0.0

@@ -23,11 +23,11 @@ LEFT_OVER = 0.05
 """Standard uncertainty of a correction with three numbers, as a share of the correction. In
 simulation 1/18 to 1/20 of the bias of one number remained where all slides or all sticks, a tenth
 on a plate tilted by 3 degrees: joints turn, and the plate's normal is not the tool's axis."""
-UNKNOWN_FRICTION = 0.9 * 0.6 / math.sqrt(3.0)
+UNKNOWN_FRICTION = 0.9 * 0.5 / math.sqrt(3.0)
 """Standard uncertainty of a deflection, as a share of it, on a serial arm where the friction of the
 payload is not known relative to that of the calibration. Coupling C_xz/C_zz of 0.9 (90th percentile
-of poses; median 0.3) times a difference of the lateral shares of up to 0.6 either way, uniformly
-distributed: 0.31. With a difference of 0.3 the 95 % intervals of 128 simulated runs contained the
+of poses; median 0.3) times a difference of the lateral shares of up to 0.5 either way, uniformly
+distributed: 0.26. With a difference of 0.3 the 95 % intervals of 128 simulated runs contained the
 truth in 83 %, with 0.5 in 90 %: a tip that sticks, or a dry block and a payload that slides, differ
 more than two contacts that slide (`python -m stepload_verify.trials.coupling`)."""
 

@@ -9,7 +9,6 @@ from dataclasses import asdict, replace
 from typing import Any
 
 from stepload.contact.law_names import LAW_NAMES
-from stepload.envelope.bounds import ARM_STUCK_RATIO
 from stepload.envelope.conditions import ARM_MISALIGNMENT_RAD, UNKNOWN_OFFSET_M, conditions_of
 from stepload.envelope.envelope import Envelope
 from stepload.errors import BadInputError
@@ -68,6 +67,7 @@ def from_attachments(attachments: Mapping[str, bytes]) -> Conditions:
         raise BadInputError(f"the record has no {FILE}", hint="it was not made by stepload run")
     try:
         data = _as_arm(json.loads(raw))
+        data.pop("stuck_ratio", None)  # of records that have it
         laws = tuple(data.get("laws", ()))
         across = _across(data.get("across"))
         sources = _sources(data["sources"])
@@ -101,9 +101,7 @@ def _as_arm(data: dict[str, Any]) -> dict[str, Any]:
         "gauge_offset_m": 0.0 if stiffness else UNKNOWN_OFFSET_M,
     }
     if not told:
-        careful |= {
-            "arm": True, "stuck_ratio": ARM_STUCK_RATIO, "structure_note": UNTOLD_STRUCTURE
-        }  # fmt: skip
+        careful |= {"arm": True, "structure_note": UNTOLD_STRUCTURE}
     return data | careful
 
 
@@ -170,7 +168,7 @@ def _check(found: Conditions) -> None:
                 "modulus_pa", "plate_pa", "lever_m"}  # fmt: skip
     positive = {"secant_force_n", "p", "s", "t", "system_stiffness_n_per_m", "elastic_limit_n",
                 "position_resolution_m", "smooth_length_n", "theory_k", "theory_n", "modulus_pa",
-                "plate_pa", "stuck_ratio", "rough_length_sigma"}  # fmt: skip
+                "plate_pa", "rough_length_sigma"}  # fmt: skip
     for name, value in numbers.items():
         if name in _NO_NUMBERS or name in _TABLE:
             continue

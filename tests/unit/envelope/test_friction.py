@@ -45,28 +45,10 @@ def test_of_an_arm_whose_friction_is_not_known_the_result_is_doubted() -> None:
     assert said(stiff) == {}
 
 
-def test_an_arm_that_is_far_stiffer_than_the_payload_gets_a_note_only() -> None:
-    assert said(plan_with(stiffness_n_per_m=2e8, sigma_n_per_m=2e6)) == {
-        "friction_unknown": Severity.NOTE
-    }
-
-
 def test_a_gauge_across_the_contact_does_without() -> None:
     plan = plan_with()
     gauge = DisplacementSpec(DriverChoice("sim", {}), 100.0, 1e-7, 2e-8)
     assert said(replace(plan, rig=replace(plan.rig, displacement=gauge))) == {}
-
-
-@pytest.mark.parametrize(("kinematics", "machine"), [(None, True), ("ur5e", False)])
-def test_who_has_an_arm_is_not_told_to_call_it_a_machine(
-    kinematics: str | None, machine: bool
-) -> None:
-    plan = plan_with()
-    plan = replace(
-        plan, rig=replace(plan.rig, arm=replace(plan.rig.arm, kinematics=kinematics))
-    )  # fmt: skip
-    [told] = [r for r in envelope_for(plan).reasons if r.code == "friction_unknown"]
-    assert ("structure: machine" in told.remedy) is machine
 
 
 @pytest.mark.parametrize(
@@ -86,7 +68,6 @@ def test_a_stuck_ratio_of_one_pose_beside_a_guess_is_warned_of(
     plan = replace(plan, rig=replace(plan.rig, system_stiffness=system))
     told = [r for r in envelope_for(plan).reasons if r.code == "stuck_ratio_of_a_guess"]
     assert [r.severity for r in told] == [Severity.WARN] * warned
-    assert all("of that pose only" in r.message for r in told)
     guided = replace(plan.rig.arm, structure=Structure.MACHINE)
     plan = replace(plan, rig=replace(plan.rig, arm=guided))
     assert "stuck_ratio_of_a_guess" not in {r.code for r in envelope_for(plan).reasons}

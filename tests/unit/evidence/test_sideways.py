@@ -13,7 +13,7 @@ from stepload.estimators.conditions import Conditions
 from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.sources import Sources
 from stepload.evidence.answer import weigh
-from stepload.evidence.gates import FRICTION_HARMLESS, LARGEST_CORRECTION, STRONG_LATERAL
+from stepload.evidence.gates import LARGEST_CORRECTION, STRONG_LATERAL
 from stepload.evidence.sideways import (
     GUIDED_COMPLIANCE,
     UNKNOWN_FRICTION,
@@ -27,7 +27,7 @@ KNOWN = Across((2e-6, 0.0), (1e-7, 1e-7), 0.0, (0.1, 0.0), reach=0.1)
 
 
 def found(across: Across, share: tuple[float, float] | None, **more: Any) -> Sideways:
-    options: dict[str, Any] = {"arm": True, "stuck_ratio": 3.3} | more
+    options: dict[str, Any] = {"arm": True} | more
     vector = None if share is None else np.array(share)
     size = None if share is None else float(np.hypot(*share))
     away = 0.0 if share is None else float(np.linalg.norm(across.away(np.array(share))))
@@ -61,14 +61,12 @@ def test_a_gauge_across_the_contact_asks_nothing_of_the_arm() -> None:
 
 
 @pytest.mark.parametrize("share", [None, (0.01, 0.0)])
-def test_an_arm_whose_friction_nobody_knows_costs_width_and_is_blocked_where_it_counts(
+def test_an_arm_whose_friction_nobody_knows_costs_width(
     share: tuple[float, float] | None,
 ) -> None:
     it = found(Across(), share)
     assert (it.rule, it.relative) == ("unknown", UNKNOWN_FRICTION)
-    worst = 1.0 - 1.0 / 3.3
-    assert fires(it, 1.01 * FRICTION_HARMLESS / worst) == {"friction"}
-    assert fires(it, 0.99 * FRICTION_HARMLESS / worst) == set()
+    assert fires(it, 1.0) == set()
     assert "six axes" in it.note
 
 
@@ -118,20 +116,19 @@ def test_its_errors_point_where_the_share_is_from_that_of_the_calibration() -> N
 
 
 def test_before_a_run_only_what_is_certain_to_be_missing_costs_width() -> None:
-    arm: dict[str, Any] = {"arm": True, "stuck_ratio": 3.3}
+    arm: dict[str, Any] = {"arm": True}
     assert expected_sideways(conditions(Across(), **arm)).relative == UNKNOWN_FRICTION
     assert expected_sideways(conditions(KNOWN, **arm)).relative == 0.0
     assert expected_sideways(conditions(Across(at_share=(0.0, 0.0)), **arm)).relative == 0.0
     assert expected_sideways(conditions(Across())).relative == 0.0
 
 
-def test_it_stands_in_the_budget_and_blocks_the_result() -> None:
+def test_it_stands_in_the_budget() -> None:
     quiet = weigh(press(World()))
     assert quiet.headline.verdict is ResultVerdict.IDENTIFIED
-    unknown = Sideways("unknown", relative=UNKNOWN_FRICTION, stuck_ratio=3.3)
+    unknown = Sideways("unknown", relative=UNKNOWN_FRICTION)
     evidence = weigh(press(World(said={"sideways": unknown})))
     [line] = [x for x in evidence.headline.lines if x.source == "force across the axis"]
     assert line.relative > 0.02
-    assert evidence.headline.verdict is not ResultVerdict.IDENTIFIED
-    assert any("friction" in why for why in evidence.headline.why)
+    assert evidence.headline.half_width > quiet.headline.half_width
     assert unknown.note in evidence.notes

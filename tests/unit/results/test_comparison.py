@@ -386,7 +386,7 @@ def test_where_it_does_not_no_verdict_is_given(monkeypatch: pytest.MonkeyPatch) 
 
 def test_what_friction_does_to_an_arm_stands_between_its_run_and_a_curve() -> None:
     """A curve that a guided axis would call different is within what an arm of this K_s may do."""
-    arm = replace(CONDITIONS, arm=True, stuck_ratio=3.8, modulus_pa=2.91e9)
+    arm = replace(CONDITIONS, arm=True, modulus_pa=2.91e9)
     given = CurveGiven(curve(0.7), modulus_pa=2.91e9)
     (guided,) = compare([saved("a", conditions=replace(arm, arm=False))], given=given).curve
     found = compare([saved("a", conditions=arm)], given=given)

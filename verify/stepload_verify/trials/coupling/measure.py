@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from stepload.envelope.bounds import ARM_STUCK_RATIO
 from stepload.envelope.conditions import ARM_MISALIGNMENT_RAD
 from stepload.estimators.across import Across
 from stepload.estimators.conditions import Conditions
@@ -162,7 +161,6 @@ def conditions(bench: Bench, record: CalibrationRecord) -> Conditions:
         pose="down",
         across=Across(c, size or (0.0, 0.0), record.across_correlation, share, record.share_reach),
         arm=bench.arm,
-        stuck_ratio=ARM_STUCK_RATIO if bench.arm else 1.0,
         misalignment_rad=ARM_MISALIGNMENT_RAD if bench.arm else 0.0,
         yields_m_per_n=1.0 / k_s,
     )  # fmt: skip

@@ -1,0 +1,44 @@
+"""Ordinary plans run: preflight agrees with an expert who judged them before it did."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from lab_plans import plan_of, rows
+
+from stepload.envelope.envelope import Envelope, envelope_of
+from stepload.envelope.reason import Severity
+
+AGREE = 37
+"""Of the forty."""
+WORDS = {"go": "press", "warn": "care", "refused": "pointless"}
+LIMITS = {"top_force_above_safe_limit", "unidentifiable"}
+"""The codes of refusals for F_c and for (34)."""
+
+
+def judged(folder: Path) -> list[tuple[str, Envelope]]:
+    return [(word, envelope_of(plan_of(text, name, folder))) for name, word, _, text in rows()]
+
+
+def test_preflight_agrees_with_the_expert_and_refuses_for_two_reasons_only(tmp_path: Path) -> None:
+    found = judged(tmp_path)
+    assert len(found) == 40
+    assert sum(WORDS[envelope.verdict] == word for word, envelope in found) >= AGREE
+    refusals = {
+        reason.code
+        for _, envelope in found
+        for reason in envelope.reasons
+        if reason.severity is Severity.REFUSE
+    }
+    assert refusals == LIMITS
+
+
+def test_a_doubt_that_the_interval_holds_warns_only_where_it_is_too_wide(tmp_path: Path) -> None:
+    told = {
+        envelope.plan.name: {reason.code: reason.severity for reason in envelope.reasons}
+        for _, envelope in judged(tmp_path)
+    }
+    assert told["gelatine-ur5e"]["stiffness_indicative"] is Severity.NOTE
+    assert told["gelatine-ur5e"]["friction_unknown"] is Severity.NOTE
+    assert told["silicone-ur5e-class"]["stiffness_indicative"] is Severity.WARN
+    assert told["tpu-dome-ur5e"]["friction_unknown"] is Severity.WARN
