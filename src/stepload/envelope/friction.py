@@ -18,6 +18,8 @@ from stepload.units import format_quantity
 
 TYPICAL_SHARE = 0.3
 """Lateral force over axial force of a contact that slides with a friction of 0.3."""
+SIX_AXES = "a gauge across the contact, or calibrate with a six-axis force sensor, dry and greased"
+NO_ARM = "a gauge across the contact, or rig.arm.structure: machine if the axis is guided"
 
 
 def friction_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
@@ -57,7 +59,7 @@ def friction_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
         "friction_unknown",
         Severity.WARN if worst > FRICTION_HARMLESS else Severity.NOTE,
         f"Friction under the tip is unknown: ±{100.0 * worst:.2g} % of the deformation.",
-        "a gauge across the contact, or calibrate with a six-axis force sensor, dry and greased",
+        SIX_AXES if plan.rig.arm.kinematics else NO_ARM,
         worst, FRICTION_HARMLESS, "", worst,
     )  # fmt: skip
 

@@ -86,7 +86,6 @@ def test_a_stuck_ratio_of_one_pose_beside_a_guess_is_warned_of(
     plan = replace(plan, rig=replace(plan.rig, system_stiffness=system))
     told = [r for r in envelope_for(plan).reasons if r.code == "stuck_ratio_of_a_guess"]
     assert [r.severity for r in told] == [Severity.WARN] * warned
-    assert all("of that pose only" in r.message for r in told)
     guided = replace(plan.rig.arm, structure=Structure.MACHINE)
     plan = replace(plan, rig=replace(plan.rig, arm=guided))
     assert "stuck_ratio_of_a_guess" not in {r.code for r in envelope_for(plan).reasons}
