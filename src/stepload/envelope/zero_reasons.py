@@ -50,12 +50,13 @@ def _stated_reasons(plan: Plan, looked_s: float) -> Iterator[Reason]:
     if shift_n <= allowed_n:
         return
     name = min(limits_n, key=limits_n.__getitem__)
+    passed = " and ".join(each for each, limit_n in limits_n.items() if limit_n < shift_n)
     shift, allowed = beside_limit(shift_n, allowed_n, "N")
     yield Reason(
         "drift_beyond_max", Severity.WARN,
         f"The stated drift may move the zero by {shift} in {looked_s:.0f} s; {name} allows"
         f" {allowed}.",
-        f"a larger {name}, fewer levels, shorter holds, or a longer warm-up",
+        f"a larger {passed}, fewer levels, shorter holds, or a longer warm-up",
         shift_n, allowed_n, "N", shift_n / procedure.top_force_n, f"procedure.{name}",
     )  # fmt: skip
 
