@@ -42,7 +42,7 @@ def codes_of(group: str) -> set[str]:
 
 
 def test_every_reason_of_a_preflight_is_explained() -> None:
-    found = emitted(PREFLIGHT, ("envelope", "contact")) | {"changes_together"}
+    found = emitted(PREFLIGHT, ("envelope", "contact"))
     assert len(found) > 30
     assert codes_of("preflight") == found
 

@@ -114,9 +114,9 @@ def _depth(pressed: Pressed) -> Iterator[DomainDoubt]:
     if slope > LARGEST_SLOPE:
         yield DomainDoubt(
             "steep_contact",
-            f"at {to_n:.4g} N the gap rises with a slope of {slope:.2g} at the edge of the contact;"
-            f" (3) holds for small ones, up to {LARGEST_SLOPE:.2g}",
-            "do not read K and n as those of this shape; compare measured curves instead",
+            f"At {to_n:.4g} N the gap's slope at the edge of contact is {slope:.2g}; (3) holds up"
+            f" to {LARGEST_SLOPE:.2g}.",
+            "compare measured curves, not K and n",
             slope, LARGEST_SLOPE,
         )  # fmt: skip
 
@@ -128,23 +128,20 @@ def _deep(pressed: Pressed, deformation_m: float, radius_m: float) -> Iterator[D
     law = law_for(geometry, pressed.material, pressed.plate)
     force_n = law.force(LARGEST_DEPTH * radius_m)
     figures = (
-        f"at {pressed.to_n:.4g} N the deformation is {deformation_m * 1e3:.3g} mm, {depth:.2g} of"
+        f"At {pressed.to_n:.4g} N the deformation is {deformation_m * 1e3:.3g} mm, {depth:.2g} of"
     )
     if isinstance(geometry, BluntTip):
-        left = "has left" if depth >= 1.0 else "may have left"
         yield DomainDoubt(
             "tip_exceeded",
-            f"{figures} the radius of the {geometry.kind}'s tip; (7) holds up to"
-            f" {LARGEST_DEPTH:g}, and the contact {left} the tip for the flank",
-            f"stay below {force_n:.3g} N, or describe the shape that is in contact (sharp_cone)",
+            f"{figures} the {geometry.kind}'s tip radius; (7) holds up to {LARGEST_DEPTH:g}.",
+            f"stay below {force_n:.3g} N, or describe the shape in contact (sharp_cone)",
             depth, LARGEST_DEPTH, impossible=depth >= 1.0,
         )  # fmt: skip
     else:
         yield DomainDoubt(
             "deep_contact",
-            f"{figures} the radius; (7) holds up to {LARGEST_DEPTH:g}, for small strains of a"
-            " paraboloid",
-            f"stay below {force_n:.3g} N, or take a larger or stiffer payload",
+            f"{figures} the radius; (7) holds up to {LARGEST_DEPTH:g}.",
+            f"stay below {force_n:.3g} N",
             depth, LARGEST_DEPTH, impossible=depth >= 1.0,
         )  # fmt: skip
 
@@ -160,9 +157,9 @@ def _roughness(pressed: Pressed) -> Iterator[DomainDoubt]:
     if rough is None:
         yield DomainDoubt(
             "rough_contact",
-            f"at {from_n:.4g} N the roughness is {alpha:.2g} of the smooth deformation; smooth is"
-            f" below {SMOOTH_ALPHA:g}, and (10) is for spheres of known hardness or yield strength",
-            "use a smoother surface, or give micro_hardness",
+            f"At {from_n:.4g} N the roughness is {alpha:.2g} of the smooth deformation; smooth is"
+            f" below {SMOOTH_ALPHA:g}.",
+            "polish the surface, or state micro_hardness",
             alpha, SMOOTH_ALPHA,
         )  # fmt: skip
         return
@@ -170,9 +167,9 @@ def _roughness(pressed: Pressed) -> Iterator[DomainDoubt]:
     if p0 < P0_MIN:
         yield DomainDoubt(
             "rough_beyond_model",
-            f"at {from_n:.4g} N the largest pressure is {p0:.2g} of the smooth one's; (10) ends at"
-            f" p0 = {P0_MIN:g}",
-            "use a smoother surface, or press harder",
+            f"At {from_n:.4g} N roughness lowers the largest pressure to {p0:.2g} of the smooth"
+            f" one; (10) ends at {P0_MIN:g}.",
+            "polish the surface, or press harder",
             p0, P0_MIN,
         )  # fmt: skip
         return
@@ -180,15 +177,11 @@ def _roughness(pressed: Pressed) -> Iterator[DomainDoubt]:
         rough.deformation(force_n).value / _deformation(pressed, force_n) - 1.0
         for force_n in (from_n, pressed.to_n)
     ]
-    hardness = (
-        "" if pressed.micro_hardness_pa else f", with a hardness of {HARDNESS_OVER_YIELD:g} Y"
-    )
     yield DomainDoubt(
         "rough_contact",
-        f"at {from_n:.4g} N the roughness is {alpha:.2g} of the smooth deformation; smooth is below"
-        f" {SMOOTH_ALPHA:g}. By (10){hardness}, the deformation from the mean plane is"
-        f" {more[0]:.0%} larger there than by (2), and {more[1]:.0%} at {pressed.to_n:.4g} N",
-        "read K and n by the rough law (10)-(12), or trust the chord between two forces only",
+        f"Roughness deforms {more[0]:.0%} more than (2) at {from_n:.4g} N, {more[1]:.0%} at"
+        f" {pressed.to_n:.4g} N, by (10).",
+        "read K and n by the rough law (10)-(12), or use the chord only",
         alpha, SMOOTH_ALPHA, harmless=True,
     )  # fmt: skip
 
@@ -216,11 +209,9 @@ def _height(pressed: Pressed) -> Iterator[DomainDoubt]:
     if share > LARGEST_SHARE_OF_HEIGHT:
         yield DomainDoubt(
             "thin_payload",
-            f"at {pressed.to_n:.4g} N the contact has a radius of {radius_m * 1e3:.3g} mm,"
-            f" {share:.2g} of the payload's height of {pressed.height_m * 1e3:.3g} mm; up to"
-            f" {LARGEST_SHARE_OF_HEIGHT:g} it is a half-space, above it the tool behind it stiffens"
-            " it",
-            "press less hard, or do not read K and n as those of the material",
+            f"At {pressed.to_n:.4g} N the contact radius is {radius_m * 1e3:.3g} mm, {share:.2g} of"
+            f" the payload's height; a half-space holds up to {LARGEST_SHARE_OF_HEIGHT:g}.",
+            "press less hard, or do not read K and n as the material's",
             share, LARGEST_SHARE_OF_HEIGHT, impossible=deformation_m >= pressed.height_m,
         )  # fmt: skip
 
@@ -230,10 +221,9 @@ def _incompressible(pressed: Pressed) -> Iterator[DomainDoubt]:
         if body.poisson_ratio > INCOMPRESSIBLE:
             yield DomainDoubt(
                 "incompressible",
-                f"Poisson's ratio of {body.name} is {body.poisson_ratio:g}: above"
-                f" {INCOMPRESSIBLE:g} a body is incompressible, and what holds it at its sides"
-                " stiffens it beyond (4)",
-                "leave it room to bulge; most rubbers have 0.49 to 0.499",
+                f"Poisson's ratio of {body.name} is {body.poisson_ratio:g}; above"
+                f" {INCOMPRESSIBLE:g} sides that are held stiffen it beyond (4).",
+                "leave it room to bulge",
                 body.poisson_ratio, INCOMPRESSIBLE, harmless=True,
             )  # fmt: skip
 
@@ -245,23 +235,22 @@ def _yield(pressed: Pressed) -> Iterator[DomainDoubt]:
         yield DomainDoubt(
             "beyond_plastic_model",
             f"{to_n:.4g} N is {to_n / limit_n:.3g} F_c; the elastic-plastic law (15) ends at"
-            f" {MODEL_END_FORCE:g} F_c",
+            f" {MODEL_END_FORCE:g} F_c.",
             f"stay below {limit_n:.3g} N, where the contact is elastic",
             to_n / limit_n, MODEL_END_FORCE,
         )  # fmt: skip
     elif limit_n is not None and to_n > limit_n:
         yield DomainDoubt(
             "above_elastic_limit",
-            f"{to_n:.4g} N is above F_c = {limit_n:.4g} N (13): the contact has yielded, and its"
-            " curve is that of (15)",
+            f"{to_n:.4g} N is above F_c = {limit_n:.4g} N (13): the contact has yielded.",
             "do not read K and n as elastic ones",
             to_n, limit_n, "N",
         )  # fmt: skip
     elif pressed.counted_limit_n is not None and to_n > pressed.counted_limit_n:
         yield DomainDoubt(
             "within_doubt_of_limit",
-            f"{to_n:.4g} N is above {pressed.counted_limit_n:.4g} N, what is counted on of F_c: the"
-            " contact may have yielded",
-            "look for set and hysteresis in the data before reading K and n as elastic ones",
+            f"{to_n:.4g} N is above the F_c used, {pressed.counted_limit_n:.4g} N: the contact may"
+            " have yielded.",
+            "look for set and hysteresis in the data",
             to_n, pressed.counted_limit_n, "N",
         )  # fmt: skip

@@ -16,13 +16,9 @@ from stepload.engine.anchor import Anchor
 from stepload.engine.compliance import TangentCompliance
 from stepload.engine.follow import Lead
 from stepload.envelope.catch_up import sudden_step
+from stepload.envelope.climb import LOOK_AHEAD, STIFFENING
 from stepload.envelope.limits import RunLimits
 from stepload.envelope.pressing import LONGEST_STALL_S
-
-STIFFENING = 0.75
-"""(n − 1)/n for the largest exponent that the look-ahead covers, n = 4."""
-LOOK_AHEAD = 0.3
-"""Share of the remaining error that the look-ahead covers."""
 
 
 class StepController:

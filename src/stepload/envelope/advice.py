@@ -42,9 +42,8 @@ def advised(plan: Plan, reasons: tuple[Reason, ...], judge: Judge) -> tuple[Reas
 def _with_remedy(reason: Reason, changes: list[Change]) -> Reason:
     if not changes:
         return replace(reason, remedy=NONE_HELPS)
-    return replace(
-        reason, remedy=", and ".join(change.text for change in changes), key=changes[0].key
-    )
+    texts = {change.key or change.text: change.text for change in changes}  # the last of a key
+    return replace(reason, remedy=", and ".join(texts.values()), key=changes[0].key)
 
 
 def _changes_for(

@@ -199,11 +199,12 @@ def aligning_reasons(plan: Plan, limits: RunLimits | None) -> Iterator[Reason]:
     if not can_shift(rig):
         yield Reason(
             "arm_cannot_shift", Severity.REFUSE,
-            f"procedure.alignment and procedure.nulling need an arm that can go across its "
-            f"approach; the driver {rig.arm.driver.name!r} cannot",
+            f"Alignment and nulling need an arm that moves laterally; the driver "
+            f"{rig.arm.driver.name!r} does not.",
             SIX_AXES_REMEDY
             if rig.arm.driver.name == SIMULATED
-            else "leave both out: align by hand, with a dial gauge on the plate",
+            else "leave both out; align by hand, with a dial gauge on the plate",
+            key="procedure",
         )  # fmt: skip
     if procedure.nulling is not None:
         yield from _nulling_reasons(plan, limits)
@@ -227,9 +228,9 @@ def _nulling_reasons(plan: Plan, limits: RunLimits | None) -> Iterator[Reason]:
     if len(rig.force.rated_force_n) != 3:
         yield Reason(
             "nulling_sensor", Severity.REFUSE,
-            "procedure.nulling takes force across the axis off, and nothing says that the force "
-            "sensor measures it",
-            "state rig.force.rated_force of a six-axis sensor, three numbers; or leave nulling out",
+            "Nulling needs a force sensor that measures lateral force.",
+            "state rig.force.rated_force of a six-axis sensor, or leave nulling out",
+            key="procedure.nulling",
         )  # fmt: skip
     if limits is None:
         return
@@ -237,16 +238,16 @@ def _nulling_reasons(plan: Plan, limits: RunLimits | None) -> Iterator[Reason]:
     if asked.time_constant_s is not None and asked.time_constant_s < least_s:
         yield Reason(
             "nulling_too_fast", Severity.REFUSE,
-            f"procedure.nulling.time_constant is {asked.time_constant_s:.3g} s; the control loop "
-            f"is late by {limits.loop_s:.3g} s, and an arm three times as stiff sideways as "
-            "believed would swing",
-            f"at least {least_s:.2g} s", asked.time_constant_s, least_s, "s",
+            f"The time constant of nulling, {asked.time_constant_s:.3g} s, is too short for a loop "
+            f"delay of {limits.loop_s:.3g} s.",
+            f"time_constant: {least_s:.2g} s or more", asked.time_constant_s, least_s, "s",
+            key="procedure.nulling.time_constant",
         )  # fmt: skip
     yield Reason(
         "nulling", Severity.NOTE,
-        "force across the axis is taken off before each level is held: it lowers the share that "
-        "R12 watches, and biases the stiffness where tool and sensor are not aligned",
-        "compensation with three numbers (stepload calibrate) is the better correction",
+        "Nulling lowers lateral force at each level; it biases the stiffness where tool and sensor "
+        "are misaligned.",
+        "a calibration with lateral force corrects better (stepload calibrate)",
     )  # fmt: skip
 
 
@@ -256,20 +257,18 @@ def _alignment_reasons(plan: Plan, aligning: Aligning) -> Iterator[Reason]:
     if sure_rad >= aligning.max_tilt_rad:
         yield Reason(
             "tilt_unknown", Severity.REFUSE,
-            f"touches known to {format_quantity(aligning.touch_error_m, 'm')} on a circle of "
-            f"{format_quantity(aligning.radius_m, 'm')} tell the tilt to "
-            f"{math.degrees(sure_rad):.2g} deg only, and "
-            f"{math.degrees(aligning.max_tilt_rad):.2g} deg are allowed",
-            "a larger circle, a finer arm, a slower approach, or more tilt",
-            sure_rad, aligning.max_tilt_rad, "rad",
+            f"Touches on a circle of {format_quantity(aligning.radius_m, 'm')} tell the tilt to "
+            f"{math.degrees(sure_rad):.2g}°; {math.degrees(aligning.max_tilt_rad):.2g}° are "
+            "allowed.",
+            "a larger circle, or a larger max_tilt",
+            sure_rad, aligning.max_tilt_rad, "rad", key="procedure.alignment",
         )  # fmt: skip
     near_m = procedure.surface_distance_m - procedure.surface_uncertainty_m
     if near_m < aligning.clear_m:
         yield Reason(
             "alignment_room", Severity.REFUSE,
-            f"the plate may be {format_quantity(near_m, 'm')} from the start pose, and the arm is "
-            f"shifted {format_quantity(aligning.clear_m, 'm')} away from it: room behind the start "
-            "pose was not proven free",
+            f"The plate may be {format_quantity(near_m, 'm')} from the start pose; alignment needs "
+            f"{format_quantity(aligning.clear_m, 'm')}.",
             "start farther away, or touch on a smaller circle",
-            near_m, aligning.clear_m, "m",
+            near_m, aligning.clear_m, "m", key="procedure.surface_distance",
         )  # fmt: skip

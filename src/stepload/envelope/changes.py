@@ -221,7 +221,7 @@ def blunter(plan: Plan, reason: Reason) -> Iterator[Change]:
         text, radius_m = _written(_ceil(factor * geometry.radius_m), "m")
         kind = getattr(geometry, "kind", "sphere")
         yield Change(
-            f"a blunter {kind} of the same material, radius {text} or more",
+            f"a blunter {kind}, radius {text} or more",
             _changed(plan, "payload", geometry=replace(geometry, radius_m=radius_m)),
             "payload.geometry.radius",
         )

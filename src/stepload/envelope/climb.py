@@ -7,6 +7,7 @@ force channel the travel limit bounds it too.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -19,11 +20,12 @@ from stepload.envelope.press import NOISE_MULTIPLE
 from stepload.envelope.pressing import LONGEST_STALL_S
 from stepload.plan.model import Plan
 
-BEGIN_TIME_CONSTANTS = 2.0
-"""Time constants 1/λ by which a step is late: it begins as if the surface were rigid, and the force
-follows its ramp one time constant behind."""
+STIFFENING = 0.75
+"""(n − 1)/n for the largest exponent that the look-ahead of the step controller covers, n = 4."""
+LOOK_AHEAD = 0.3
+"""Share of the remaining error that the look-ahead covers."""
 PARTS = 24
-"""Number of parts over which the time of a step is summed."""
+"""Least number of parts over which the time of a step is summed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,12 +50,12 @@ def climbs_of(plan: Plan, limits: RunLimits, law: ContactLaw) -> Climbs:
     own = _Way(limits, law, rig.system_stiffness.stiffness_n_per_m)
     longest_s = step_patience_s(procedure)
     below = (procedure.touch_force_n, *levels[:-1])
-    up = (own.up_s(low, high) for low, high in zip(below, levels, strict=True))
-    down = (own.down_s(high, low) for low, high in pairwise(levels))
-    return Climbs(
-        tuple(min(each, longest_s) for each in up),
-        tuple(min(each, longest_s) for each in down),
+    up = (
+        own.time_s(low, high, longest_s, known=i > 0)
+        for i, (low, high) in enumerate(zip(below, levels, strict=True))
     )
+    down = (own.time_s(high, low, longest_s, known=False) for low, high in pairwise(levels))
+    return Climbs(tuple(up), tuple(down))
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,33 +66,39 @@ class _Way:
     law: ContactLaw
     system_n_per_m: float
 
-    def up_s(self, low_n: float, high_n: float) -> float:
-        """Time in s to press from one force to a higher one."""
-        limits = self.limits
-        part_n = max(high_n - limits.band_n - low_n, 0.0) / PARTS
-        total_s = BEGIN_TIME_CONSTANTS / limits.step_rate_per_s
-        for i in range(PARTS):
-            force_n = low_n + (i + 0.5) * part_n
-            rate = self._fastest_m_s(force_n) / self._compliance(force_n)
-            closing = limits.step_rate_per_s * (high_n - force_n)
-            total_s += part_n / min(rate, closing, limits.load_rate_n_per_s)
-        return total_s
+    def time_s(self, from_n: float, to_n: float, longest_s: float, *, known: bool) -> float:
+        """Time in s from one force to another, at most `longest_s`, as the controller moves.
 
-    def down_s(self, high_n: float, low_n: float) -> float:
-        """Time in s to come down from one force to a lower one."""
-        limits = self.limits
-        fastest = limits.force_limit_n / limits.contact_n_s_per_m
-        part_n = max(high_n - low_n - limits.band_n, 0.0) / PARTS
-        total_s = BEGIN_TIME_CONSTANTS / limits.step_rate_per_s
-        for i in range(PARTS):
-            force_n = high_n - (i + 0.5) * part_n
-            closing = limits.step_rate_per_s * (force_n - low_n)
-            rate = fastest / self._compliance(force_n)
-            total_s += part_n / min(rate, closing, limits.load_rate_n_per_s)
-        return total_s
-
-    def _compliance(self, force_n: float) -> float:
-        return 1.0 / self.law.tangent(force_n) + 1.0 / self.system_n_per_m
+        Until the force has changed by half a band it presses as if the surface were rigid, unless
+        the payload's compliance is known from the step before.
+        """
+        limits, sign = self.limits, math.copysign(1.0, to_n - from_n)
+        way_n = abs(to_n - from_n)
+        done_n, ramp_n, time_s = 0.0, 0.0, limits.loop_s
+        floor = 1.0 / limits.stiffness_n_per_m
+        while done_n < way_n - limits.band_n and time_s < longest_s:
+            force_n = from_n + sign * done_n
+            payload = 1.0 / self.law.tangent(max(force_n, limits.touch_force_n))
+            error_n = max(ramp_n - done_n, 0.0)
+            used = floor
+            if known or done_n > 0.5 * limits.band_n:
+                ahead = force_n / (force_n + LOOK_AHEAD * error_n) if sign > 0.0 else 1.0
+                used += payload * ahead**STIFFENING
+            fastest_m_s = limits.force_limit_n / limits.contact_n_s_per_m
+            if sign > 0.0:
+                fastest_m_s = self._fastest_m_s(force_n)
+            compliance = payload + 1.0 / self.system_n_per_m
+            gain = limits.step_rate_per_s * used / compliance
+            rate = min(gain * error_n, fastest_m_s / compliance)
+            part_s = 0.5 / max(gain, limits.step_rate_per_s)
+            if rate > 0.0:
+                part_s = min(part_s, max(way_n / PARTS / rate, 0.1 * part_s))
+            if ramp_n >= way_n and rate * part_s < 1e-9 * way_n:
+                return longest_s
+            done_n += rate * part_s
+            ramp_n = min(ramp_n + limits.load_rate_n_per_s * part_s, way_n)
+            time_s += part_s
+        return min(time_s, longest_s)
 
     def _fastest_m_s(self, force_n: float) -> float:
         limits = self.limits

@@ -68,4 +68,6 @@ def domain_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
             doubt.value,
             doubt.limit,
             doubt.unit,
+            cost=0.1 * abs(doubt.value / doubt.limit - 1.0) if doubt.limit else 0.0,
+            key="procedure.top_force",
         )

@@ -11,8 +11,8 @@ from stepload.envelope.bounds import LEAST_CLASS_RATIO, largest_stiffness
 from stepload.envelope.conditions import across_of, gauge_offset_of
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import Theory
-from stepload.evidence.askew import TURN_RAD_PER_N
 from stepload.estimators.smooth import NORMAL_95
+from stepload.evidence.askew import TURN_RAD_PER_N
 from stepload.evidence.gates import LATERAL_SHARE
 from stepload.evidence.sideways import UNKNOWN_FRICTION
 from stepload.plan.model import Plan, Provenance, Structure
@@ -20,6 +20,8 @@ from stepload.units import format_quantity
 
 TYPICAL_SHARE = 0.3
 """Lateral force over axial force of a contact that slides with a friction of 0.3."""
+SIX_AXES = "a gauge across the contact, or calibrate with a six-axis force sensor, dry and greased"
+NO_ARM = "a gauge across the contact, or rig.arm.structure: machine if the axis is guided"
 
 
 def friction_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
@@ -59,7 +61,7 @@ def friction_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
         "friction_unknown",
         Severity.WARN,
         f"Friction under the tip is unknown: ±{100.0 * cost:.2g} % of the result.",
-        "a gauge across the contact, or calibrate with a six-axis force sensor, dry and greased",
+        SIX_AXES if plan.rig.arm.kinematics else NO_ARM,
         cost, math.nan, "", cost,
     )  # fmt: skip
 

@@ -26,23 +26,18 @@ def one_channel_reasons(plan: Plan) -> Iterator[Reason]:
         BadInputError: a driver of the plan is not installed.
     """
     first, second = plan.rig.force.driver, plan.rig.second_force
-    remedy = (
-        "add a force sensor of its own, or write second_force.source: none: then the plan is "
-        "judged as what it is, one force channel"
-    )
+    remedy = "second_force.source: none, or a second force sensor"
     if second.source is SecondForceSource.ARM and _driver(first.name).built_into_arm:
         yield Reason(
             "channels_are_one", Severity.REFUSE,
-            f"force.driver {first.name} reads the sensor that is built into the arm, and "
-            "second_force.source: arm is the same sensor: two channels that always err alike",
-            remedy,
+            f"force.driver {first.name} and second_force.source: arm read the same sensor.",
+            remedy, key="rig.second_force",
         )  # fmt: skip
     if second.sensor is not None and same_device(first, second.sensor.driver):
         yield Reason(
             "channels_are_one", Severity.REFUSE,
-            f"force and second_force.sensor are one device, {first.name} at {_address(first)}: two "
-            "channels that always err alike",
-            remedy,
+            f"force and second_force.sensor are one device, {first.name} at {_address(first)}.",
+            remedy, key="rig.second_force",
         )  # fmt: skip
 
 

@@ -16,9 +16,9 @@ def heavy_tool_reasons(plan: Plan) -> Iterator[Reason]:
     if inertia_n >= touch_n:
         yield Reason(
             "tool_inertia", Severity.WARN,
-            f"accelerating the tool of {format_quantity(mass_kg or 0.0, 'kg')} may take"
-            f" {format_quantity(inertia_n, 'N')}, and {format_quantity(touch_n, 'N')} count as a"
-            " touch, or as a pull that stops the run (R11)",
+            f"Accelerating the tool of {format_quantity(mass_kg or 0.0, 'kg')} may read"
+            f" {format_quantity(inertia_n, 'N')}; {format_quantity(touch_n, 'N')} is a touch.",
             "raise procedure.touch_force above it, or leave it out",
-            inertia_n, touch_n, "N",
+            inertia_n, touch_n, "N", inertia_n / plan.procedure.top_force_n,
+            "procedure.touch_force",
         )  # fmt: skip

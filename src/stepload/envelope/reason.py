@@ -57,8 +57,8 @@ def verdict_of(reasons: Iterable[Reason]) -> PlanVerdict:
 
 
 def findings(reasons: Iterable[Reason]) -> list[Reason]:
-    """The reasons that change the verdict: refusals as they come, then what costs most."""
+    """The reasons that decide the verdict: refusals as they come, else what costs most first."""
     reasons = tuple(reasons)
     warnings = [each for each in reasons if each.severity is Severity.WARN]
     refusals = [each for each in reasons if each.severity is Severity.REFUSE]
-    return refusals + sorted(warnings, key=lambda each: -each.cost)
+    return refusals or sorted(warnings, key=lambda each: -each.cost)

@@ -18,7 +18,7 @@ from stepload.estimators.smooth import NORMAL_95
 from stepload.plan.model import Plan, Provenance
 from stepload.units import format_quantity
 
-MOST_WORDS = 20
+MOST_WORDS = 24
 """Words of a text from elsewhere that a finding quotes."""
 WHOLE = 2
 """A first loading and one more of the same contact: the least that reveals set and drift."""
@@ -35,7 +35,7 @@ def force_reasons(
     if refusal is not None and top_n > safe_n:
         yield _too_much("top_force_above_safe_limit", _above(plan, safe_n, counted), top_n, safe_n)
     elif refusal is not None:
-        yield _too_much("no_safe_way_to_press", refusal.message, top_n, safe_n)
+        yield _too_much("no_safe_way_to_press", short(f"{refusal.message}."), top_n, safe_n)
     push_n = plan.rig.arm.max_push_n
     if top_n > push_n:
         message = (
@@ -168,20 +168,17 @@ def age_reasons(plan: Plan) -> Iterator[Reason]:
         "force": rig.force.max_age_s,
         "second_force.sensor": second.max_age_s if second else None,
     }
-    for name, limit_s in limits.items():
-        if limit_s is None or limit_s <= AGE_S:
-            continue
-        yield Reason(
-            "patient",
-            Severity.WARN,
-            f"rig.{name}.max_age lets the run go on for {limit_s * 1e3:.0f} ms without new data; "
-            f"{AGE_S * 1e3:.0f} ms is usual.",
-            "leave max_age out; it is for emulators on a busy computer",
-            limit_s,
-            AGE_S,
-            "s",
-            key=f"rig.{name}.max_age",
-        )
+    patient = {name: s for name, s in limits.items() if s is not None and s > AGE_S}
+    if not patient:
+        return
+    limit_s = max(patient.values())
+    yield Reason(
+        "patient", Severity.WARN,
+        f"max_age of {', '.join(patient)} lets the run go on for {limit_s * 1e3:.0f} ms without new"
+        f" data; {AGE_S * 1e3:.0f} ms is usual.",
+        "leave max_age out; it is for emulators on a busy computer",
+        limit_s, AGE_S, "s", 0.0, f"rig.{next(iter(patient))}.max_age",
+    )  # fmt: skip
 
 
 def cycle_reasons(plan: Plan) -> Iterator[Reason]:

@@ -85,9 +85,6 @@ def stiffness_reasons(plan: Plan) -> Iterator[Reason]:
         "deflection_table", Severity.WARN if short else Severity.NOTE,
         f"The table of the system's deflection ends at {format_quantity(last_n, 'N')}, "
         f"{share:.0%} of the top force" + (": the result is marginal." if short else "."),
-        f"calibrate up to {format_quantity(top_n, 'N')}, or top_force: "
-        f"{format_quantity(last_n, 'N')}"
-        if short
-        else "",
-        last_n, top_n, "N", 1.0 - share, "procedure.top_force",
+        f"stepload calibrate in this pose, up to {format_quantity(top_n, 'N')}" if short else "",
+        last_n, top_n, "N", 1.0 - share,
     )  # fmt: skip

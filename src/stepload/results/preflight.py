@@ -7,6 +7,7 @@ import os
 import textwrap
 from collections.abc import Iterator
 
+from stepload.envelope.advice import NONE_HELPS
 from stepload.envelope.envelope import Envelope
 from stepload.envelope.reason import PlanVerdict, Reason, findings
 from stepload.envelope.theory import DECLARED, chance_of_yield
@@ -58,20 +59,22 @@ def duration(seconds: float) -> str:
 def finding_lines(envelope: Envelope) -> list[str]:
     """What changes the verdict, the costliest first, each with its remedy and the key's place."""
     lines: list[str] = []
+    remedies = set()
     words = len(headline(envelope).split())
     for number, reason in enumerate(findings(envelope.reasons)[:MOST_FINDINGS], 1):
         words += len(f"{reason.message} {reason.remedy}".split()) + 2
         if words > MOST_WORDS and number > 1:
             break
         lines.append(_wrapped(f"  {number} {reason.message}", 4))
-        if reason.remedy:
+        if reason.remedy and reason.remedy not in remedies:
+            remedies.add(reason.remedy)
             lines.append(_remedy(envelope, reason))
     return lines
 
 
 def _remedy(envelope: Envelope, reason: Reason) -> str:
     line = _wrapped(f"    -> {reason.remedy}", 7)
-    place = place_of(envelope.plan, reason.key)
+    place = None if reason.remedy == NONE_HELPS else place_of(envelope.plan, reason.key)
     if place is None:
         return line
     last = line.rpartition("\n")[2]

@@ -47,8 +47,7 @@ def said(plan: Plan) -> list[str]:
 
 def test_the_arms_own_sensor_is_no_second_channel_beside_itself(plan: Plan) -> None:
     own = with_channels(plan, DriverChoice("ur_force", HOST), None)
-    (message,) = said(own)
-    assert "built into the arm" in message
+    assert len(said(own)) == 1
     envelope = envelope_of(own)
     assert envelope.verdict is PlanVerdict.REFUSED
     assert "second_force.source: none" in refusal_of(envelope).message

@@ -13,7 +13,7 @@ from stepload.envelope.reason import PlanVerdict, Reason, Severity, verdict_of
 from stepload.envelope.reasons import identifiable_reasons
 from stepload.errors import RefusedError
 from stepload.plan.load import load_plan
-from stepload.plan.model import Plan, SecondForce, SecondForceSource
+from stepload.plan.model import Plan
 
 PROCEDURES = Path(__file__).resolve().parents[3] / "procedures"
 
@@ -45,20 +45,16 @@ def test_plastic_sphere_goes(sphere: Plan) -> None:
 
 
 def test_what_too_few_cycles_cannot_show_is_a_note(sphere: Plan) -> None:
-    def noted(**changes: object) -> str:
+    def noted(**changes: object) -> list[str]:
         plan = replace(sphere, procedure=replace(sphere.procedure, **changes))  # type: ignore[arg-type]
         found = [r for r in envelope_of(plan).reasons if r.code in ("one_cycle", "no_unloading")]
         assert all(r.severity is Severity.NOTE for r in found)
-        return "; ".join(r.message for r in found)
+        return [r.code for r in found]
 
     assert (sphere.procedure.cycles, sphere.procedure.unload) == (2, True)
-    assert noted() == noted(cycles=3) == ""
-    assert "gap between loading and unloading hints" in noted(cycles=1)
-    levels_n, top_n = sphere.procedure.levels_n, sphere.procedure.top_force_n
-    coarse = tuple(level_n for level_n in levels_n if level_n > 0.4 * top_n)
-    assert "shows little of them, and no figure is identified" in noted(cycles=1, levels_n=coarse)
-    assert "nothing hints at them" in noted(cycles=1, unload=False)
-    assert noted(unload=False).startswith("no holds on the way down")
+    assert noted() == noted(cycles=3) == []
+    assert noted(cycles=1) == noted(cycles=1, unload=False) == ["one_cycle"]
+    assert noted(unload=False) == ["no_unloading"]
 
 
 def test_the_largest_safe_force_is_the_edge(sphere: Plan) -> None:
@@ -90,13 +86,6 @@ def test_each_way_out_is_one() -> None:
     reason = next(r for r in envelope_of(plan).reasons if r.code == "unidentifiable")
     assert "gauge" in reason.remedy
     assert reason.value > reason.limit
-
-
-def test_one_force_channel_is_named(sphere: Plan) -> None:
-    alone = SecondForce(SecondForceSource.NONE, 0.0, 0.0, 0.0, 0.0)
-    assert "one_force_channel" in codes(
-        replace(sphere, rig=replace(sphere.rig, second_force=alone)), Severity.WARN
-    )
 
 
 def test_no_limit_no_run(sphere: Plan) -> None:

@@ -69,8 +69,7 @@ def test_what_moves_both_zeros_alike_is_counted_as_the_second_sensor_states_it()
     long = replace(plan, procedure=replace(plan.procedure, hold_s=100.0, settle_timeout_s=0.1))
     loading = Stage(LOAD_STEP, 1000.0, 12)
     [reason] = [r for r in zero_drift_reasons(long, LOOP_S, [loading]) if r.code == "old_zero"]
-    assert "second_force.sensor.drift" in reason.message
-    assert "both force channels alike" in reason.message
+    assert reason.value > reason.limit
 
 
 def test_what_the_zero_may_move_is_taken_off_the_force_that_is_allowed() -> None:
@@ -96,8 +95,10 @@ def test_a_reading_that_is_too_low_and_has_moved_leaves_the_true_force_below_f_c
 
 def test_a_drift_that_would_carry_the_payload_beyond_its_limit_is_refused() -> None:
     envelope = envelope_for(one_channel(0.25, hold_s=20.0, cycles=7, lift_off=False), 450.0)
-    refusing = {r.code: r.message for r in envelope.reasons if r.severity is Severity.REFUSE}
-    assert "N drift of the zero" in refusing["top_force_above_safe_limit"]
+    calm = envelope_for(one_channel(0.01, hold_s=20.0, cycles=7, lift_off=False), 450.0)
+    refusing = {r.code for r in envelope.reasons if r.severity is Severity.REFUSE}
+    assert "top_force_above_safe_limit" in refusing
+    assert calm.largest_safe_force_n > envelope.largest_safe_force_n
 
 
 def test_a_tare_that_is_too_short_to_show_a_drift_is_named_with_one_that_is_not() -> None:
@@ -106,7 +107,7 @@ def test_a_tare_that_is_too_short_to_show_a_drift_is_named_with_one_that_is_not(
     assert reason.code == "short_tare"
     assert reason.severity is Severity.WARN
     assert reason.value > reason.limit == plan.procedure.max_drift_n
-    tare_s = float(reason.remedy.split(" s (procedure.tare)")[0].split()[-1])
+    tare_s = float(reason.remedy.removeprefix("tare: ").split()[0])
     assert not list(zero_drift_reasons(one_channel(tare_s=tare_s), LOOP_S, ()))
     assert list(zero_drift_reasons(one_channel(tare_s=tare_s - 1.5), LOOP_S, ()))
 
@@ -146,8 +147,7 @@ def test_a_stated_drift_beyond_the_touch_force_ends_a_retract_and_both_limits_ar
         plan = one_channel(0.5, max_drift_n=3.5, touch_force_n=touch_n)
         found = {r.code: r for r in zero_drift_reasons(plan, LOOP_S, ())}["drift_beyond_max"]
         assert found.limit == min(3.5, touch_n)
-        assert found.remedy.startswith(f"a larger {passed} (")
-        assert ("finds the contact not open" in found.message) is (touch_n < 3.5)
+        assert found.remedy.startswith(f"a larger {passed},")
 
 
 def test_what_the_schedule_says_counts_where_it_is_longer() -> None:

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from stepload.errors import BadInputError, RefusedError
+from stepload.errors import BadInputError
 from stepload.plan import hazards
-from stepload.plan.hazards import HAZARDS, hazards_read, keep, read_by, refuse_unread
+from stepload.plan.hazards import HAZARDS, hazards_read, keep, read_by, read_words, rig_argument
 from stepload.plan.load import load_plan
 
 ROOT = Path(__file__).parents[3]
@@ -33,10 +33,7 @@ def _plan(tmp_path: Path, rig: str, newline: str = "\n") -> Path:
 def test_nobody_has_read_what_nobody_has_signed(tmp_path):
     plan = load_plan(_plan(tmp_path, BLOCK))
     assert not hazards_read(plan)
-    with pytest.raises(RefusedError, match="nobody has confirmed") as refused:
-        refuse_unread(plan, False)
-    assert refused.value.exit_code == 3
-    refuse_unread(plan, True)
+    assert read_words(plan) == "not read yet"
 
 
 @pytest.mark.parametrize(
@@ -57,7 +54,7 @@ def test_the_plan_keeps_who_and_when_and_all_else(tmp_path, newline, name):
     assert keep(plan, read_by(name, DAY)) == path
     after = load_plan(path)
     assert (after.rig.hazards_read_by, after.rig.hazards_read_on) == (name, DAY)
-    refuse_unread(after, False)
+    assert read_words(after) == f"read {DAY}"
     rows = path.read_bytes().splitlines()
     assert [row for row in rows if b"hazards_read" not in row] == before
     assert (b"\r\n" in path.read_bytes()) == (newline == "\r\n")
@@ -134,3 +131,12 @@ def test_a_name_that_no_plan_takes_leaves_the_file_as_it_was(tmp_path):
 def test_the_page_has_every_hazard_that_is_said():
     page = " ".join((ROOT / "docs/risk-assessment.md").read_text().split())
     assert [hazard for hazard in HAZARDS if hazard not in page] == []
+
+
+def test_the_verb_takes_a_profile_a_rig_file_or_the_plan(tmp_path):
+    assert rig_argument(load_plan(_plan(tmp_path, "rig: stvf\n"))) == "stvf"
+    own = _plan(tmp_path, BLOCK)
+    assert rig_argument(load_plan(own)) == str(own)
+    (tmp_path / "rig.yaml").write_text("profile: stvf\n")
+    beside = load_plan(_plan(tmp_path, "rig: ./rig.yaml\n"))
+    assert rig_argument(beside) == str(tmp_path / "rig.yaml")

@@ -197,7 +197,8 @@ def test_an_adhesive_contact_and_a_refused_plan_are_shown(envelope: Envelope) ->
     reason = Reason("too_much", Severity.REFUSE, "it would yield")
     refused = replace(envelope, verdict=PlanVerdict.REFUSED, reasons=(*envelope.reasons, reason))
     document = run_document(evaluated(refused, pressed(6, pull_n=12.0)))
-    assert sheet_of(document).remarks[0] == "preflight: it would yield"
+    [preflight] = [each for each in document.tables if each.title == "Preflight"]
+    assert ("refuse", "too_much", "it would yield", "") in preflight.rows
     notes = [note for each in document.tables for note in each.notes]
     assert any("Preflight said REFUSED" in note for note in notes)
     figure = sheet_of(document).figure

@@ -237,7 +237,7 @@ def test_preflight_says_how_much_of_the_forces_the_table_covers(
 ) -> None:
     plan = with_table(deflection_force_n=(50.0, last_n))
     [told] = [r for r in envelope_of(plan).reasons if r.code == "deflection_table"]
-    assert f"covers {share} of the forces" in told.message
+    assert f"{share} of the top force" in told.message
     assert told.severity == severity
 
 

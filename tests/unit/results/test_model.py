@@ -8,7 +8,7 @@ import json
 import math
 import re
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import pytest
 
@@ -83,7 +83,7 @@ def test_terminal_and_page_show_the_same_cells_and_notes(
     for cell in [*TABLE.columns, *TABLE.rows[0], *TABLE.rows[1], *TABLE.notes, "because"]:
         assert cell in text
         assert cell in page
-    assert "SOUND: Two springs" in text
+    assert "SOUND   Two springs" in text
 
 
 def test_what_is_for_a_page_only_is_not_on_the_terminal(
@@ -172,15 +172,16 @@ def test_a_terminal_breaks_lines_and_cells_between_words_only(
     assert set(re.findall(r"[a-z]{4,}", text)) <= words | {"sound", "because", "value", "verdict"}
 
 
-def test_the_verdict_stands_below_the_details_and_beside_its_own_table(
+def test_the_verdict_stands_below_the_details(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     behind = Table("Behind", ("which",), [["others"]])
-    beside = Table("Beside", ("which",), [["the one"]], headline=True)
-    Output(as_json=False).show(document(beside, behind))
+    found = replace(document(behind), brief=["  tangent   8 MN/m"], doubts=list("abcd"))
+    Output(as_json=False).show(found)
     text = capsys.readouterr().out
-    assert text.index("Behind") < text.index("SOUND:") < text.index("Beside")
-    Output(as_json=False).show(document(beside, behind), details=False)
+    assert text.index("Behind") < text.index("SOUND ") < text.index("tangent")
+    Output(as_json=False).show(found, details=False)
     text = capsys.readouterr().out
     assert "Behind" not in text
-    assert text.index("SOUND:") < text.index("Beside")
+    assert text.splitlines()[1:4] == ["  a", "  b", "  c"]
+    assert text.index("SOUND ") < text.index("tangent")
