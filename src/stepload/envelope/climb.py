@@ -89,11 +89,12 @@ class _Way:
                 fastest_m_s = self._fastest_m_s(force_n)
             compliance = payload + 1.0 / self.system_n_per_m
             gain = limits.step_rate_per_s * used / compliance
-            rate = min(gain * error_n, fastest_m_s / compliance)
-            part_s = 0.5 / max(gain, limits.step_rate_per_s)
-            if rate > 0.0:
-                part_s = min(part_s, max(way_n / PARTS / rate, 0.1 * part_s))
-            if ramp_n >= way_n and rate * part_s < 1e-9 * way_n:
+            fastest = fastest_m_s / compliance
+            rate = min(gain * error_n, fastest)
+            part_s = min(0.5 / gain, way_n / PARTS / limits.load_rate_n_per_s)
+            if rate == fastest > 0.0 or rate * part_s > way_n / PARTS:
+                part_s = way_n / PARTS / rate
+            if fastest <= 0.0:
                 return longest_s
             done_n += rate * part_s
             ramp_n = min(ramp_n + limits.load_rate_n_per_s * part_s, way_n)

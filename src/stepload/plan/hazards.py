@@ -40,8 +40,8 @@ HAZARDS = (
 BY, ON, WIRED = "hazards_read_by", "hazards_read_on", "wiring_checked_on"
 
 WIRING = (
-    "A wrong axis or sign of the force, or a wrong approach, is stopped at the first touch, at about"
-    " 1 N (R11); a push by hand on the tool (stepload setup) shows it before."
+    "A wrong axis or sign of the force, or a wrong approach, is stopped at the first touch, at"
+    " about 1 N (R11); a push by hand on the tool (stepload setup) shows it before."
 )
 """How the wiring of a rig is checked."""
 

@@ -214,7 +214,7 @@ def _most(values: Mapping[str, Value], rig: str, path: Path) -> tuple[float, str
             break
         shown = "" if share == 1.0 else f"{share:g} of "
         origin = f"{shown}{name}, {format_quantity(most_n, 'N')}"
-        verdict = envelope_here(with_forces(values, rig, top_n, STEPS, origin), path, derive).verdict
+        verdict = envelope_here(with_forces(values, rig, top_n, STEPS, origin), path).verdict
         if verdict is PlanVerdict.GO:
             return top_n, origin
         choices.append((verdict is PlanVerdict.REFUSED, top_n, origin))

@@ -63,7 +63,7 @@ def test_an_address_is_asked_for_where_devices_are_opened_and_in_the_users_file(
     tmp_path: Path, rig: str
 ) -> None:
     path = tmp_path / "plan.yaml"
-    text = (PROCEDURES / "ur5e-silicone-sphere.yaml").read_text().replace("payload: ", "payload: ./")
+    text = (PROCEDURES / "ur5e-silicone-sphere.yaml").read_text()
     (tmp_path / "payloads").symlink_to(PROCEDURES / "payloads")
     path.write_text(f"{text[: text.index('rig:')]}rig: {rig}\n{text[text.index('procedure:') :]}")
     plan = load_plan(path)
