@@ -227,7 +227,7 @@ def advice(directory: Path, **values: object) -> tuple[dict[str, Any], Envelope,
 def test_almost_all_of_f_c_may_be_pressed_where_the_strength_is_measured(tmp_path: Path) -> None:
     data, envelope, reasons = advice(tmp_path, procedure__top_force="500 N")
     reason = reasons["top_force_above_safe_limit"]
-    assert "reduce top_force to 42" in reason.remedy  # with 443 N the top might not be reached
+    assert "reduce top_force to 443 N" in reason.remedy
     assert "measure the yield strength of acetal" in reason.remedy
     assert check(tmp_path, data, envelope, reason) >= 2
 
