@@ -22,7 +22,9 @@ LEAST_FOLLOWED = 0.3
 
 
 class ProofOfLife:
-    """Shakes the arm back from the plate and forth again, and judges what the channels felt.
+    """Shakes the arm forth, on the way that it has backed off by, and back again.
+
+    Then it judges what the channels felt.
 
     Args:
         course: state of the run.
@@ -66,7 +68,7 @@ class ProofOfLife:
             self._next_cycle(cycle)
         if cycle < SETTLING_CYCLES + shake.cycles:
             swing = 0.5 * (1.0 - math.cos(shake.omega_rad_s * since_s))
-            course.target_m = self._begin_m - shake.travel_m * swing
+            course.target_m = self._begin_m + shake.travel_m * swing
         else:
             course.target_m = self._begin_m
             self._judge(now_s)

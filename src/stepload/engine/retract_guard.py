@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import math
 
-from stepload.engine.supervisor import Supervisor
+from stepload.engine.supervisor import ACROSS_SIGMAS, Supervisor
 from stepload.engine.watch import Breach
 from stepload.envelope.limits import RunLimits
+from stepload.record.rows import Phase
 
 REASON = "pressed_back"
 BUILDS_UP, FALLS = 0.45, 0.6
@@ -20,8 +21,11 @@ the second it falls. For F ~ x^n it is 1/(n + 1) from the first touch on, and le
 """
 UNZEROED_SHARE = 0.5
 """Share of F_lim by which a reading that falls may change before the first zero."""
+REST_S = 0.5
+"""Rest after which a way back is over."""
 SETTLED = 2.0
 """Multiple of T_react from which the readings belong to the way back."""
+_SHAKE = int(Phase.PROOF_OF_LIFE)
 
 
 class _Channel:
@@ -37,7 +41,7 @@ class _Channel:
         """A way back begins here."""
         self.first_n = self.least_n = math.nan
         self.least_m = self.least_at_m = 0.0
-        self.mean_n = self.change_n = self._way_m = 0.0
+        self.mean_n = self.rose_n = self._way_m = 0.0
 
     def read(self, raw_n: float) -> None:
         if not math.isfinite(raw_n):
@@ -54,14 +58,10 @@ class _Channel:
             self.least_m, self.least_at_m = target_m, at_m
         elif abs(force_n) < abs(self.least_n) - 0.5 * self.tolerance_n:
             self.least_n, self.least_m, self.least_at_m = force_n, target_m, at_m
-        self.change_n = abs(force_n - self.first_n)
+        self.rose_n = force_n - self.first_n
         if way_m > 0.0:
             self._way_m += way_m
             self.mean_n += way_m / self._way_m * (self.change_n - self.mean_n)
-
-    def fell(self, zero_n: float) -> bool:
-        """Whether the zeroed force has fallen by more than its tolerance."""
-        return abs(self.first_n) - abs(self.smooth_n - zero_n) > self.tolerance_n
 
     def grown_n(self, zero_n: float, zeroed: bool, largest_n: float) -> tuple[float, float]:
         """By how much the force has grown, and the allowed growth.
@@ -78,30 +78,41 @@ class _Channel:
         return -change_n if self.share < FALLS else 0.0, largest_n
 
     @property
+    def change_n(self) -> float:
+        """Size of the change since the way back began."""
+        return abs(self.rose_n)
+
+    @property
     def share(self) -> float:
         """Mean change on the way over the whole one; small where the change came late."""
         return self.mean_n / self.change_n if self.change_n > 0.0 else 1.0
 
 
 class RetractGuard:
-    """Watches the target; a way back lasts until the target goes forward again.
+    """Watches the target; a way back lasts until the target goes forward again, or has rested.
 
-    `proven` says that the arm's direction is: a touch pushed back, or a way back lowered the force.
+    Its channels are the force sensor across the pressing axis, the same along it, and the second
+    channel. Once the direction is proven, one channel alone may be the fault, and the way back goes
+    on: both along the axis must have grown.
+
+    `proven` says that the arm's direction is: a touch pushed back, or a contact was left.
     `found` is the breach of the first force that grew, `goal_m` the target of the least force then.
     """
 
     def __init__(self, limits: RunLimits) -> None:
         alpha = limits.period_s / (max(0.25 * limits.reaction_s, 2.0 * limits.period_s))
-        self._channels = [_Channel(limits.touch_force_n, alpha)]
+        touch_n = limits.touch_force_n
+        across_n = max(touch_n, ACROSS_SIGMAS * limits.noise_n)
+        self._channels = [_Channel(across_n, alpha), _Channel(touch_n, alpha)]
         if limits.cross_check:
-            tolerance_n = max(limits.touch_force_n, limits.cross_tolerance_n)
-            self._channels.append(_Channel(tolerance_n, alpha))
+            self._channels.append(_Channel(max(touch_n, limits.cross_tolerance_n), alpha))
         self._largest_n = UNZEROED_SHARE * limits.force_limit_n
         self._settled_s, self._still_m = SETTLED * limits.reaction_s, limits.still_m
         self._alpha = alpha
         self._last_m = self._from_m = self._at_m = self._farthest_m = math.nan
-        self._forward_s, self._back = -math.inf, False
-        self.proven = self._rises = False
+        self._forward_s, self._back_s, self._back = -math.inf, math.inf, False
+        self._zeros_n = 0.0, 0.0, 0.0
+        self.proven = False
         self.found: Breach | None = None
         self.goal_m = math.nan
 
@@ -115,41 +126,49 @@ class RetractGuard:
         """Target at which the way back began."""
         return self._from_m
 
-    def follow(self, now_s: float, target_m: float, sup: Supervisor) -> Breach | None:
+    def follow(
+        self, now_s: float, target_m: float, sup: Supervisor, touched: bool, phase: int
+    ) -> Breach | None:
         """Judge one tick; the breach in the tick in which a force has grown too far.
 
-        `target_m` is the target in force until now.
+        `target_m` is the target in force until now, `touched` whether there has been a touch.
+        The shake stays within the way that was backed off, and its inertia is no contact.
         """
-        for channel, raw_n in zip(self._channels, (sup.force.raw_n, sup.second_raw_n), strict=False):
+        self.proven = self.proven or touched
+        readings_n = sup.force.across_n, sup.force.raw_n, sup.second_raw_n
+        for channel, raw_n in zip(self._channels, readings_n, strict=False):
             channel.read(raw_n)
         at_m = sup.arm.position_m
         if not abs(at_m - self._at_m) < math.inf:
             self._at_m = at_m
         self._at_m += self._alpha * (at_m - self._at_m)  # as late as the forces
         way_m, self._last_m = self._last_m - target_m, target_m
-        if way_m < 0.0:
+        zeros_n = 0.0, sup.zero_n, sup.second_zero_n
+        if way_m < 0.0 or phase == _SHAKE:
             self._forward_s, self._back = now_s, False
-        elif way_m > 0.0 and not self._back:
-            self._back, self._from_m = True, target_m + way_m
-            self._farthest_m = self._at_m
-            for channel in self._channels:
-                channel.begin()
+        elif way_m > 0.0:
+            self._back_s = now_s
+            if not self._back:
+                self._back, self._from_m = True, target_m + way_m
+                self._farthest_m = self._at_m
+                for channel in self._channels:
+                    channel.begin()
+        elif now_s - self._back_s > REST_S + self._settled_s or zeros_n != self._zeros_n:
+            self._back = False
+        self._zeros_n = zeros_n
         if not self._back or now_s - self._forward_s < self._settled_s or self.found:
             return None
         at_m, grown = self._at_m, []
-        self._rises = False
         way_m = max(0.0, self._farthest_m - at_m)
         self._farthest_m = min(self._farthest_m, at_m)
-        for channel, zero_n in zip(self._channels, (sup.zero_n, sup.second_zero_n), strict=False):
+        for channel, zero_n in zip(self._channels, zeros_n, strict=False):
             channel.go(zero_n, target_m, at_m, way_m)
-            self.proven = self.proven or (sup.tared and channel.fell(zero_n))
             grown_n, limit_n = channel.grown_n(zero_n, sup.tared, self._largest_n)
-            if channel.smooth_n - zero_n - channel.first_n > channel.tolerance_n:
-                self._rises = True
             came_m = channel.least_at_m - at_m
             if grown_n > limit_n and (came_m > self._still_m or not self.proven):
                 grown.append((grown_n / limit_n, grown_n, limit_n, channel))
-        if not grown or (self.proven and len(grown) < max(2, len(self._channels))):
+        along = [row for row in grown if row[3] is not self._channels[0]]
+        if not grown or (self.proven and len(along) < 2):
             return None
         _, grown_n, limit_n, channel = max(grown, key=lambda one: one[0])
         return self.turn(grown_n, limit_n, channel.least_m if sup.tared else self._from_m)
@@ -157,9 +176,10 @@ class RetractGuard:
     def turn(self, grown_n: float, limit_n: float, goal_m: float) -> Breach:
         """The breach of a wrong way back: the arm must go to `goal_m`."""
         self.goal_m = goal_m
+        across, along = self._channels[:2]
         whose = (
             "the arm's direction (approach)"
-            if self._rises and not self.proven
+            if across.change_n < across.tolerance_n and along.rose_n > -0.5 * along.tolerance_n
             else "the arm's direction (approach) and the sensor's sign (force.axis)"
         )
         self.found = Breach(

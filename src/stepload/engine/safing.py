@@ -96,12 +96,13 @@ def why_it_stopped(
     loop_end_s: float,
     signal_number: int = 0,
     stands_m: float = 0.0,
+    turned: str = "",
 ) -> str:
     """One paragraph: what triggered, its value and limit, what safing did and when.
 
     `still_closed` says why the contact cannot be said to be open after the retract. `start_s` is
     the time on the run's clock that counts as zero, `loop_end_s` when the loop ended,
-    `signal_number` the first signal that asked for the end, 0 for none. `stands_m` is how far the
+    `signal_number` the first signal that asked for the end, 0 for none. `turned` says why the way back was wrong, "" where it was not. `stands_m` is how far the
     target is from where it began: no run leads the arm back. It is told of an arm that is known to
     be there, and clear.
     """
@@ -117,8 +118,10 @@ def why_it_stopped(
         text = f"The run was stopped by {cause.rule} at {cause.time_s - start_s:.3f} s{asked}: "
         text += cause.message + cause.numbers
         text += "."
+    if turned and turned not in text:
+        text += f" In the retract {turned}."
     if status != "completed":
-        text += _retract_told(retracted, still_closed, loop_end_s - start_s)
+        text += _retract_told(retracted, still_closed, loop_end_s - start_s, bool(turned))
     if retracted and not still_closed and abs(stands_m) >= ELSEWHERE_M:
         text += (
             f" The arm stands {abs(stands_m) * 1e3:.2f} mm"
@@ -134,10 +137,11 @@ def why_it_stopped(
     return text
 
 
-def _retract_told(retracted: bool, still_closed: str, end_s: float) -> str:
+def _retract_told(retracted: bool, still_closed: str, end_s: float, turned: bool) -> str:
     if not retracted:
         return " The run could not confirm a retract of its own."
-    told = " The run itself retracted the arm along the approach axis, and was"
+    how = "led the arm to the least force" if turned else "retracted the arm along the approach axis"
+    told = f" The run itself {how}, and was"
     if still_closed:
         return f"{told} at its end at {end_s:.3f} s; {still_closed}."
     return f"{told} clear of the surface at {end_s:.3f} s."

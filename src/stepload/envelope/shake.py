@@ -60,7 +60,7 @@ class ShakenChannel:
 
 @dataclass(frozen=True, slots=True)
 class Shake:
-    """A shake back from the plate by `travel_m` and forwards again.
+    """A shake forwards by `travel_m`, on a way that was backed off before, and back again.
 
     `follow` is the share of it that an arm with this lag still goes. `cycles` count, after
     `SETTLING_CYCLES`; `coverage` is the quantile of Student's distribution by which their scatter
@@ -185,10 +185,12 @@ def _largest(
     allowed_n = FORCE_SHARE * limits.force_limit_n / (1.0 + omega * limits.reaction_s)
     if limits.cross_check:
         allowed_n = min(allowed_n, CROSS_SHARE * limits.cross_tolerance_n)
+    procedure = plan.procedure
+    free_m = procedure.surface_distance_m - procedure.surface_uncertainty_m
     acceleration = min(
         limits.acceleration_m_s2,
         omega * limits.retract_speed_m_s,
-        0.5 * omega**2 * plan.procedure.retract_m,
+        0.5 * omega**2 * min(procedure.retract_m, free_m),
         allowed_n / max(channel.mass_kg for channel in channels),
     )
     follow = 1.0 / math.hypot(1.0, omega * plan.rig.arm.lag_s)
