@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from random import Random
 from typing import Any
 
@@ -11,6 +12,7 @@ from run_bench import bench_for, run, spec_for
 from run_plans import stvf_plan, ur_plan
 
 from stepload.engine.loop import run_loop
+from stepload.record.rows import Phase
 from stepload.rig.world import WorldFault
 from stepload_verify.campaign.incidents import NullRecorder
 from stepload_verify.trials.wrong_signs import draw_back, run_back
@@ -52,16 +54,15 @@ def test_nothing_goes_back_beyond_the_free_way_before_the_first_touch(make: Any)
     plan = make(**QUICK, retract_m=6e-3)
     bench = bench_for(plan, 727.0)
     rows: list[Any] = []
-    bench.rig.arm.open(1.0)
-    run(bench, 12.0, rows)
-    free = [row for row in rows if row.phase in (16, 0, 1, 2)]
-    start_m = bench.engine.course.start_m
-    assert min(row.target_m for row in free if row.target_m == row.target_m) == pytest.approx(
-        start_m - bench.engine.course.free_m, abs=1e-9
-    )
-    steps = zip(rows, rows[1:], strict=False)
-    fastest = max(a.target_m - b.target_m for a, b in steps) / bench.rig.arm.period_s
-    assert 0.0 < fastest <= bench.limits.guarded_speed_m_s * 1.001
+    while bench.engine.course.phase != Phase.TARE:
+        run(bench, 0.5, rows)
+    targets_m = [row.target_m for row in rows if row.target_m == row.target_m]
+    course, limits = bench.engine.course, bench.limits
+    assert course.surface_m != course.surface_m
+    assert min(targets_m) == pytest.approx(course.start_m - course.free_m, abs=1e-9)
+    steps = pairwise(targets_m)
+    fastest_m_s = max(a - b for a, b in steps) / bench.rig.arm.period_s
+    assert 0.0 < fastest_m_s <= limits.guarded_speed_m_s * 1.001 < limits.retract_speed_m_s
 
 
 def test_a_drawn_search_of_wrong_ways_back_stays_below_the_limit() -> None:
