@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 
 from stepload.engine.operator import Operator
+from stepload.engine.retract_guard import RetractGuard
 from stepload.engine.supervisor import Supervisor
 from stepload.engine.watch import Breach
 from stepload.envelope.limits import RunLimits
@@ -49,6 +50,7 @@ class Course:
         self.sup = supervisor
         self.operator = operator
         self.emit = emit
+        self.guard = RetractGuard(limits)
         self.act: Act = self._stand
         self.phase = int(Phase.WARM_UP)
         self.since_s = 0.0
@@ -95,7 +97,32 @@ class Course:
         for behind_m in (self.target_m, self.surface_m):
             if behind_m < known_m:
                 known_m = behind_m
-        return known_m - self.retract_m
+        return max(known_m - self.retract_m, self.back_end_m)
+
+    @property
+    def free_m(self) -> float:
+        """The free way that the plan states, from the start pose on in either direction."""
+        return self.plan.surface_distance_m - self.plan.surface_uncertainty_m
+
+    @property
+    def proven(self) -> bool:
+        """Whether the arm's direction is proven: by a touch, or by a force that fell."""
+        return self.guard.proven or self.surface_m == self.surface_m
+
+    @property
+    def back_end_m(self) -> float:
+        """How far back the target may go: until the direction is proven "back" may be a push."""
+        if self.proven or self.start_m != self.start_m:
+            return -math.inf
+        return self.start_m - self.free_m
+
+    @property
+    def back_speed_m_s(self) -> float:
+        """Speed of a motion back: that of a touch until the direction is proven."""
+        limits = self.limits
+        if self.proven:
+            return limits.retract_speed_m_s
+        return min(limits.retract_speed_m_s, limits.guarded_speed_m_s)
 
     @property
     def may_be_zero(self) -> bool:
@@ -214,8 +241,8 @@ class Course:
         self._rest_from_s = math.nan
 
     def rest_at_goal(self, now_s: float, step_s: float, rest_s: float) -> bool:
-        """Move to the goal at the retract speed; True after `rest_s` of rest there."""
-        if not self.move(self.limits.retract_speed_m_s, step_s):
+        """Move back to the goal; True after `rest_s` of rest there."""
+        if not self.move(self.back_speed_m_s, step_s):
             return False
         if self._rest_from_s != self._rest_from_s:
             self._rest_from_s = now_s

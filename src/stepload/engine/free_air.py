@@ -1,8 +1,8 @@
 """Proof, before a zero is taken, that nothing touches.
 
 A tare in contact would subtract that contact's force from every later reading, and nothing could
-detect it any more. So the arm backs off, which is always safe: force that changes with it was
-contact.
+detect it any more. So the arm backs off, within the free way that the plan states until its
+direction is proven: force that changes with it was contact.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from dataclasses import asdict
 
 from stepload.engine.course import Course, Then
 from stepload.engine.retract import REST_S
+from stepload.engine.retract_guard import BUILDS_UP, FALLS
 from stepload.engine.tare import TareWindow
 from stepload.record.outcome import Tare
 from stepload.record.rows import Phase
@@ -21,7 +22,7 @@ LOOK_S = 0.2
 FREE_SIGMAS = 6.0
 ALLOWED_SHARE = 0.5
 """Share of the allowed drift and cross-check tolerance below which a change counts as none, since
-sensors are not ideal at rest."""
+sensors are not ideal at rest; more where backing off takes longer than that share of a tare."""
 
 
 class FreeAir:
@@ -39,6 +40,7 @@ class FreeAir:
         self._touching: Then | None = None
         self._window = TareWindow()
         self._before: Tare | None = None
+        self._back_m, self._share = 0.0, ALLOWED_SHARE
 
     def prove(self, now_s: float, then: Then, touching: Then | None = None) -> None:
         """Back off; call `then` if nothing touched, else `touching`; without that end the run.
@@ -56,7 +58,8 @@ class FreeAir:
             self._stopped(now_s)
         elif (look := self._window.offer(now_s, course.sup, LOOK_S)) is not None:
             self._before = look
-            course.aim(course.target_m - course.retract_m)
+            course.aim(max(course.target_m - course.retract_m, course.back_end_m))
+            self._back_m = course.target_m - course.goal_m
             course.act = self._back_off
 
     def _back_off(self, now_s: float, step_s: float) -> None:
@@ -75,9 +78,11 @@ class FreeAir:
         course.emit(
             now_s,
             "free_air",
-            {"backed_off_m": course.retract_m, "change_n": change_n,
+            {"backed_off_m": self._back_m, "change_n": change_n,
              "second_change_n": second_n, "before": asdict(before), "after": asdict(after)},
         )  # fmt: skip
+        apart_s = after.time_s - before.time_s
+        self._share = max(ALLOWED_SHARE, min(1.0, apart_s / course.plan.tare_s))
         error_n = math.hypot(after.mean_error_n, before.mean_error_n)
         second_error_n = math.hypot(after.second_mean_error_n, before.second_mean_error_n)
         drift_n, tolerance_n = course.plan.max_drift_n, limits.cross_tolerance_n
@@ -92,15 +97,20 @@ class FreeAir:
             self._touching(now_s)
 
     def _unchanged(self, name: str, change_n: float, error_n: float, allowed_n: float) -> bool:
-        limit_n = max(FREE_SIGMAS * error_n, ALLOWED_SHARE * allowed_n)
+        limit_n = max(FREE_SIGMAS * error_n, self._share * allowed_n)
         if abs(change_n) <= limit_n:
             return True
         if self._touching is not None:
             return False
+        guard = self._course.guard
+        if not self._course.proven and guard.share < BUILDS_UP:
+            self._course.fail(*guard.turn(abs(change_n), limit_n, guard.from_m))
+            return False
+        guard.proven = guard.proven or guard.share > FALLS
         self._course.fail(
             "not_free", change_n, limit_n, "N",
             f"the {name} changed by {change_n:+.3g} N when the arm backed off by"
-            f" {self._course.retract_m * 1e3:.3g} mm: it was in contact, and a zero taken there"
+            f" {self._back_m * 1e3:.3g} mm: it was in contact, and a zero taken there"
             " would be wrong. Move the start pose away from the surface, see that nothing drags on"
             " the tool, and start again",
         )  # fmt: skip

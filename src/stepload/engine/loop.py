@@ -103,6 +103,7 @@ class _Run:
             why=why_it_stopped(
                 status, engine.cause, retracted, engine.still_closed, self.safing, self.start_s,
                 self.loop_end_s, signal_number, course.target_m - course.start_m,
+                course.guard.found.message if course.guard.found else "",
             ),
             retracted=retracted,
             safing=self.safing,

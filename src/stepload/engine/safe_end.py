@@ -52,13 +52,13 @@ def make_rig_safe(
 
 def _actions(engine: Engine, rig: RigDevices, say: Say) -> list[Action]:
     stops = [_stop(role, device) for role, device in by_role(rig)]
-    if engine.safe_reached or engine.course.done:
+    if engine.safe_reached or engine.course.done or not engine.retract_distance_m > 0.0:
         return stops
     return [_retract(engine, rig, say), *stops]
 
 
 def _retract(engine: Engine, rig: RigDevices, say: Say) -> Action:
-    distance_m, speed_m_s = engine.retract_distance_m, engine.limits.retract_speed_m_s
+    distance_m, speed_m_s = engine.retract_distance_m, engine.course.back_speed_m_s
     timeout_s = 2.0 * distance_m / speed_m_s + RETRACT_EXTRA_S
     hung = engine.cause is not None and engine.cause.rule == "hang"
     patience_s = 0.0 if rig.clock.virtual or hung else PATIENCE_S

@@ -96,18 +96,21 @@ def why_it_stopped(
     loop_end_s: float,
     signal_number: int = 0,
     stands_m: float = 0.0,
+    turned: str = "",
 ) -> str:
     """One paragraph: what triggered, its value and limit, what safing did and when.
 
     `still_closed` says why the contact cannot be said to be open after the retract. `start_s` is
     the time on the run's clock that counts as zero, `loop_end_s` when the loop ended,
-    `signal_number` the first signal that asked for the end, 0 for none. `stands_m` is how far the
+    `signal_number` the first signal that asked for the end, 0 for none. `turned` says why the way back was wrong, "" where it was not. `stands_m` is how far the
     target is from where it began: no run leads the arm back. It is told of an arm that is known to
     be there, and clear.
     """
     text = first_sentence(status, cause, start_s, signal_number)
+    if turned and turned not in text:
+        text += f" In the retract {turned}."
     if status != "completed":
-        text += _retract_told(retracted, still_closed, loop_end_s - start_s)
+        text += _retract_told(retracted, still_closed, loop_end_s - start_s, bool(turned))
     if retracted and not still_closed and abs(stands_m) >= ELSEWHERE_M:
         text += (
             f" The arm is {abs(stands_m) * 1e3:.3g} mm {'past' if stands_m > 0.0 else 'behind'} its"
@@ -133,9 +136,10 @@ def first_sentence(status: str, cause: Cause | None, start_s: float, signal_numb
     return f"The run was stopped by {cause.rule} at {at}{asked}: {cause.message}{cause.numbers}."
 
 
-def _retract_told(retracted: bool, still_closed: str, end_s: float) -> str:
+def _retract_told(retracted: bool, still_closed: str, end_s: float, turned: bool) -> str:
     if not retracted:
         return " No retract is confirmed."
+    told = " The arm went to the least force" if turned else " The arm drew back"
     if still_closed:
-        return f" The arm drew back until {end_s:.1f} s; {still_closed}."
-    return f" The arm drew back and was clear at {end_s:.1f} s."
+        return f"{told} until {end_s:.1f} s; {still_closed}."
+    return f"{told} and was clear at {end_s:.1f} s."

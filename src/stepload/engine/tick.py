@@ -107,11 +107,18 @@ class Engine:
 
     @property
     def retract_distance_m(self) -> float:
-        """How far the arm must go back from where it may be now for the contact to be open."""
+        """How far the arm must go back from where it may be now for the contact to be open.
+
+        0 where it may not: its direction is not proven, and the free way behind it is used up.
+        """
         course = self.course
         goal_m = self._safe_m if self.safing else course.release_m
-        way_m = max(course.believed_m, self.target_m) - goal_m
-        return way_m if way_m > course.retract_m else course.retract_m
+        if course.start_m != course.start_m and not course.proven:
+            return min(course.retract_m, course.free_m)
+        way_m = max(max(course.believed_m, self.target_m) - goal_m, course.retract_m)
+        if course.guard.found is not None:
+            return 0.0
+        return min(way_m, min(course.believed_m, self.target_m) - course.back_end_m)
 
     def tick(
         self,
@@ -142,7 +149,14 @@ class Engine:
             controller.c_m_per_n,
             self._phase,
         )
+        grown = course.guard.follow(now_s, self.target_m, sup, course.proven, self._phase)
+        if grown is not None:
+            self._emit(now_s, grown.rule, {**grown._asdict(), "goal_m": course.guard.goal_m})
+            if cause is None and not self.safing:
+                course.failure = grown
         if self.safing:
+            if grown is not None:
+                self._turn_round(now_s)
             done = self._retract(now_s, step_s)
         elif cause is not None:
             self.trip(cause)
@@ -152,7 +166,8 @@ class Engine:
             self._begin_safing(now_s)
             done = False
         else:
-            self.target_m = course.step(now_s, step_s)
+            if course.failure is None:
+                self.target_m = course.step(now_s, step_s)
             self._phase = course.phase
             done = course.done
             if done:
@@ -211,30 +226,45 @@ class Engine:
         self._phase = _SAFING
         course = self.course
         position_m = self.supervisor.arm.position_m
-        self._safe_m = course.release_m
+        found = course.guard.found
+        self._safe_m = course.release_m if found is None else course.guard.goal_m
         if course.believed_m < self.target_m:
             self.target_m = course.target_m = course.believed_m
         self._safe_speed_m_s, self._there_s = 0.0, math.nan
-        way_m = abs(self.target_m - self._safe_m)
-        needed_s = way_m / self.limits.retract_speed_m_s
-        self._give_up_s = now_s + 2.0 * needed_s + SAFING_EXTRA_S
+        self._set_patience(now_s)
         self._emit(now_s, "safing", {"position_m": position_m, "goal_m": self._safe_m})
+
+    def _set_patience(self, now_s: float) -> None:
+        needed_s = abs(self.target_m - self._safe_m) / self.course.back_speed_m_s
+        self._give_up_s = now_s + 2.0 * needed_s + SAFING_EXTRA_S
+
+    def _turn_round(self, now_s: float) -> None:
+        """The way back pressed: go to where the force was least."""
+        self._safe_m, self._safe_speed_m_s = self.course.guard.goal_m, 0.0
+        self._there_s = math.nan
+        self._set_patience(now_s)
 
     def _retract(self, now_s: float, step_s: float) -> bool:
         if self.target_m != self.target_m or now_s > self._give_up_s:
             return True
         limits = self.limits
         self._safe_speed_m_s = min(
-            limits.retract_speed_m_s,
+            self.course.back_speed_m_s,
             self._safe_speed_m_s + 2.0 * limits.acceleration_m_s2 * step_s,
         )
-        target_m = max(self._safe_m, self.target_m - self._safe_speed_m_s * step_s)
+        way_m, turned = self._safe_speed_m_s * step_s, self.course.guard.found is not None
+        if turned:
+            target_m = min(self._safe_m, self.target_m + way_m)
+        else:
+            target_m = max(self._safe_m, self.target_m - way_m)
         self.target_m = self.course.target_m = target_m
         near_m = min(limits.model_tolerance_m, ARRIVAL_SHARE * self.course.retract_m)
         sup, there_m = self.supervisor, self._safe_m + near_m
         # A position that jumped back looks like arrival at once: the model must have arrived too.
         clear = sup.arm.position_m <= there_m and not sup.motion.model_m > there_m
-        if not (self.target_m <= self._safe_m and clear):
+        if turned:
+            clear = abs(sup.arm.position_m - self._safe_m) <= near_m
+        if not (self.target_m == self._safe_m and clear):
             self._there_s = math.nan
             return False
         if self._there_s != self._there_s:
@@ -251,7 +281,7 @@ class Engine:
     def _further_back(self) -> bool:
         """Retract further, towards the start pose; False where no known free way is left."""
         start_m = self.course.start_m
-        if not start_m < self._safe_m:
+        if not start_m < self._safe_m or self.course.guard.found is not None:
             return False
         step_m = min(self.course.retract_m, self._safe_m - start_m)
         self._safe_m -= step_m

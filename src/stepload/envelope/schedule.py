@@ -109,6 +109,8 @@ def schedule(
     down = tuple(each + held_s for each in reversed(climbs.down_s)) if procedure.unload else ()
     rest_s = REST_S + 4.0 * limits.loop_s
     back_s = back_m / limits.retract_speed_m_s + rest_s
+    first_m = min(back_m, clear_m)
+    first_s = first_m / min(limits.retract_speed_m_s, guarded_m_s) + rest_s
     ring_s = RING_S + 2.0 * limits.unseen_s  # an only channel is waited for, before and after
     again_s = (gap_m + run_out_m) / (SLOW_SHARE * guarded_m_s) + ring_s
     touch_s = gap_m / limits.retract_speed_m_s + rest_s + again_s
@@ -116,10 +118,10 @@ def schedule(
     between_s = min(procedure.tare_s, BETWEEN_CYCLES_TARE_S)
     stages = [
         Stage("warm up", procedure.warm_up_s, 1),
-        Stage("prove free air", 2.0 * LOOK_S + back_s, 1),
+        Stage("prove free air", 2.0 * LOOK_S + first_s, 1),
         Stage("tare and drift check", procedure.tare_s + DRIFT_CHECK_S, 1),
         Stage(ALIGN, align_s, 1),
-        Stage(FAST, max(clear_m + back_m - run_out_m, 0.0) / fast_m_s, 1),
+        Stage(FAST, max(clear_m + first_m - run_out_m, 0.0) / fast_m_s, 1),
         Stage(GUARDED, (band_m + run_out_m) / guarded_m_s + ring_s, 1),
         Stage(AGAIN, touch_s, procedure.touches - 1),
         _steps(LOAD_STEP, up, procedure.cycles),

@@ -46,19 +46,30 @@ def _last(engine: Engine, kind: str) -> Mapping[str, Any]:
 
 @pytest.mark.parametrize("make", [stvf_plan, ur_plan])
 @pytest.mark.parametrize("softness", [0.1, *long([1.0]), 300.0])
-@pytest.mark.parametrize("force_n", [1.5, 20.0, 150.0])
+@pytest.mark.parametrize("force_n", [1.5, 20.0, 50.0])
 def test_a_start_pose_in_contact_is_found(make: Any, softness: float, force_n: float) -> None:
     bench = _pressed(make(**QUICK), force_n, softness)
     engine = run(bench, 20.0)
     assert engine.cause is not None
     assert engine.cause.rule == "not_free"
     assert engine.cause.value < -engine.cause.limit
-    assert "Move the start pose away" in engine.cause.message
     assert "TARE" not in _phases(engine)
     assert engine.safe_reached
     assert bench.peak_n == pytest.approx(force_n, rel=0.02)
     left_n = bench.rig.world.true_force_n
     assert left_n < 0.5 * force_n if softness == 300.0 else left_n == 0.0
+
+
+@pytest.mark.parametrize("make", [stvf_plan, ur_plan])
+def test_a_start_pose_that_presses_hard_is_left_as_it_was_found(make: Any) -> None:
+    """A reading that falls by half of F_lim may be one of wrong signs, which no zero shows yet."""
+    bench = _pressed(make(**QUICK), 150.0, 0.1)
+    engine = run(bench, 20.0)
+    assert engine.cause is not None
+    assert engine.cause.rule == "pressed_back"
+    assert engine.target_m == pytest.approx(engine.course.start_m, abs=1e-9)
+    assert bench.rig.world.true_force_n == pytest.approx(150.0, rel=0.02)
+    assert bench.peak_n < 1.1 * 150.0
 
 
 @pytest.mark.parametrize("make", [stvf_plan, ur_plan])
@@ -72,7 +83,7 @@ def test_a_surface_just_at_the_start_pose_is_none_and_is_met_within_the_limit(ma
 def test_the_start_pose_is_left_backwards_by_the_stated_distance() -> None:
     rows: list[TickRow] = []
     bench = _bench(stvf_plan(**QUICK))
-    engine = run(bench, 1.5, rows)
+    engine = run(bench, 3.0, rows)
     backed_off_m = _last(engine, "free_air")["backed_off_m"]
     assert backed_off_m == bench.plan.procedure.retract_m
     free = [row.target_m for row in rows if row.phase == Phase.FREE_AIR]
@@ -150,7 +161,7 @@ def test_a_plan_that_no_longer_fits_ends_before_the_approach() -> None:
 def test_drift_takes_from_the_margin() -> None:
     steady = {"tare_s": 2.0, "hold_s": 2.0, "max_drift_n": 1.0}
     bench = _bench(stvf_plan(**(QUICK | steady)), force_drift_n_per_s=0.3)
-    engine = run(bench, 4.0)
+    engine = run(bench, 6.0)
     assert engine.cause is None
     assert bench.limits.allowed_n - 4.0 < engine.limits.allowed_n < bench.limits.allowed_n - 0.5
 

@@ -38,7 +38,7 @@ def back_off(stage: Stage) -> None:
 def test_force_that_changes_by_backing_off_was_contact(sign: float, second: bool) -> None:
     limit_n = 0.5 * (TOLERANCE_N if second else DRIFT_N)
     for share, free in ((0.99, True), (1.01, False)):
-        stage = Stage()
+        stage = Stage(procedure={"tare_s": 100.0})
         free_air(stage)
         stage.readings([0.0] * (LOOK + 1), [0.0] * (LOOK + 1))
         back_off(stage)

@@ -1,6 +1,6 @@
 """Every wrong sign and axis of the force channels: the true peak force, and what was said.
 
-    python -m stepload_verify.trials.wrong_signs [--short]
+    python -m stepload_verify.trials.wrong_signs [--short] [--back RUNS]
 
 Dry, in virtual time. The believed plan is always the same; the simulated rig is wired otherwise.
 Rows: how the main channel is wired, how the second one is, the machine, and what proves the
@@ -8,6 +8,10 @@ channels before the approach: nothing, or a shake of the tool that the main chan
 Ends with exit code 1 where a wrong wiring was pressed beyond a quarter of F_lim, passed for sound
 or was said to be clear under load, and where a right one was stopped. Where nothing is alive and
 nothing proves it, no rule can see it: on devices such a run is refused, here it is only counted.
+
+`--back` draws runs instead in which the arm may be turned round too, over the true distance of the
+surface, the payload's stiffness, and every phase in which something goes back. Its rows are the
+largest J = (peak - F_top)/(F_c - F_top) of each wiring and machine.
 """
 
 from __future__ import annotations
@@ -17,9 +21,10 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
+from random import Random
 
 from stepload.engine.loop import run_loop
-from stepload.engine.operator import Operator
+from stepload.engine.operator import Operator, StopLevel
 from stepload.engine.rehearse import world_for
 from stepload.engine.tick import Engine
 from stepload.envelope.envelope import Envelope, envelope_of
@@ -27,9 +32,12 @@ from stepload.plan.changed import rederived
 from stepload.plan.load import load_plan
 from stepload.plan.model import ForceSpec, Plan, SecondForce, SecondForceSource
 from stepload.plan.shipped import plan_path
+from stepload.record.outcome import Cause
+from stepload.record.rows import Phase, TickRow
 from stepload.rig.world import WorldFault, load_world
 from stepload.runner.interrupts import interruptible
 from stepload_verify.campaign.incidents import NullRecorder
+from stepload_verify.campaign.mounts import draw_stance, mounted
 
 MACHINES = {"stiff": "plastic-sphere", "soft": "ur5e-silicone-sphere"}
 WIRINGS: dict[str, tuple[str, ...]] = {
@@ -115,12 +123,12 @@ def cases() -> Iterator[Case]:
             yield Case(machine, second, main, other, proof)
 
 
-def believed(case: Case) -> Envelope:
+def believed(case: Case, distance_m: float = 1e-3, uncertainty_m: float = 3e-4) -> Envelope:
     """The envelope of the plan that is run, whatever the wiring is."""
     plan = load_plan(plan_path(MACHINES[case.machine]))
     quick = replace(
         plan.procedure, tare_s=0.5, warm_up_s=0.0, touches=1, cycles=1, unload=False, hold_s=0.2,
-        settle_timeout_s=0.5, surface_distance_m=1e-3, surface_uncertainty_m=3e-4,
+        settle_timeout_s=0.5, surface_distance_m=distance_m, surface_uncertainty_m=uncertainty_m,
     )  # fmt: skip
     mass_kg = MASS_KG[case.machine]
     force = plan.rig.force
@@ -176,10 +184,132 @@ def _kind(prefix: str, kind: str) -> str:
     return "arm_force_deaf" if (prefix, kind) == ("arm_force_", "stuck_mean") else prefix + kind
 
 
+WAYS = ("end", "stop", "stop now", "pause", "trip", "loop")
+"""Who asks for the way back: the run itself, the operator, a rule, or an error of the program."""
+PHASES = (
+    Phase.WARM_UP, Phase.FREE_AIR, Phase.TARE, Phase.PROOF_OF_LIFE, Phase.FAST_APPROACH,
+    Phase.GUARDED_APPROACH, Phase.DWELL, Phase.TOUCH_RETRACT, Phase.LOAD, Phase.HOLD, Phase.RETRACT,
+)  # fmt: skip
+STATED_M = {"near": (1e-3, 0.5e-3), "far": (5e-3, 1e-3)}
+"""Distance of the surface and its uncertainty in the plan."""
+
+
+@dataclass(frozen=True, slots=True)
+class BackCase:
+    """A rig whose "back" may be a push; true distance over the stated one, softness over stated."""
+
+    case: Case
+    turned: bool
+    six: bool
+    stated: str
+    distance: float
+    softness: float
+    way: str
+    phase: Phase
+    after: float
+
+    @property
+    def cell(self) -> tuple[str, ...]:
+        """What the rows of the search are grouped by."""
+        axes = "six" if self.six else "one"
+        wired = f"{self.case.main_wiring}/{self.case.second_wiring}"
+        return axes, self.case.machine, self.case.second, wired, "turned" if self.turned else ""
+
+
+def draw_back(chance: Random) -> BackCase:
+    """One run of the search."""
+    machine = chance.choice(sorted(MACHINES))
+    second = chance.choice(SECONDS)
+    wirings = ("right", "sign", "axis")
+    main, other = chance.choice(wirings), chance.choice(wirings[:2])
+    case = Case(machine, second, main, other if second != "none" else "right",
+                chance.choice(PROOFS[:2]))  # fmt: skip
+    near = chance.random() < 0.5
+    share = chance.choice((0.0, 0.5, 1.0, chance.uniform(0.0, 1.2)))
+    return BackCase(
+        case, chance.random() < 0.6, machine == "soft" and chance.random() < 0.5,
+        "near" if near else "far", max(0.01, share), 10.0 ** chance.uniform(-1.0, 1.0),
+        chance.choice(WAYS), chance.choice(PHASES), chance.random(),
+    )  # fmt: skip
+
+
+def run_back(one: BackCase) -> tuple[float, float, str]:
+    """One run: J, the force that is left, and the rule that ended it."""
+    distance_m, uncertainty_m = STATED_M[one.stated]
+    envelope = believed(one.case, distance_m, uncertainty_m)
+    prefix = "arm_force_" if one.case.second == "arm" else "second_"
+    kinds = [f"force_{kind}" for kind in WIRINGS[one.case.main_wiring]]
+    kinds += [_kind(prefix, kind) for kind in WIRINGS[one.case.second_wiring]]
+    kinds += ["arm_turned"] if one.turned else []
+    faults = [WorldFault(kind, 0.0, FOR_GOOD_S, 0.0) for kind in kinds]
+    spec = world_for(envelope, faults=faults)
+    if one.six:
+        stance = draw_stance(Random(round(1e6 * one.after)), ur=True)
+        spec = mounted(spec, envelope, stance, ())
+    payload = replace(spec.payload, k=spec.payload.k / one.softness)
+    rig = load_world()(replace(spec, payload=payload, surface_m=one.distance * distance_m))
+    for device in (rig.force, rig.second_force, rig.arm):
+        if device is not None:
+            device.open(1.0)
+    engine = Engine(envelope, Operator())
+    begun: list[float] = []
+
+    def at_tick(row: TickRow) -> None:
+        if row.phase == one.phase and one.way != "end":
+            begun.append(row.time_s)
+            if begun[-1] - begun[0] >= one.after * 0.5:
+                _ask(engine, one.way, row.time_s)
+
+    with interruptible():
+        outcome = run_loop(engine, rig, NullRecorder(at_tick))
+    most_n = envelope.run_limits.counted_limit_n
+    top_n = envelope.plan.procedure.top_force_n
+    peak_n = rig.world.true_peak_equivalent_n
+    j = (peak_n - top_n) / (most_n - top_n)
+    return j, rig.world.true_force_n, outcome.cause.rule if outcome.cause else outcome.status.value
+
+
+def _ask(engine: Engine, way: str, now_s: float) -> None:
+    if way == "pause":
+        engine.operator.paused = True
+        engine.operator.request_stop(StopLevel.AFTER_STEP)
+    elif way in ("stop", "stop now"):
+        engine.operator.request_stop(StopLevel.NOW if way == "stop now" else StopLevel.AFTER_STEP)
+    elif way == "trip":
+        engine.trip(Cause("device", 1.0, 0.0, "", 0.0, now_s, "drawn"))
+    elif not engine.safing:
+        raise RuntimeError("drawn")
+
+
+def search_back(runs: int, seed: int = 1) -> int:
+    """Print the largest J of each cell; 1 where one is not below 1."""
+    chance = Random(seed)
+    worst: dict[tuple[str, ...], tuple[float, float, str, BackCase]] = {}
+    count: dict[tuple[str, ...], int] = {}
+    left = 0
+    for _ in range(runs):
+        one = draw_back(chance)
+        j, left_n, rule = run_back(one)
+        left += left_n > 0.0
+        count[one.cell] = count.get(one.cell, 0) + 1
+        if one.cell not in worst or j > worst[one.cell][0]:
+            worst[one.cell] = j, left_n, rule, one
+    print("| axes | machine | second | wired | arm | runs | largest J | left, N | ended by |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |")
+    for cell, (j, left_n, rule, _) in sorted(worst.items()):
+        print(f"| {' | '.join(cell)} | {count[cell]} | {j:.2f} | {left_n:.1f} | {rule} |")
+    most = max(worst.values(), key=lambda row: row[0])
+    print(f"\n{runs} runs, {left} end under load, largest J {most[0]:.3f}: {most[3]}")
+    return 1 if most[0] >= 1.0 else 0
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("--short", action="store_true", help="worst row of each kind only")
+    parser.add_argument("--back", type=int, metavar="RUNS", help="search over the ways back")
     options = parser.parse_args()
+    if options.back:
+        return search_back(options.back)
     print(
         "| machine | second | main wired | second wired | proof | peak / F_c | stopped by | said |"
     )
