@@ -29,7 +29,7 @@ HOT = {
     "src/stepload/record": ("ring",),
     "drivers/stepload_drivers/sim": (
         "adhesion", "channels", "contact", "creep", "drive", "faults", "felt", "friction",
-        "held", "laws", "layers", "limit_left", "mechanics", "moving_plate", "plant",
+        "held", "lag", "laws", "layers", "limit_left", "mechanics", "moving_plate", "plant",
         "sensor_errors", "simulation", "six_channels", "six_plant", "six_tip",
         "six_world", "slow", "springs", "stream",
     ),

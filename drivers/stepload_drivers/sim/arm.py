@@ -40,6 +40,8 @@ class WorldArm(Listener[ArmSample], Arm):
         self._delay_s = self._last_target_m = 0.0
         self._shift_m = NO_SHIFT
         self._faults = Schedule(())
+        self._sign = 1.0
+        """Travel of the drive over that of the program."""
         self._chance = Random(0)
         self.period_s = 0.0
         self.has_force = False
@@ -51,9 +53,10 @@ class WorldArm(Listener[ArmSample], Arm):
         spec = host.world.spec
         self._host = host
         self._faults = Schedule(spec.faults, kinds=ARM)
+        self._sign = -1.0 if self._faults.turned else 1.0
         self._chance = Random(spec.seed)
         self._delay_s = spec.command_delay_s
-        self._last_target_m = host.world.plant.target_m
+        self._last_target_m = self.held_m()
         self._shift_m = NO_SHIFT
         self.can_shift = isinstance(host.world.plant, SixPlant)
         self.period_s = 1.0 / spec.arm_rate_hz
@@ -67,7 +70,7 @@ class WorldArm(Listener[ArmSample], Arm):
         return self._host
 
     def held_m(self) -> float:
-        return self._here.world.plant.target_m
+        return self._sign * self._here.world.plant.target_m
 
     def command(self, position_m: float, shift_m: Shift = NO_SHIFT) -> None:
         host = self._here
@@ -97,7 +100,7 @@ class WorldArm(Listener[ArmSample], Arm):
             if "command_jitter" in active:
                 delay_s += active["command_jitter"] * self._chance.random()
         plant = host.world.plant
-        plant.command(now_s + delay_s, position_m)
+        plant.command(now_s + delay_s, self._sign * position_m)
         if shift_m != was_m and isinstance(plant, SixPlant):
             plant.command_shift(now_s + delay_s, *shift_m)
 
@@ -111,8 +114,12 @@ class WorldArm(Listener[ArmSample], Arm):
         if "protective_stop" in active:
             return "the arm is in protective stop"
         delay_s = self._delay_s + active.get("command_latency", 0.0)
-        host.world.plant.command(now_s + delay_s, position_m)
+        host.world.plant.command(now_s + delay_s, self._sign * position_m)
         return ""
+
+    def _hold(self) -> str:
+        """Send where the drive is."""
+        return self._send(self._sign * self._here.world.plant.drive_m)
 
     def safe(self, timeout_s: float) -> None:
         """Stop where the arm is; the force stays on.
@@ -122,7 +129,7 @@ class WorldArm(Listener[ArmSample], Arm):
         host = self._here
         plant = host.world.plant
         end_s = host.catch_up() + timeout_s
-        problem = self._send(plant.drive_m)
+        problem = self._hold()
         begun_s = host.catch_up()
         now_s = begun_s
         while now_s < end_s:
@@ -145,7 +152,7 @@ class WorldArm(Listener[ArmSample], Arm):
         require_positive("retract", distance_m=distance_m, speed_m_s=speed_m_s)
         begin_s = now_s = host.catch_up()
         end_s = begin_s + timeout_s
-        start_m = min(self._measured_m(), host.world.plant.target_m)
+        start_m = min(self._measured_m(), self.held_m())
         goal_m = start_m - distance_m
         quantum_m = host.world.spec.position_quantum_m
         lost_m = host.world.spec.lost_motion_m + host.world.spec.slip_m
@@ -163,7 +170,7 @@ class WorldArm(Listener[ArmSample], Arm):
             host.clock.sleep_until(min(end_s, now_s + self.period_s))
             now_s = host.catch_up()
         if problem:
-            self._send(host.world.plant.drive_m)
+            self._hold()
             raise self._refused("retract", problem)
 
     def _blind(self) -> str:

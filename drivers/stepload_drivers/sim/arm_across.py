@@ -9,6 +9,8 @@ import numpy as np
 
 from stepload.rig.samples import SixFloats
 from stepload.rig.world import WorldSpec
+from stepload_drivers.sim.faults import Schedule
+from stepload_drivers.sim.lag import Lag
 from stepload_drivers.sim.noise import normal_source
 from stepload_drivers.sim.six_plant import SixPlant
 
@@ -21,8 +23,9 @@ class ArmAcross:
     Faults of the arm's force along the press affect this one too.
     """
 
-    def __init__(self, plant: SixPlant, spec: WorldSpec) -> None:
+    def __init__(self, plant: SixPlant, spec: WorldSpec, faults: Schedule) -> None:
         self._plant = plant
+        self._lag = Lag(faults, 1.0 / spec.arm_rate_hz, "arm_force_")
         self._mass = spec.second_tool_mass_kg
         self._noise_x = normal_source(spec.seed, 13, spec.arm_force_noise_n)
         self._noise_y = normal_source(spec.seed, 14, spec.arm_force_noise_n)
@@ -45,7 +48,7 @@ class ArmAcross:
         return x_n, y_n, along_n, math.nan, math.nan, math.nan
 
     def _estimate(self, active: Mapping[str, float]) -> tuple[float, float]:
-        x_n, y_n, _ = self._plant.load
+        x_n, y_n = self._lag.shown(self._plant.load[:2], active)
         if self._mass:
             ax, ay, _ = self._plant.acceleration_m_s2
             x_n, y_n = x_n + self._mass * ax, y_n + self._mass * ay

@@ -15,6 +15,7 @@ from typing import Any
 from stepload.rig.samples import NOT_TOLD, ArmSample, DisplacementSample, ForceSample, Status
 from stepload.rig.world import WorldSpec
 from stepload_drivers.sim.faults import Schedule
+from stepload_drivers.sim.lag import Lag
 from stepload_drivers.sim.mechanics import Mechanics, Pressed
 from stepload_drivers.sim.noise import normal_source, smooth_error
 from stepload_drivers.sim.sensor_truth import SensorTruth
@@ -68,8 +69,9 @@ class Channel:
         self.sequence = 0
         self.origin_s = 0.0
         """Host time of world time 0."""
-        self.disturbed = False
-        """Whether a fault has ever been active."""
+        self._lag = self._lag_of(faults)
+        self.disturbed = self._lag.remembers
+        """Whether a fault has ever been active, or shows what was before it."""
         self.raising = self.swapped = False
         self._delay_s = delay_s
         self._clock_s = clock_s
@@ -82,6 +84,9 @@ class Channel:
         self.last = 0.0
         """The newest reading, as the device reports it."""
         self._newest_s = -math.inf
+
+    def _lag_of(self, faults: Schedule) -> Lag:
+        return Lag(faults, self.period_s)
 
     def listen(self) -> None:
         """Keep every sample from now on, until it is drained."""
@@ -103,9 +108,9 @@ class Channel:
         self.disturbed = True
         active = self._faults.active(time_s)
         self.raising = "raise" in active
-        held = self._kept("stuck_mean", active, truth)
-        if "stuck_mean" in active:
-            value = _quantised(value + held - truth, self._quantum)
+        shown = self._kept("stuck_mean", active, self._lag.shown((truth,), active))[0]
+        if shown != truth:
+            value = _quantised(value + shown - truth, self._quantum)
         if "reversed" in active:
             value = -value
         self.swapped = "swapped" in active
@@ -264,6 +269,7 @@ class ArmChannel(Channel):
             faults=faults,
         )
         self._plant = plant
+        self._sign = -1.0 if faults.turned else 1.0
         self._error = smooth_error(spec.seed, 11, spec.kinematic_error_m, spec.kinematic_length_m)
         self._error_at_m, self._error_m = math.nan, 0.0
         self._has_force = spec.arm_has_force
@@ -275,7 +281,7 @@ class ArmChannel(Channel):
 
     def sample(self, time_s: float, back: float) -> None:
         plant = self._plant
-        value = plant.measured_m
+        value = self._sign * plant.measured_m
         if self._error is not None:
             if value != self._error_at_m:
                 self._error_at_m, self._error_m = value, self._error(value)
@@ -288,10 +294,13 @@ class ArmChannel(Channel):
                 self.arm_force_n += self._mass * plant.tip_acceleration_m_s2
         self.sequence += 1
         if self.disturbed or time_s >= self._faults.next_s:
-            self._disturb(time_s, plant.drive_m, value, 0)
+            self._disturb(time_s, plant.force_n, value, 0)
             return
         self.last = value
         self._tell(self._clock_s + time_s, self.origin_s + time_s, 0, value, self.arm_force_n)
+
+    def _lag_of(self, faults: Schedule) -> Lag:
+        return Lag(faults, self.period_s, "arm_force_")
 
     def _tell(
         self, device_s: float, receive_s: float, status: int, value: float, force: float
@@ -307,7 +316,8 @@ class ArmChannel(Channel):
         self._plant.braked = "protective_stop" in active
         if self._plant.braked:
             status |= _STOPPED
-        force = self.arm_force_n * active.get("arm_force_gain", 1.0)
+        shown = self._lag.shown((truth,), active)[0]
+        force = (self.arm_force_n + (shown - truth)) * active.get("arm_force_gain", 1.0)
         if "arm_force_deaf" in active:
             force -= self._plant.force_n + self._mass * self._plant.tip_acceleration_m_s2
         if "arm_force_reversed" in active:

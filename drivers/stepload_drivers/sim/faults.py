@@ -31,6 +31,14 @@ _CHANNEL = {
     "clipped": "readings go no further than ±`magnitude` (N or m); no status says so",
 }
 
+LATE = {
+    "aged": "readings come as before and show an older force: from then on as it was at the start, "
+    "until it is that of `magnitude` s ago",
+    "old": "readings come as before and show the force of `magnitude` s ago",
+    "filter": "the force is shown through a low-pass of first order, time constant `magnitude` s",
+}
+"""Faults of a force channel; its noise stays alive."""
+
 _WRENCH = {
     "reversed": "readings have the opposite sign, as with a wrong axis or wiring",
     "swapped": "forces appear along the next axis: x as y, y as z, z as x",
@@ -61,7 +69,9 @@ ARM = {
     "arm_force_deaf": "the arm's own force feels nothing; its noise stays alive",
     "arm_force_reversed": "the arm's own force has the opposite sign",
     "arm_force_bias": "`magnitude` N is added to the arm's own force",
+    **{f"arm_force_{name}": f"its own force: {text}" for name, text in LATE.items()},
     "arm_force_clipped": "the arm's own force goes no further than ±`magnitude` N",
+    "arm_turned": "it moves the other way and measures what was commanded, from the beginning on",
     "protective_stop": "the arm brakes, holds and takes no command",
     "command_latency": "commands take effect `magnitude` seconds later",
     "command_jitter": "each command takes effect up to `magnitude` seconds later, in order",
@@ -80,8 +90,8 @@ FAULTS: dict[str, str] = (
     {f"force_{name}": f"force sensor: {text}" for name, text in _CHANNEL.items()}
     | {f"second_{name}": f"second force sensor: {text}" for name, text in _CHANNEL.items()}
     | {f"gauge_{name}": f"displacement gauge: {text}" for name, text in _CHANNEL.items()}
-    | {f"force_{name}": f"force sensor: {text}" for name, text in _WRENCH.items()}
-    | {f"second_{name}": f"second force sensor: {text}" for name, text in _WRENCH.items()}
+    | {f"force_{name}": f"force sensor: {text}" for name, text in (_WRENCH | LATE).items()}
+    | {f"second_{name}": f"second force sensor: {text}" for name, text in (_WRENCH | LATE).items()}
     | {f"force_{name}": f"force sensor: {text}" for name, text in _SIX.items()}
     | {name: f"arm: {text}" for name, text in ARM.items()}
     | {name: f"plate: {text}" for name, text in PLATE.items()}
@@ -116,7 +126,7 @@ class Schedule:
         faults: Iterable[WorldFault],
         *,
         prefix: str = "",
-        kinds: Iterable[str] = (*_CHANNEL, *_WRENCH, *_SIX),
+        kinds: Iterable[str] = (*_CHANNEL, *_WRENCH, *LATE, *_SIX),
     ) -> None:
         mine = {prefix + kind for kind in kinds}
         self._faults = []
@@ -126,12 +136,18 @@ class Schedule:
                 end_s = math.inf if kind in _FOR_GOOD else fault.start_s + fault.duration_s
                 self._faults.append((fault.start_s, end_s, kind, fault.magnitude))
         self._faults.sort()
+        self.turned = any(kind == "arm_turned" for _, _, kind, _ in self._faults)
+        """Whether the arm's direction is turned round, which no time changes."""
         self.next_s = 0.0
         """World time from which `active` must be called."""
         self._look_ahead()
 
     def _look_ahead(self) -> None:
         self.next_s = min((start for start, *_ in self._faults), default=math.inf)
+
+    def largest(self, kind: str) -> float:
+        """Largest magnitude of the faults of this kind that are not over, 0 without one."""
+        return max((size for *_, name, size in self._faults if name == kind), default=0.0)
 
     def active(self, time_s: float) -> dict[str, float]:
         """Kinds active now with their magnitude; past faults are forgotten."""

@@ -121,9 +121,9 @@ class WrenchChannel(SensorChannel):
         active = self._faults.active(time_s)
         self.raising = "raise" in active
         values = list(six)
-        held = self._kept("stuck_mean", active, truth)
-        if "stuck_mean" in active:
-            values = [v + h - t for v, h, t in zip(six, held, truth, strict=True)]
+        shown = self._kept("stuck_mean", active, self._lag.shown(truth, active))
+        if shown != truth:
+            values = [v + h - t for v, h, t in zip(six, shown, truth, strict=True)]
         gain = active.get("gain", 1.0) * (-1.0 if "reversed" in active else 1.0)
         added = active.get("bias", 0.0)
         if "gain_ramp" in active or "bias_ramp" in active:

@@ -47,7 +47,7 @@ class SixArmChannel(ArmChannel):
     ) -> None:
         super().__init__(plant, spec, force_offset_n=force_offset_n, faults=faults)
         self._six = plant
-        self._across = ArmAcross(plant, spec) if spec.arm_has_force else None
+        self._across = ArmAcross(plant, spec, faults) if spec.arm_has_force else None
 
     def sample(self, time_s: float, back: float) -> None:
         x_m, y_m = self._six.shift_m

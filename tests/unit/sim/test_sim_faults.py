@@ -22,6 +22,7 @@ MAGNITUDES = {"gain": 0.5, "bias": -20.0, "delay": 0.05, "clock_step": 7.0, "pos
 MAGNITUDES |= {"position_jump": 2e-3}
 MAGNITUDES |= {"command_latency": 0.1, "command_jitter": 0.1, "host_stall": 0.15}
 MAGNITUDES |= {"gain_ramp": -0.5, "bias_ramp": -20.0, "clipped": 1e-6, "plate_moves": 20e-6}
+MAGNITUDES |= {"aged": 0.1, "old": 0.1, "filter": 0.1}
 
 SPEC = replace(
     DEFAULT_SPEC,
@@ -108,7 +109,7 @@ def test_healthy_rig_has_no_fault_and_presses() -> None:
     assert HEALTHY.rig.world.true_force_n > 50.0
 
 
-@pytest.mark.parametrize("kind", [kind for kind in FAULTS if kind not in ONLY_SIX])
+@pytest.mark.parametrize("kind", [k for k in FAULTS if k not in (*ONLY_SIX, "arm_turned")])
 def test_every_fault_is_seen_from_its_start_and_not_before(kind: str) -> None:
     seen = watch(kind)
     assert seen.before(START_S - 1e-6) == HEALTHY.before(START_S - 1e-6)
@@ -366,6 +367,60 @@ def test_host_stall_happens_once_and_the_rig_goes_on() -> None:
     assert gaps.count(0.002) == len(gaps) - 1
     assert max(gaps) == pytest.approx(0.152)
     assert [s.sequence for s in seen.force] == [s.sequence for s in HEALTHY.force]
+
+
+def along_n(sample: Any) -> float:
+    return float(sample.force_n if hasattr(sample, "force_n") else reading(sample))
+
+
+@pytest.mark.parametrize("name", ["force", "second", "arm_force"])
+def test_a_late_force_is_that_of_before_with_fresh_stamps(name: str) -> None:
+    """0.1 s late; a buffer that fills shows the force at its beginning until then."""
+    stream, sound = name.removesuffix("_force"), {}
+    for s in getattr(HEALTHY, stream):
+        sound[round(s[2], 4)] = along_n(s)
+
+    def check(kind: str, expected: Any, noise_n: float) -> None:
+        window = watch(f"{name}_{kind}").window(stream)
+        assert [s[:3] for s in window] == [s[:3] for s in HEALTHY.window(stream)]
+        rows = [s for s in window if round(expected(s[2]), 4) in sound]
+        apart = np.array([along_n(s) - sound[round(expected(s[2]), 4)] for s in rows])
+        assert len(rows) > 50
+        assert abs(apart.mean()) < 0.5 * noise_n
+        assert 0.5 * noise_n < apart.std() < 2.5 * noise_n
+        assert sound[round(rows[-1][2], 4)] - along_n(rows[-1]) > 5.0
+
+    noise_n = {"force": 0.2, "second": 0.2, "arm_force": SPEC.arm_force_noise_n}[name]
+    begin_s = START_S + Seen.delay(stream)
+    check("old", lambda t: t - 0.1, noise_n)
+    check("aged", lambda t: max(begin_s, t - 0.1), noise_n)
+
+
+@pytest.mark.parametrize("name", ["force", "second", "arm_force"])
+def test_a_filter_follows_a_ramp_by_its_time_constant(name: str) -> None:
+    stream = name.removesuffix("_force")
+    window, sound = watch(f"{name}_filter", 0.02).window(stream), HEALTHY.window(stream)
+    behind = [along_n(h) - along_n(s) for s, h in zip(window, sound, strict=True)]
+    grown_n = np.polyfit([s[2] for s in sound], [along_n(s) for s in sound], 1)[0] * 0.02
+    assert np.mean(behind[len(behind) // 2 :]) == pytest.approx(grown_n, rel=0.15)
+
+
+def test_an_arm_that_is_turned_round_moves_away_and_measures_what_was_commanded() -> None:
+    turned = (WorldFault("arm_turned", 0.0, math.inf, 0.0),)
+    for faults, pressed in ((turned, False), ((), True)):
+        rig = open_world(replace(SPEC, faults=faults))
+        rig.arm.open(1.0)
+        for goal_m in (0.2e-3, -0.2e-3):
+            rig.arm.command(goal_m)
+            rig.clock.sleep_until(rig.clock.now_s() + 0.5)
+            assert rig.arm.drain()[-1].position_m == pytest.approx(goal_m, abs=10e-6)
+            assert rig.arm.held_m() == goal_m
+            assert (rig.world.true_force_n > 50.0) == ((goal_m > 0.0) == pressed)
+        rig.arm.safe(0.5)
+        assert (rig.world.true_force_n > 50.0) != pressed
+        before_n = rig.world.true_force_n
+        rig.arm.retract(0.1e-3, 0.01, 0.5)
+        assert (rig.world.true_force_n > before_n) != pressed
 
 
 def test_two_faults_at_once() -> None:

@@ -65,6 +65,7 @@ FAULTS = {
     "arm_force_reversed": (0.0, lambda x, y: (-x, -y)),
     "arm_force_deaf": (0.0, lambda x, y: (0.0, 0.0)),
     "arm_force_bias": (5.0, lambda x, y: (x, y)),
+    "arm_force_old": (1.55, lambda x, y: (0.0, 0.0)),
     "arm_force_clipped": (1.5, lambda x, y: (math.copysign(1.5, x), math.copysign(1.5, y))),
 }
 
@@ -85,3 +86,14 @@ def test_a_frozen_arm_stands_in_all_of_its_force(kind: str) -> None:
     live = pressed(arm_force_noise_n=1.0, faults=(WorldFault(kind, 1.2, 60.0, 0.0),))
     late = [sample.wrench[:3] for sample in live.arm.drain()[-50:]]
     assert len(set(late)) == 1
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_an_arm_that_is_turned_round_presses_on_its_way_back(turned: bool) -> None:
+    faults = (WorldFault("arm_turned", 0.0, 60.0, 0.0),) if turned else ()
+    live = open_world(rig(mount=MOUNT, faults=faults))
+    live.arm.open(1.0)
+    live.arm.command(-2.0 * SURFACE_M)
+    live.clock.sleep_until(2.0)
+    assert live.arm.drain()[-1].position_m == pytest.approx(-2.0 * SURFACE_M, abs=10e-6)
+    assert (live.world.true_force_n > 1.0) == turned

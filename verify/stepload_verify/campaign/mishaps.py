@@ -78,8 +78,8 @@ SIX_FAULTS = (
     "plate_slips",
 )  # fmt: skip
 """Faults that only a rig with six axes has."""
-FROM_THE_START_SHARE = 0.5
-"""Share of the dead and swapped components across the axis that have been so from the beginning."""
+FROM_THE_START = dict.fromkeys(SIX_FAULTS[:3], 0.5) | {"arm_turned": 1.0}
+"""Share of the faults of a kind that have been so from the beginning; of others none."""
 
 _Draw = Callable[[Random, float], float]
 
@@ -90,6 +90,9 @@ def _sign(chance: Random) -> float:
 
 _MAGNITUDES: dict[str, _Draw] = {
     "delay": lambda c, _: log_uniform(c, 0.02, 0.3),
+    "aged": lambda c, _: log_uniform(c, 0.05, 2.0),
+    "old": lambda c, _: log_uniform(c, 0.05, 1.0),
+    "filter": lambda c, _: log_uniform(c, 0.02, 1.0),
     "gain": lambda c, _: c.uniform(0.3, 0.95) if c.random() < 0.8 else c.uniform(1.05, 2.0),
     "bias": lambda c, f_c: -f_c * c.uniform(0.01, 0.5) * (1.0 if c.random() < 0.8 else -1.0),
     "clock_step": lambda c, _: _sign(c) * log_uniform(c, 0.005, 10.0),
@@ -145,7 +148,7 @@ def draw_fault(
 
 def fault_of(kind: str, chance: Random, times: Times, elastic_limit_n: float) -> WorldFault:
     """A fault of this kind."""
-    if kind in SIX_FAULTS[:3] and chance.random() < FROM_THE_START_SHARE:
+    if kind in FROM_THE_START and chance.random() < FROM_THE_START[kind]:
         return WorldFault(kind, 0.0, FOR_GOOD_S, 0.0)
     lasts_s = FOR_GOOD_S if chance.random() < FOR_GOOD_SHARE else log_uniform(chance, 0.01, 10.0)
     return WorldFault(
@@ -170,7 +173,7 @@ def incidents_of(kind: str, chance: Random, times: Times) -> tuple[Incident, ...
     return (Incident(kind, start_s, ""),)
 
 
-SILENT = ("stuck_mean", "gain", "bias", "deaf", "gain_ramp", "bias_ramp", "clipped")
+SILENT = ("stuck_mean", "gain", "bias", "deaf", "gain_ramp", "bias_ramp", "clipped", "aged", "old")
 """Faults of a force channel that are detected only by comparison with the other one."""
 
 
