@@ -248,7 +248,7 @@ BLIND, ONLY_CHANNEL = "both_channels_alike", "only_channel_lies"
 
 
 def lies_of(faults: Iterable[WorldFault], plan: Plan) -> str:
-    """The named hazard that every force channel shows too little, and none reports a fault; or ""."""
+    """The named hazard that every force channel shows too little and reports no fault, or ""."""
     channels = _channels(plan)
     kinds = {fault.kind for fault in faults if not _harmless(fault)}
     if all(any(f"{channel}{kind}" in kinds for kind in SILENT) for channel in channels):

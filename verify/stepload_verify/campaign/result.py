@@ -17,9 +17,10 @@ class Result:
     """One run. `rule` is what stopped it, "" if nothing did; times in s of world time.
 
     `wrong` are the kinds of its faults, `beside` what the plant had besides. `detection_s` is from
-    the beginning of the only fault to the stop; None where several things were wrong, or nothing. `phase` is where the run was when it stopped. `hazard` names why the
-    run is outside the claim. `peak_n` is what counts against `elastic_limit_n`, the counted F_c: the largest contact force, with
-    six axes the largest |f|/g(t) of a share t across the axis, and `resultant_n` is then the
+    the beginning of the only fault to the stop; None where several things were wrong, or nothing.
+    `phase` is where the run was when it stopped. `hazard` names why the run is outside the claim.
+    `peak_n` is what counts against `elastic_limit_n`, the counted F_c: the largest contact force,
+    with six axes the largest |f|/g(t) of a share t across the axis, and `resultant_n` is then the
     largest |f|. `levels_missed` counts the levels that were given up below their force.
     """
 

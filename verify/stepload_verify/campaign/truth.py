@@ -85,7 +85,11 @@ def mistake_of(kind: str, chance: Random, plan: Plan) -> Anomaly:
 
 def draw_beside(chance: Random) -> tuple[Anomaly, ...]:
     """What a run may have beside its fault; reads three numbers."""
-    which, share, factor = chance.random(), chance.uniform(0.02, 1.0), log_uniform(chance, 0.1, 10.0)
+    which, share, factor = (
+        chance.random(),
+        chance.uniform(0.02, 1.0),
+        log_uniform(chance, 0.1, 10.0),
+    )
     if which < BESIDE_SHARE:
         return (Anomaly(RIGID_STOP, share),)
     if which > 1.0 - BESIDE_SHARE:

@@ -9,8 +9,8 @@ from stepload.plan.model import Plan
 from stepload.runner.jobs import Job
 from stepload_verify.campaign.ablation import Ablation
 from stepload_verify.campaign.digest import loaded
-from stepload_verify.campaign.result import Result
 from stepload_verify.campaign.healthy import healthy
+from stepload_verify.campaign.result import Result
 from stepload_verify.campaign.scenario import Scenario, draw
 from stepload_verify.campaign.single import run_scenario
 
