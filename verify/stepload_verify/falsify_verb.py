@@ -58,7 +58,7 @@ def falsify(
 ) -> None:
     """Search for the run that passes F_c, per fault, phase and rig: exit 0 if none is found, or 4.
 
-    Example: stepload falsify procedures/falsify.yaml --evaluations 1000 --out falsify
+    Example: stepload falsify procedures/campaign.yaml --evaluations 1000 --out falsify
     """
     from stepload.plan.load import load_plan
     from stepload.runner.choose import open_pool
@@ -124,7 +124,7 @@ def _report(rows: Sequence[Row], elapsed_s: float, output: Output) -> None:
     if not runs:
         raise BadInputError(
             "nothing was searched: no point was a run",
-            hint="a plan with a short order, such as procedures/falsify.yaml, or other --wrong",
+            hint="a plan with a short order, such as procedures/campaign.yaml, or other --wrong",
         )
     raise typer.Exit(ExitCode.STOPPED if broken else ExitCode.OK)
 

@@ -40,13 +40,14 @@ class Listener(Generic[SampleT]):
                     raise DeviceError(message, code=FaultCode.NOT_CONNECTED)
                 self._stream = Stream(self._name, host, channel, timeout_s)
                 self._begin(host, channel)
+                self.drain = self._stream.drain  # type: ignore[method-assign]
             except BaseException:
                 self._place.give_back()
                 raise
         return self._identity
 
     def drain(self) -> list[SampleT]:
-        return self._stream.drain() if self._stream else []
+        return []
 
     def health(self) -> Health:
         return self._stream.health() if self._stream else NO_HEALTH
@@ -57,6 +58,7 @@ class Listener(Generic[SampleT]):
     def close(self) -> None:
         if self._stream:
             self._stream.close()
+            del self.drain
         self._stream = None
         self._place.give_back()
 

@@ -40,6 +40,11 @@ LONGEST_TRAVEL_M = 3e-3
 RAMP_S = (0.05, 1.0)
 """Range of the time in which a load step is applied."""
 GAUGE_SHARE = 0.05
+FARTHEST = 4.0
+"""Largest distance of a surface over that of the template."""
+RETRACT_M = 1e-4
+RETRACT_OVER_TRAVEL = 1.3
+"""Retract, and its share of the travel where that is more: little free air, which costs time."""
 DRIFT_N_PER_S = 0.005
 MOST_IN_COMMON = 0.05
 """Largest error that a plan states both force channels to have in common."""
@@ -201,7 +206,8 @@ def plan_from(
     touch_n = max(0.01 * top_n, 1.0, 2.0 * force.resolution_n, 6.0 * force.noise_n)
     payload = _payload(chance, top_n, elastic_limit_n)
     travel_m, touch_m = (travel_to(rig, payload, force_n) for force_n in (top_n, touch_n))
-    uncertainty_m = template.procedure.surface_uncertainty_m
+    farther = log_uniform(chance, 1.0, FARTHEST)
+    uncertainty_m = farther * template.procedure.surface_uncertainty_m
     procedure = replace(
         template.procedure,
         step_n=top_n / count,
@@ -209,8 +215,10 @@ def plan_from(
         levels_n=tuple(top_n * (i + 1) / count for i in range(count)),
         load_rate_n_per_s=top_n / count / log_uniform(chance, *RAMP_S),
         touch_force_n=touch_n,
+        surface_distance_m=farther * template.procedure.surface_distance_m,
+        surface_uncertainty_m=uncertainty_m,
         search_distance_m=3.0 * uncertainty_m + 2.0 * touch_m,
-        retract_m=max(5e-4, 2.0 * travel_m),
+        retract_m=max(RETRACT_M, RETRACT_OVER_TRAVEL * travel_m),
         max_drift_n=drift_n,
     )
     if procedure.touch_force_n >= procedure.levels_n[0]:

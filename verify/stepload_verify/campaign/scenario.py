@@ -54,7 +54,7 @@ WITHIN_PLAN = ("common_gain", "common_drift")
 """Errors of both channels that the plan states: they are no hazard."""
 STEEP = (0, 5, 9)
 """Of ten rigs with six axes of a class, those whose plan states the plate's largest tilt."""
-LONGEST_RUN_S = 8.0
+LONGEST_RUN_S = 6.0
 """Longest run; longer ones are drawn again, a few times."""
 _SHORT_DRAWS = 20
 _STEP_RATES = 5.0

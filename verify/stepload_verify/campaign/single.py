@@ -56,7 +56,7 @@ def _run(
         _open(rig)
     except DeviceError as error:
         return _result(scenario, rig, None, "open", error.message), None
-    operator = FailingOperator()
+    operator = FailingOperator() if scenario.incidents else Operator()
     engine, on_progress = _engine(scenario, ablation, operator)
     if on_begin:
         on_begin(engine, rig.world)

@@ -6,24 +6,22 @@ The vector has one part for each of these, so that a step in one shifts nothing 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from stepload.envelope.envelope import Envelope, derive
 from stepload.plan.model import Plan, SecondForceSource
 from stepload_verify.campaign.mounts import Stance, any_stance, fits, told
-from stepload_verify.campaign.plants import ARM_CLASSES, plan_from, travel_to
+from stepload_verify.campaign.plants import ARM_CLASSES, plan_from
 from stepload_verify.campaign.scenario import Scenario, expected_times, scenario_of
 from stepload_verify.falsify.onset import NUMBERS, Look, placed, starts_of
 from stepload_verify.falsify.strata import ARMS_OWN, SECOND, START, Stratum
 from stepload_verify.falsify.tape import Tape
 
-RIG, TRUTH, STANCE, WRONG = 35, 13, 19, 10
+RIG, TRUTH, STANCE, WRONG = 36, 13, 19, 10
 """Numbers that a rig with its plan, its truth, how a rig with six axes holds its tip, and each
 fault read."""
-LONGEST_S = 8.0
+LONGEST_S = 6.0
 """Longest run; slow rigs are safe, and cost time."""
-SHORT_RETRACT_M = 1e-4
-"""Retract of a run that is searched, where twice the travel is not more: less free air."""
 
 
 def rig_length(stratum: Stratum) -> int:
@@ -103,7 +101,6 @@ def believed(template: Plan, stratum: Stratum, rig: Sequence[float]) -> Envelope
     plan = plan_from(tape, template, tape.choice(ARM_CLASSES), _source(stratum))
     if plan is None:
         return None
-    plan = _shorter(plan)
     envelope = derive(told(plan, stance) if stance else plan)
     if envelope.limits is None or (stance is not None and not fits(envelope, stance)):
         return None
@@ -129,11 +126,3 @@ def _stance(stratum: Stratum, rig: Sequence[float]) -> Stance | None:
         return None
     arm_class = Tape(rig[:1], "rig").choice(ARM_CLASSES)
     return any_stance(Tape(rig[-STANCE:], "stance"), arm_class == "UR")
-
-
-def _shorter(plan: Plan) -> Plan:
-    """The same plan with less free air to cross."""
-    procedure = plan.procedure
-    travel_m = travel_to(plan.rig, plan.payload, procedure.top_force_n)
-    retract_m = max(SHORT_RETRACT_M, 2.0 * travel_m)
-    return replace(plan, procedure=replace(procedure, retract_m=retract_m))
