@@ -15,6 +15,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from long_ones import long
+from stepload_verify.falsify.blind import PATIENCE, Blind
+from stepload_verify.falsify.excuses import excuses, levelled
+from stepload_verify.falsify.search import rounds, search
+from stepload_verify.falsify.shrink import shrink
+from stepload_verify.falsify.weak import NO_RIG, weakness
 
 from stepload.errors import BadInputError, DomainError, RefusedError
 from stepload.plan.load import load_plan
@@ -28,8 +33,6 @@ from stepload_verify.campaign.scenario import BLIND, Scenario
 from stepload_verify.campaign.single import run_scenario
 from stepload_verify.campaign.truth import SIX_ANOMALIES, Anomaly
 from stepload_verify.falsify import trial as trials_of
-from stepload_verify.falsify.blind import PATIENCE, Blind
-from stepload_verify.falsify.excuses import excuses, levelled
 from stepload_verify.falsify.falsify import BATCH, FILES, SCENES, WORST, falsify, worst
 from stepload_verify.falsify.hunt import Hunt
 from stepload_verify.falsify.onset import BY_FORCE_SHARE, Onset, draw_onset, placed
@@ -42,13 +45,10 @@ from stepload_verify.falsify.scene import (
     with_faults,
 )
 from stepload_verify.falsify.scene_file import read_scene, text_of
-from stepload_verify.falsify.search import rounds, search
-from stepload_verify.falsify.shrink import shrink
 from stepload_verify.falsify.strata import Stratum, kinds_for, named, strata
 from stepload_verify.falsify.strategy import POPULATION
 from stepload_verify.falsify.tape import Tape
 from stepload_verify.falsify.trial import Point, Search, Trial, judge, no_run
-from stepload_verify.falsify.weak import NO_RIG, weakness
 
 ROOT = Path(__file__).parents[3]
 TEMPLATE = load_plan(ROOT / "procedures/falsify.yaml")
