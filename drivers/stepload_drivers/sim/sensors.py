@@ -39,8 +39,8 @@ class Listener(Generic[SampleT]):
                     message = f"{self._name}: the simulated rig has no such sensor"
                     raise DeviceError(message, code=FaultCode.NOT_CONNECTED)
                 self._stream = Stream(self._name, host, channel, timeout_s)
-                self._begin(host, channel)
                 self.drain = self._stream.drain  # type: ignore[method-assign]
+                self._begin(host, channel)
             except BaseException:
                 self._place.give_back()
                 raise
