@@ -96,7 +96,7 @@ def cpu_of(work: Work[Job, object], jobs: Sequence[Job]) -> float:
 
 def efficiencies(runs: int, repeats: int) -> list[float]:
     """(Time of one process) / (2 × time of two), both warm."""
-    jobs, work = jobs_for(runs), campaign()
+    jobs, work = jobs_for(runs, ("one",)), campaign()
     found = []
     with LocalPool(2) as pair:
         for pool in (LocalPool(1), pair):
@@ -110,7 +110,7 @@ def efficiencies(runs: int, repeats: int) -> list[float]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--runs", type=int, default=100)
-    jobs = jobs_for(parser.parse_args().runs)
+    jobs = jobs_for(parser.parse_args().runs, ("one",))
     nothing = importlib.import_module("scale").Nothing()  # of this file, as workers find it
     work = campaign()
     warm, empty = jobs[: 4 * BATCH], [Job("", index) for index in range(BATCH * EMPTY)]

@@ -31,38 +31,36 @@ def lines(directory: Path) -> list[str]:
 
 
 def test_no_run_comes_above_the_elastic_limit(tmp_path: Path) -> None:
-    options = ["--runs", RUNS, "--seed", "1", "--processes", "1", "--out", tmp_path / "c"]
+    options = ["--runs", RUNS, "--seed", "2", "--processes", "1", "--out", tmp_path / "c"]
     done = in_process("campaign", PLAN, *options, "--json")
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
-    apart = {g["name"]: g["runs"] for g in found["groups"] if g["name"].startswith("apart")}
-    assert found["runs"] + apart.get("apart: both channels lie", 0) == RUNS
-    assert apart["apart: one force channel"] == RUNS // 10
+    apart = sum(g["runs"] for g in found["groups"] if g["name"].startswith("apart"))
+    assert found["runs"] + apart == RUNS
     assert found["above_elastic_limit"] == 0
-    assert 0.5 < found["max_peak_ratio"] < 1.0
-    assert found["false_trip_rate"] == 0.0
-    assert found["rate_bound_95"] == pytest.approx(1.0 - 0.05 ** (1.0 / RUNS))
-    rules = {row["rule"] for row in found["rules"]}
-    assert {"completed", "R3", "R4", "R5", "R7", "R10"} <= rules
-    assert len(lines(tmp_path / "c")) == RUNS + RUNS // 10
+    assert found["max_peak_ratio"] < 1.0
+    assert found["max_j"] < 1.0
+    assert found["rate_bound_95"] == pytest.approx(1.0 - 0.05 ** (1.0 / found["runs"]))
+    assert len({row["kind"] for row in found["faults"]}) > RUNS // 2
+    rows = [json.loads(line) for line in lines(tmp_path / "c")]
+    assert {(row["series"], len(row["wrong"])) for row in rows} == {("one", 1), ("six", 1)}
 
 
-def test_a_campaign_with_six_axes(tmp_path: Path) -> None:
-    """Its rows hold the resultant too, and the directory knows that its rigs have six axes."""
-    options = ["--runs", "2", "--seed", "5", "--processes", "1", "--out", tmp_path / "c"]
-    done = in_process("campaign", PLAN, *options, "--axes", "six", "--faults", "none", "--json")
+def test_healthy_runs_are_plans_of_labs(tmp_path: Path) -> None:
+    """Some are refused; a directory knows what its runs are."""
+    options = ["--runs", "4", "--seed", "5", "--processes", "1", "--out", tmp_path / "c"]
+    done = in_process("campaign", PLAN, *options, "--axes", "one", "--faults", "none", "--json")
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
-    assert (found["above_elastic_limit"], found["false_trip_rate"]) == (0, 0.0)
-    rows = [json.loads(line) for line in lines(tmp_path / "c")]
-    assert all(0.0 < row["resultant_n"] <= row["peak_n"] for row in rows)
-    other = in_process("campaign", PLAN, *options, "--faults", "none")
+    assert found["runs"] + found["refused"] == 4
+    assert found["above_elastic_limit"] == 0
+    other = in_process("campaign", PLAN, *options, "--axes", "one")
     assert other.returncode != 0
-    shown = in_process("campaign", PLAN, "--runs", "1", "--axes", "six", "--replay", "0")
+    shown = in_process("campaign", PLAN, "--runs", "1", "--replay", "six-0")
     assert "mount: friction_static" in shown.stdout
     wrong = in_process("campaign", PLAN, "--runs", "1", "--axes", "seven")
     assert wrong.returncode == 2
-    assert "one or six" in wrong.stderr
+    assert "one, six or both" in wrong.stderr
 
 
 @pytest.mark.parametrize("processes", [1, *long([2])])
@@ -83,7 +81,7 @@ def test_an_interrupted_campaign_goes_on_to_the_same_result(tmp_path: Path, proc
     process.communicate()
     assert process.returncode in (0, 130)
     with (part / "runs.jsonl").open("a") as file:
-        file.write('{"series":"two","ind')  # what a power cut leaves
+        file.write('{"series":"one","ind')  # what a power cut leaves
     rest = in_process("campaign", PLAN, *options, "--processes", 1, "--out", part, "--parquet")
     assert (whole.returncode, rest.returncode) == (0, 0), rest.stderr
     assert sorted(lines(part)) == sorted(lines(tmp_path / "whole"))
@@ -143,7 +141,7 @@ def test_an_ablation_takes_a_rule_from_a_campaign_that_is_there(tmp_path: Path) 
 
 @pytest.mark.long
 def test_searches_and_maps_over_a_cluster_come_to_the_same_result(tmp_path: Path) -> None:
-    search = ["falsify", PLAN, "--trials", "24", "--wrong", "force_gain+second_gain", "--json"]
+    search = ["falsify", PLAN, "--evaluations", "6", "--wrong", "force_gain", "--json"]
     chart = ["map", "stvf", "--samples", "2", "--json"]
     with cluster(2) as own:
         for words in (search, chart):
@@ -158,44 +156,10 @@ def test_searches_and_maps_over_a_cluster_come_to_the_same_result(tmp_path: Path
 
 
 @pytest.mark.long
-@pytest.mark.timeout(3600)
-@pytest.mark.parametrize("seed", range(1, 4))
-def test_the_search_finds_the_hole_that_a_rule_closes(tmp_path: Path, seed: int) -> None:
-    """Without the rule for a second sensor that stands: 1.53 F_c, which dice meet in 10^9 runs.
-
-    Since what noise hides from R5 is counted the hole is smaller: of five seeds one (4) does not
-    find it in 800 runs.
-    """
-    words = [
-        "falsify", "procedures/falsify.yaml", "--wrong", "force_gain+second_freeze",
-        "--seed", seed, "--trials", "400", "--json",
-    ]  # fmt: skip
-    done = in_process(*words, "--without", "standing", "--out", str(tmp_path))
-    assert done.returncode == 4, done.stderr
-    [row] = json.loads(done.stdout)["worst"]
-    assert row["found_after"] <= 350
-    [scene] = (tmp_path / "scenes").iterdir()
-    again = in_process("falsify", "procedures/falsify.yaml", "--replay", str(scene))
-    assert again.returncode == 0, "with the rule the same run must stay below F_c"
-
-
-def test_a_scene_is_not_made_simple_for_a_place_that_cannot_hold_it(tmp_path: Path) -> None:
-    scene = ROOT / "docs" / "scenes" / "frozen-second-sensor.json"
-    for place, told in ((scene, "is there already"), (tmp_path / "none/a.json", "no such dir")):
-        done = in_process(
-            "falsify", "procedures/falsify.yaml", "--replay", scene, "--shrink", place
-        )
-        assert done.returncode == 2
-        assert told in done.stderr
-        assert "J =" not in done.stderr + done.stdout
-
-
-@pytest.mark.long
 def test_an_order_too_long_for_a_search_is_told_as_such() -> None:
     done = in_process(
-        "falsify", "procedures/plastic-sphere.yaml", "--wrong", "force_gain",
-        "--trials", "2", "--processes", "1",
+        "falsify", "procedures/plastic-sphere.yaml", "--wrong", "force_gain", "--axes", "one",
+        "--evaluations", "1", "--processes", "1",
     )  # fmt: skip
     assert done.returncode == 2
     assert "no point was a run" in done.stderr
-    assert "procedures/falsify.yaml" in done.stderr

@@ -30,14 +30,18 @@ MOST = 3
 
 def campaign(
     plan: Annotated[Path, typer.Argument(help=ORDER, show_default=False)],
-    runs: Annotated[int, typer.Option("--runs", min=1, help="On rigs with two channels.")],
+    runs: Annotated[int, typer.Option("--runs", min=1, help="How many, over all rigs.")],
     faults: Annotated[
-        str, typer.Option("--faults", help="all, none, or kinds separated by commas.")
+        str,
+        typer.Option("--faults", help="all; kinds separated by commas; none: plans of labs."),
     ] = "all",
+    count: Annotated[
+        int, typer.Option("--faults-per-run", min=1, max=2, help="1, or pairs of faults.")
+    ] = 1,
     seed: Annotated[int, typer.Option("--seed", help="Decides every run.")] = 1,
     axes: Annotated[
-        str, typer.Option("--axes", help="one: along the press alone; six: the whole wrench.")
-    ] = "one",
+        str, typer.Option("--axes", help="one: along the press alone; six: the whole wrench; both.")
+    ] = "both",
     out: Annotated[
         Path | None, typer.Option("--out", help="Directory of results; the campaign goes on there.")
     ] = None,
@@ -54,7 +58,7 @@ def campaign(
         bool, typer.Option("--ablation", help="Without each rule and layer in turn: a table.")
     ] = False,
     replay: Annotated[
-        str | None, typer.Option("--replay", help="Show this run in full, such as 17 or one-17.")
+        str | None, typer.Option("--replay", help="Show this run in full, such as one-17.")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -68,12 +72,13 @@ def campaign(
     from stepload_verify.campaign.ablation import LAYERS, Ablation
     from stepload_verify.campaign.campaign import jobs_for
     from stepload_verify.campaign.result import Result
-    from stepload_verify.campaign.scenario import axes_from, kinds_from
+    from stepload_verify.campaign.scenario import kinds_from, series_from
     from stepload_verify.campaign.work import Work
 
     output = Output(as_json=as_json)
-    axes = axes_from(axes)
-    work = Work(load_plan(plan), seed, kinds_from(faults, axes), axes=axes)
+    series = series_from(axes)
+    kinds = () if faults == "none" else kinds_from(faults)
+    work = Work(load_plan(plan), seed, kinds, count)
     layers = list(LAYERS) if ablation else [Ablation(name).name for name in ablate or ()]
     if replay is not None:
         if len(layers) > 1:
@@ -87,7 +92,7 @@ def campaign(
             raise BadInputError("--parquet without --out", hint="name a directory: --out")
         needs_parquet()  # told before the runs and not after them
     with open_pool(processes, scheduler) as pool:
-        results = _campaign("campaign", work, jobs_for(runs), pool, out)
+        results = _campaign("campaign", work, jobs_for(runs, series), pool, out)
         again = [_without(name, work, results, pool, out) for name in layers]
     if parquet and out is not None:
         write_parquet(out / "runs.parquet", Result, results)
@@ -122,6 +127,7 @@ def ctrl_c_said(text: str) -> Iterator[None]:
 
 def _report(results: Sequence[Result], elapsed_s: float, output: Output) -> None:
     from stepload.results.model import table
+    from stepload_verify.campaign.result import REFUSED
     from stepload_verify.campaign.summary import (
         FAULT,
         GROUP,
@@ -133,11 +139,12 @@ def _report(results: Sequence[Result], elapsed_s: float, output: Output) -> None
         summary,
     )
 
-    claim, rows = groups(results)[0], claimed(results)
+    claim, faults = groups(results)[0], by_fault(results)
+    rows = [row for row in claimed(results) if row.status != REFUSED]
     output.tables(
         table("True peak force against F_c", GROUP, groups(results)),
         table("How the runs of the claim ended", RULE, by_rule(rows)),
-        table("What was wrong (one run may stand in several rows)", FAULT, by_fault(rows)),
+        *([table("By fault; those with a named hazard apart", FAULT, faults)] if faults else []),
     )
     data = dict(summary(results))
     for title, name in (
@@ -147,6 +154,9 @@ def _report(results: Sequence[Result], elapsed_s: float, output: Output) -> None
     ):
         if data[name]:
             output.line(f"{title}, for --replay: {', '.join(data[name][:20])}")
+    if data["refusals"]:
+        told = ", ".join(f"{code} {number}" for code, number in data["refusals"].items())
+        output.line(f"refused by preflight: {claim.refused} of {len(results)} plans ({told})")
     output.line(
         f"{claim.above_elastic_limit} of {claim.runs} runs above F_c: with 95 % confidence fewer"
         f" than {claim.rate_bound:.2g} of such runs; {len(results)} results in {elapsed_s:.0f} s"

@@ -75,8 +75,9 @@ class WorldArm(Listener[ArmSample], Arm):
     def command(self, position_m: float, shift_m: Shift = NO_SHIFT) -> None:
         host = self._here
         require_finite_target(position_m)
-        require_shift(shift_m, self._shift_m, _MAX_LEAD_M)
-        if shift_m != NO_SHIFT and not self.can_shift:
+        if shift_m is not self._shift_m:
+            require_shift(shift_m, self._shift_m, _MAX_LEAD_M)
+        if shift_m is not NO_SHIFT and shift_m != NO_SHIFT and not self.can_shift:
             raise DeviceError(
                 f"{_NAME}: a simulated rig with one axis cannot shift",
                 code=FaultCode.REFUSED_COMMAND,

@@ -39,6 +39,7 @@ class Listener(Generic[SampleT]):
                     message = f"{self._name}: the simulated rig has no such sensor"
                     raise DeviceError(message, code=FaultCode.NOT_CONNECTED)
                 self._stream = Stream(self._name, host, channel, timeout_s)
+                self.drain = self._stream.drain  # type: ignore[method-assign]
                 self._begin(host, channel)
             except BaseException:
                 self._place.give_back()
@@ -46,7 +47,7 @@ class Listener(Generic[SampleT]):
         return self._identity
 
     def drain(self) -> list[SampleT]:
-        return self._stream.drain() if self._stream else []
+        return []
 
     def health(self) -> Health:
         return self._stream.health() if self._stream else NO_HEALTH
@@ -57,6 +58,7 @@ class Listener(Generic[SampleT]):
     def close(self) -> None:
         if self._stream:
             self._stream.close()
+            del self.drain
         self._stream = None
         self._place.give_back()
 

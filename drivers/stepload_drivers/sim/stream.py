@@ -17,6 +17,7 @@ _EARLY_S = 1e-9
 _STALE_S = 0.05
 _STALE_PERIODS = 5.0
 _OPEN_WAIT_S = 0.001
+_STOPPED, _TOO_LARGE = int(Status.STOPPED), int(Status.OVERRANGE | Status.SATURATED)
 
 
 class Host(Protocol):
@@ -118,9 +119,9 @@ class Stream:
         self._lost += max(0, samples[-1][0] - self._sequence - len(samples))
         for sample in samples:
             status = sample[3]
-            if status & Status.STOPPED:
+            if status & _STOPPED:
                 self.latch(FaultCode.PROTECTIVE_STOP, "the arm is in protective stop", sample[2])
-            elif status & (Status.OVERRANGE | Status.SATURATED):
+            elif status & _TOO_LARGE:
                 self.latch(FaultCode.OVERLOAD, "a reading is beyond the rated range", sample[2])
             value = sample[4]
             values = value if isinstance(value, tuple) else (value,)

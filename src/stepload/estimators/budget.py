@@ -7,7 +7,7 @@ and carried through the estimator to first order.
 
 Which fit to hang it on: the joint fit of (K, n, δ0). A touch threshold finds the zero late by the
 deformation at the threshold, which biases every two-parameter fit; their budget therefore needs
-`zero_sigma_m` and is wider. `python -m stepload_verify.trials.coverage` measures the coverage.
+`zero_sigma_m` and is wider.
 
 The sizes of the sources are taken as known, but for the smooth error: estimated from one K_s run it
 is itself known only to a third or so. Use `smooth_error_m` of `SystemStiffnessFit`, not the rms

@@ -171,7 +171,7 @@ def test_what_has_no_budget_is_refused():
 
 @pytest.mark.parametrize("k", [6.57e8, *long([2.23e8])], ids=["plastic sphere", "plastic cone"])
 def test_coverage_in_scenario_c(k):
-    """A small stepload_verify.trials.coverage: 95 % coverage within binomial chance of
+    """95 % coverage within binomial chance of
     1 in 1000, and an interval that is not wide for safety's sake."""
     runs = 120
     rig = replace(STVF, rate_hz=200.0)

@@ -22,36 +22,58 @@ from stepload_verify.campaign import mishaps
 from stepload_verify.campaign.ablation import LAYERS, Ablation
 from stepload_verify.campaign.campaign import FILES, jobs_for
 from stepload_verify.campaign.digest import NOT_DECIDING, fingerprint
+from stepload_verify.campaign.healthy import healthy as healthy_plan
 from stepload_verify.campaign.mishaps import (
+    BLIND,
+    COMMON,
     COMPONENTS,
     ERRORS,
+    FIRST_DAY,
     INCIDENTS,
-    SIX_FAULTS,
-    WIDER_FAULTS,
+    ONLY_CHANNEL,
     Incident,
     Times,
 )
 from stepload_verify.campaign.plants import geometry_for
 from stepload_verify.campaign.replay import replay, timeline, wrong_rows
-from stepload_verify.campaign.result import KILLED, Result
-from stepload_verify.campaign.scenario import PLANTS, Scenario, draw, kinds_from
+from stepload_verify.campaign.result import KILLED, REFUSED, Result
+from stepload_verify.campaign.scenario import (
+    HEAVIER,
+    HELD_BACK,
+    PLATE_MOVES,
+    Scenario,
+    draw,
+    hazard_of,
+    kinds_from,
+    scenario_of,
+    series_from,
+)
 from stepload_verify.campaign.single import run_scenario
 from stepload_verify.campaign.summary import groups, quantile, rate_bound, summary
-from stepload_verify.campaign.truth import ANOMALIES
+from stepload_verify.campaign.truth import MISTAKES, RIGID_STOP, SIX_MISTAKES, Anomaly
 from stepload_verify.campaign.work import Work
 
 TEMPLATE = load_plan(Path(__file__).parents[3] / "procedures" / "campaign.yaml")
 ALL = kinds_from("all")
 
 
-def healthy(series: str = "two", start: int = 0) -> Scenario:
-    scenarios = (draw(TEMPLATE, 1, series, index, ALL) for index in range(start, start + 100))
-    return next(s for s in scenarios if s.healthy and s.limits.guarded_speed_m_s > 2e-4)
+def healthy() -> Scenario:
+    """A run without a fault on a rig with two channels that presses at some speed."""
+    drawn = (draw(TEMPLATE, 1, "one", index, ()) for index in range(6))
+    return next(s for s in drawn if s.limits.guarded_speed_m_s > 2e-4)
+
+
+def with_kind(kind: str, seed: int = 1, base: Scenario | None = None) -> Scenario:
+    """A run with a fault of this kind on the same rig."""
+    base = base or healthy()
+    chance = random.Random(seed)
+    return scenario_of("one", 0, base.envelope, None, (kind,), (chance,), chance)
 
 
 def result(**changes: object) -> Result:
     values: dict[str, object] = {
-        "series": "two", "index": 0, "arm_class": "UR", "healthy": False, "wrong": ("force_nan",),
+        "series": "one", "index": 0, "rig_class": "one axis, two channels", "healthy": False,
+        "wrong": ("force_nan",), "beside": (), "top_n": 50.0,
         "hazard": "", "rule": "R4", "message": "", "phase": "LOAD", "status": "stopped",
         "stop_s": 1.0, "detection_s": 0.01, "end_s": 2.0, "peak_n": 50.0, "elastic_limit_n": 100.0,
     }  # fmt: skip
@@ -59,36 +81,90 @@ def result(**changes: object) -> Result:
 
 
 def test_a_run_depends_on_seed_series_and_index_alone() -> None:
-    assert draw(TEMPLATE, 3, "two", 17, ALL) == draw(TEMPLATE, 3, "two", 17, ALL)
-    others = [
-        draw(TEMPLATE, 4, "two", 17, ALL), draw(TEMPLATE, 3, "one", 17, ALL),
-        draw(TEMPLATE, 3, "two", 18, ALL),
-    ]  # fmt: skip
-    assert draw(TEMPLATE, 3, "two", 17, ALL) not in others
-    first, again = (list(map(Work(TEMPLATE, 3, ALL).run, jobs_for(4)[2:4])) for _ in range(2))
+    assert draw(TEMPLATE, 3, "one", 17, ALL) == draw(TEMPLATE, 3, "one", 17, ALL)
+    others = [draw(TEMPLATE, 4, "one", 17, ALL), draw(TEMPLATE, 3, "one", 18, ALL)]
+    assert draw(TEMPLATE, 3, "one", 17, ALL) not in others
+    first, again = (list(map(Work(TEMPLATE, 3, ALL).run, jobs_for(4, ("one",))[2:])) for _ in "12")
     assert first == again
 
 
-@pytest.mark.long
-def test_every_kind_of_mishap_and_every_anomaly_is_drawn() -> None:
-    assert set(ALL) == {*load_world().faults, *INCIDENTS, PLANTS} - {*WIDER_FAULTS, *SIX_FAULTS}
+def test_a_run_has_one_fault_or_a_pair_that_its_rig_can_have() -> None:
     seen: set[str] = set()
-    for kind in (*ALL, *WIDER_FAULTS):
-        wanted = set(ANOMALIES) if kind == PLANTS else {kind}
-        for index in range(400):
-            scenario = draw(TEMPLATE, 9, "two", index, (kind,))
-            happens = (*scenario.faults, *scenario.incidents, *scenario.anomalies)
-            drawn = {mishap.kind for mishap in happens}
-            assert drawn <= wanted
-            seen |= drawn
-            if wanted <= seen:
-                break
-    assert seen == {*load_world().faults, *INCIDENTS, *ANOMALIES} - {*SIX_FAULTS}
+    channels = set()
+    for index in range(40):
+        for count in (1, 2):
+            scenario = draw(TEMPLATE, 9, ("one", "six")[index % 2], index, ALL, count)
+            assert len(scenario.wrong) == count
+            assert not scenario.healthy
+            seen |= set(scenario.wrong)
+            channels.add(scenario.rig_class)
+    assert len(seen) > 50
+    assert len(channels) == 4
+    assert jobs_for(5, ("one", "six"))[-1].index == 2
+
+
+def test_every_fault_of_the_simulator_is_a_kind() -> None:
+    groups = (load_world().faults, INCIDENTS, COMMON, FIRST_DAY, MISTAKES, SIX_MISTAKES)
+    assert sorted(ALL) == sorted(kind for group in groups for kind in group)
+
+
+@pytest.mark.parametrize("kind", COMMON)
+def test_one_cause_reaches_both_channels_at_once(kind: str) -> None:
+    faults = with_kind(kind).faults
+    assert len(faults) >= 2
+    assert len({(fault.start_s, fault.duration_s) for fault in faults}) == 1
+    assert faults[0].kind.startswith("force_")
+    assert not any(fault.kind.startswith("force_") for fault in faults[1:])
+
+
+def test_an_error_in_common_is_one_that_the_plan_states() -> None:
+    for seed in range(20):
+        one, other = with_kind("common_gain", seed), with_kind("common_drift", seed)
+        stated = one.plan.rig.common_force_error
+        assert {abs(fault.magnitude - 1.0) <= stated for fault in one.faults} == {True}
+        assert abs(other.faults[0].magnitude) <= other.plan.rig.force.drift_n_per_s
+        assert one.hazard in ("", HELD_BACK)
+        assert other.hazard == ""
+
+
+@pytest.mark.parametrize("kind", FIRST_DAY)
+def test_what_a_data_sheet_states_wrongly_is_so_from_the_beginning(kind: str) -> None:
+    [fault] = with_kind(kind).faults
+    assert (fault.start_s, fault.duration_s) == (0.0, mishaps.FOR_GOOD_S)
+
+
+@pytest.mark.parametrize("kind", MISTAKES)
+def test_a_mistake_of_the_plan_changes_the_truth(kind: str) -> None:
+    base = healthy()
+    changed = with_kind(kind, 3, base)
+    [mistake] = [one for one in changed.anomalies if one.kind == kind]
+    plain = replace(changed.plan.procedure)
+    if kind.startswith("surface"):
+        beyond = changed.truth.surface_m - plain.surface_distance_m
+        assert beyond == pytest.approx(mistake.value)
+        assert abs(beyond) >= plain.surface_uncertainty_m
+    else:
+        assert not 0.95 < mistake.value < 1.05
+
+
+def test_a_plan_of_a_lab_is_a_healthy_run_or_refused() -> None:
+    found = [healthy_plan(1, series, index) for series in ("one", "six") for index in range(12)]
+    refused = [row for row in found if isinstance(row, Result)]
+    runs = [row for row in found if isinstance(row, Scenario)]
+    assert refused
+    assert runs
+    assert {row.status for row in refused} == {REFUSED}
+    assert all(row.rule for row in refused)
+    assert not any(row.false_trip for row in refused)
+    for run in runs:
+        assert run.healthy
+        assert (run.truth.mount is not None) <= (run.series == "six")
+        assert run.envelope.duration_s > 10.0
 
 
 def test_a_healthy_run_has_nothing_wrong_and_completes() -> None:
     scenario = healthy()
-    assert (scenario.faults, scenario.incidents, scenario.anomalies) == ((), (), ())
+    assert scenario.healthy
     found, outcome = run_scenario(scenario)
     assert outcome is not None
     assert (found.status, found.rule, found.false_trip) == ("completed", "", False)
@@ -107,7 +183,7 @@ def test_an_exception_in_any_component_leaves_the_arm_safe(component: str) -> No
     scenario = healthy()
     times = mishaps.Times(0.5, 1.5)
     incident = Incident("exception", times.touch_s, f"{component} {error}")
-    found, outcome = run_scenario(replace(scenario, healthy=False, incidents=(incident,)))
+    found, outcome = run_scenario(replace(scenario, wrong=("x",), incidents=(incident,)))
     assert outcome is not None
     assert found.peak_ratio < 1.0
     arm = [action for action in outcome.safing if action.name == "arm stop"]
@@ -117,7 +193,7 @@ def test_an_exception_in_any_component_leaves_the_arm_safe(component: str) -> No
 def test_a_killed_program_sends_nothing_more() -> None:
     scenario = healthy()
     killed = Incident("killed", 0.4, "")
-    found, outcome = run_scenario(replace(scenario, healthy=False, incidents=(killed,)))
+    found, outcome = run_scenario(replace(scenario, wrong=("x",), incidents=(killed,)))
     assert outcome is not None
     assert found.status == KILLED
     assert found.stop_s == pytest.approx(2.4, abs=0.01)
@@ -125,7 +201,7 @@ def test_a_killed_program_sends_nothing_more() -> None:
 
 
 def test_signals_end_a_run_by_how_often_they_come() -> None:
-    scenario = replace(healthy(), healthy=False)
+    scenario = replace(healthy(), wrong=("x",))
     once = run_scenario(replace(scenario, incidents=(Incident("signal_int", 1.0, ""),)))[0]
     term = run_scenario(replace(scenario, incidents=(Incident("signal_term", 1.0, ""),)))[0]
     assert (once.status, term.status) == ("interrupted", "interrupted")
@@ -133,7 +209,7 @@ def test_signals_end_a_run_by_how_often_they_come() -> None:
 
 
 def test_a_full_disk_stops_the_run() -> None:
-    scenario = replace(healthy(), healthy=False, incidents=(Incident("recorder_full", 1.0, ""),))
+    scenario = replace(healthy(), wrong=("x",), incidents=(Incident("recorder_full", 1.0, ""),))
     assert run_scenario(scenario)[0].rule == "recorder"
 
 
@@ -152,16 +228,28 @@ def test_faults_come_while_something_can_happen() -> None:
     assert sum(time_s > 1.7 for time_s in times) > 2000
 
 
-def test_two_lying_channels_are_a_hazard_and_one_is_none() -> None:
-    plan = next(
-        s.plan for s in (draw(TEMPLATE, 1, "two", i, ALL) for i in range(50))
-        if s.plan.rig.second_force.source.value == "arm"
-    )  # fmt: skip
+def test_channels_that_lie_are_a_hazard_and_one_of_two_is_none() -> None:
+    drawn = [draw(TEMPLATE, 1, "one", i, ()).plan for i in range(8)]
+    arm = next(p for p in drawn if p.rig.second_force.source.value == "arm")
+    alone = next(p for p in drawn if p.rig.second_force.source.value == "none")
     low, stuck = WorldFault("force_gain", 1.0, 9.0, 0.5), WorldFault("arm_force_bias", 1.0, 9.0, -5)
-    assert mishaps.both_channels_blind([low, stuck], plan)
-    assert not mishaps.both_channels_blind([low], plan)
+    assert hazard_of((), [low, stuck], arm, ()) == BLIND
+    assert hazard_of((), [low], arm, ()) == ""
+    assert hazard_of((), [low], alone, ()) == ONLY_CHANNEL
+    assert hazard_of(("common_gain",), [low], alone, ()) == ""
     high = WorldFault("arm_force_gain", 1.0, 9.0, 1.5)
-    assert not mishaps.both_channels_blind([low, high], plan)
+    assert hazard_of((), [low, high], arm, ()) == ""
+
+
+def test_named_hazards_follow_from_what_is_wrong_alone() -> None:
+    plan = healthy().plan
+    late, plate = (WorldFault(kind, 1.0, 9.0, 0.1) for kind in ("command_latency", "plate_moves"))
+    stop, heavy = Anomaly(RIGID_STOP, 0.5), Anomaly("mass_wrong", 2.0)
+    assert hazard_of((), [plate], plan, ()) == PLATE_MOVES
+    assert hazard_of((), [late], plan, [stop]) == HELD_BACK
+    assert hazard_of((), [late], plan, ()) == ""
+    assert hazard_of((), [], plan, [stop, heavy]) == HEAVIER
+    assert hazard_of((), [], plan, [stop, Anomaly("mass_wrong", 0.5)]) == ""
 
 
 @pytest.mark.parametrize(
@@ -182,7 +270,7 @@ def test_a_healthy_rig_completes_without_any_layer(layer: str) -> None:
 def test_a_rule_that_is_switched_off_finds_nothing(layer: str, fault: str) -> None:
     scenario = healthy()
     truth = replace(scenario.truth, faults=(WorldFault(fault, 1.0, 60.0, 0.0),))
-    faulted = replace(scenario, truth=truth, healthy=False)
+    faulted = replace(scenario, truth=truth, wrong=(fault,))
     assert run_scenario(faulted)[0].rule == layer
     assert run_scenario(faulted, Ablation(layer))[0].rule != layer
 
@@ -198,23 +286,11 @@ def test_an_unknown_layer_or_fault_is_refused() -> None:
 
 def test_only_named_kinds_are_drawn() -> None:
     kinds = kinds_from("force_nan, signal_term")
-    for index in range(20):
-        scenario = draw(TEMPLATE, 1, "two", index, kinds)
-        assert not scenario.anomalies
-        assert {fault.kind for fault in scenario.faults} <= {"force_nan"}
-        assert {incident.kind for incident in scenario.incidents} <= {"signal_term"}
-    for index in range(20):
-        scenario = draw(TEMPLATE, 1, "two", index, kinds_from("plants"))
-        assert (scenario.faults, scenario.incidents) == ((), ())
-        assert scenario.healthy != bool(scenario.anomalies)
-
-
-def test_with_none_every_rig_is_healthy() -> None:
-    for series in ("two", "one"):
-        for index in range(15):
-            scenario = draw(TEMPLATE, 1, series, index, kinds_from("none"))
-            assert scenario.healthy
-            assert (scenario.faults, scenario.incidents, scenario.anomalies) == ((), (), ())
+    drawn = [draw(TEMPLATE, 1, "one", index, kinds) for index in range(10)]
+    assert {kind for scenario in drawn for kind in scenario.wrong} == set(kinds)
+    assert {fault.kind for scenario in drawn for fault in scenario.faults} == {"force_nan"}
+    with pytest.raises(BadInputError, match="one axis or six"):
+        series_from("seven")
 
 
 def test_the_bound_is_the_rule_of_three_and_clopper_pearson() -> None:
@@ -232,30 +308,37 @@ def test_quantile_is_a_value_that_occurred() -> None:
 
 
 def test_the_summary_counts_what_is_claimed_and_the_rest_apart() -> None:
+    sound = {"healthy": True, "wrong": ()}
     rows = [
         result(index=0), result(index=1, peak_n=120.0),
-        result(index=2, healthy=True, wrong=(), rule="R6"),
-        result(
-            index=3, healthy=True, wrong=(), rule="", status="completed", peak_n=80.0,
-            levels_missed=2,
-        ),
+        result(index=2, rule="R6", **sound),
+        result(index=3, rule="", status="completed", peak_n=80.0, levels_missed=2, **sound),
         result(index=4, peak_n=300.0, hazard="both_channels_alike"),
-        result(index=0, series="one", peak_n=200.0),
+        result(index=5, rule="too_soft", status=REFUSED, **sound),
     ]  # fmt: skip
     found = summary(rows)
-    assert (found["runs"], found["above_elastic_limit"]) == (4, 1)
+    assert (found["runs"], found["refused"], found["above_elastic_limit"]) == (4, 1, 1)
     assert found["max_peak_ratio"] == pytest.approx(1.2)
+    assert found["max_j"] == pytest.approx(1.4)
     assert found["false_trip_rate"] == pytest.approx(0.5)
-    assert (found["violations"], found["false_trip_runs"]) == (["two-1"], ["two-2"])
-    assert (groups(rows)[0].missed, found["level_missed_runs"]) == (1, ["two-3"])
+    assert (found["violations"], found["false_trip_runs"]) == (["one-1"], ["one-2"])
+    assert (groups(rows)[0].missed, found["level_missed_runs"]) == (1, ["one-3"])
     apart = {g.name: g.above_elastic_limit for g in groups(rows) if g.name.startswith("apart")}
-    assert apart == {"apart: both channels lie": 1, "apart: one force channel": 1}
+    assert apart == {"apart: both_channels_alike": 1}
+    [fault] = found["faults"]
+    assert (fault.runs, fault.above_elastic_limit, fault.hazards, fault.hazards_above) == (
+        2,
+        1,
+        1,
+        1,
+    )
+    assert found["refusals"] == {"too_soft": 1}
 
 
 def test_a_line_comes_back_and_nonsense_is_refused() -> None:
     row = result()
     assert Result.from_line(row.to_line()) == row
-    for line in ("", "[]", "{}", '{"series":"two"}'):
+    for line in ("", "[]", "{}", '{"series":"one"}'):
         with pytest.raises(ValueError, match=r"\w"):
             Result.from_line(line)
     for text in ("NaN", "-5.0", "Infinity"):
@@ -301,16 +384,15 @@ def test_results_belong_to_the_code_that_decided_them(monkeypatch: pytest.Monkey
 
 def test_a_replay_is_the_run_itself(tmp_path: Path) -> None:
     work = Work(TEMPLATE, 3, ALL)
-    row = work.run(jobs_for(3)[2])
-    found = replay(work, "2")
+    row = work.run(jobs_for(3, ("one",))[2])
+    found = replay(work, "one-2")
     assert found.result == row
-    assert replay(work, "one-0").result.series == "one"
     assert list(wrong_rows(found.scenario))
     stamps = [float(cells[0]) for cells in timeline(found)]
     assert stamps == sorted(stamps)
     json.loads(row.to_line())
     with pytest.raises(BadInputError):
-        replay(work, "three-1")
+        replay(work, "17")
 
 
 def test_a_level_that_is_given_up_is_counted_where_the_run_completes() -> None:

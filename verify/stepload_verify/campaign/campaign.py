@@ -10,11 +10,8 @@ from pathlib import Path
 from stepload.runner.jobs import Job, Pool, run_all
 from stepload.runner.store import Store
 from stepload_verify.campaign.result import Result
-from stepload_verify.campaign.scenario import ONE_AXIS, ONE_CHANNEL, TWO_CHANNELS
 from stepload_verify.campaign.work import Work
 
-ONE_CHANNEL_SHARE = 10
-"""Runs on rigs with two force channels for each additional run on a rig with one."""
 FILES = ("campaign.json", "runs.jsonl")
 
 
@@ -28,10 +25,9 @@ class Progress:
     false_trips: int
 
 
-def jobs_for(runs: int) -> list[Job]:
-    """Runs 0 … `runs` − 1 with two force channels, and a tenth as many with one."""
-    jobs = [Job(TWO_CHANNELS, index) for index in range(runs)]
-    return jobs + [Job(ONE_CHANNEL, index) for index in range(-(-runs // ONE_CHANNEL_SHARE))]
+def jobs_for(runs: int, series: Sequence[str]) -> list[Job]:
+    """So many runs in all, evenly over the series."""
+    return [Job(series[number % len(series)], number // len(series)) for number in range(runs)]
 
 
 def run_campaign(
@@ -52,12 +48,11 @@ def run_campaign(
     header: dict[str, object] = {
         "seed": work.seed,
         "faults": ",".join(work.kinds),
+        "faults_per_run": work.count,
         "without": work.ablation,
         "plan": work.template.digest,
         "code": work.digest,
     }
-    if work.axes != ONE_AXIS:
-        header["axes"] = work.axes
     with Store(directory, FILES, header, Result.from_line) as store:
         return _ordered(_finish(work, jobs, store.rows, pool, store, on_progress), jobs)
 
@@ -89,7 +84,7 @@ def _finish(
 
 
 def _above(row: Result) -> bool:
-    return row.series == TWO_CHANNELS and not row.hazard and row.peak_ratio > 1.0
+    return not row.hazard and row.peak_ratio > 1.0
 
 
 def _ordered(results: Sequence[Result], jobs: Sequence[Job]) -> list[Result]:

@@ -66,13 +66,6 @@ def draw_time(chance: Random, times: Times) -> float:
     return chance.uniform(times.touch_s, times.end_s)
 
 
-WIDER_FAULTS = (
-    "force_gain_ramp", "force_bias_ramp", "force_clipped", "second_gain_ramp", "second_bias_ramp",
-    "second_clipped", "gauge_gain_ramp", "gauge_bias_ramp", "gauge_clipped", "arm_force_clipped",
-    "command_jitter", "plate_moves",
-)  # fmt: skip
-"""Faults beyond the claim of the campaign: drawn only if they are named."""
-
 SIX_FAULTS = (
     "force_lateral_dead", "force_lateral_swapped", "force_torque_dead", "force_torque_saturated",
     "plate_slips",
@@ -80,6 +73,30 @@ SIX_FAULTS = (
 """Faults that only a rig with six axes has."""
 FROM_THE_START = dict.fromkeys(SIX_FAULTS[:3], 0.5) | {"arm_turned": 1.0}
 """Share of the faults of a kind that have been so from the beginning; of others none."""
+
+COMMON: dict[str, str] = {
+    "link_lost": "one link: both force channels end for good",
+    "link_dropout": "one link: samples of both force channels are lost, then come again",
+    "link_delay": "one link: samples of both force channels come later",
+    "link_freeze": "one link: both force channels repeat their last sample",
+    "link_aged": "one buffer that fills: both force channels go on, and show an older force",
+    "common_gain": "one weight or lever: both gains wrong, within the common error of the plan",
+    "common_drift": "one temperature: both zeros drift, within the drift of the plan",
+    "common_supply": "one supply: both means stand still, the noise stays alive",
+}
+"""One cause that reaches both force channels, each with one line of help."""
+FIRST_DAY: dict[str, str] = {
+    "wrong_gain": "a force channel has 0.5 to 2 times the gain of its data sheet",
+    "wrong_unit": "a force channel reads in another unit: N, lbf, kgf",
+    "wrong_sign": "a force channel has the opposite sign",
+    "wrong_axis": "a force channel shows the force along another axis",
+    "wrong_filter": "a force channel has a filter that the plan does not state",
+}
+"""What a plan states wrongly of a force channel; it is so from the beginning."""
+POUND_N, KILOGRAM_N = 4.4482, 9.80665
+UNITS = (1.0 / KILOGRAM_N, 1.0 / POUND_N, POUND_N / KILOGRAM_N, KILOGRAM_N / POUND_N, POUND_N,
+         KILOGRAM_N)  # fmt: skip
+"""Readings over the true force, where two of N, lbf and kgf are mistaken for each other."""
 
 _Draw = Callable[[Random, float], float]
 
@@ -125,35 +142,86 @@ def magnitude_of(kind: str, chance: Random, elastic_limit_n: float) -> float:
 
 
 def applicable(kinds: Iterable[str], plan: Plan) -> list[str]:
-    """The world faults that affect this rig."""
+    """The kinds that this rig can have."""
     source = plan.rig.second_force.source
+    none = source is SecondForceSource.NONE
     missing = [
         prefix
         for prefix, there in (
             ("gauge_", plan.rig.displacement is not None),
             ("second_", source is SecondForceSource.SENSOR),
             ("arm_force_", source is SecondForceSource.ARM),
+            ("link_", not none),
+            ("common_supply", not none),
         )
         if not there
     ]
     return sorted(kind for kind in kinds if not kind.startswith(tuple(missing)))
 
 
-def draw_fault(
-    chance: Random, kinds: list[str], times: Times, elastic_limit_n: float
-) -> WorldFault:
-    """One fault of the simulated rig."""
-    return fault_of(chance.choice(kinds), chance, times, elastic_limit_n)
+def faults_of(
+    kind: str, chance: Random, times: Times, plan: Plan, elastic_limit_n: float
+) -> list[WorldFault]:
+    """The faults of the simulated rig that one cause of this kind is."""
+    if kind in FIRST_DAY:
+        return [_from_the_first_day(kind, chance, plan)]
+    if kind in COMMON:
+        return _in_common(kind, chance, times, plan)
+    if chance.random() < FROM_THE_START.get(kind, 0.0):
+        return [WorldFault(kind, 0.0, FOR_GOOD_S, 0.0)]
+    start_s, lasts_s = draw_time(chance, times), _lasts_s(chance)
+    return [WorldFault(kind, start_s, lasts_s, magnitude_of(kind, chance, elastic_limit_n))]
 
 
-def fault_of(kind: str, chance: Random, times: Times, elastic_limit_n: float) -> WorldFault:
-    """A fault of this kind."""
-    if kind in FROM_THE_START and chance.random() < FROM_THE_START[kind]:
-        return WorldFault(kind, 0.0, FOR_GOOD_S, 0.0)
-    lasts_s = FOR_GOOD_S if chance.random() < FOR_GOOD_SHARE else log_uniform(chance, 0.01, 10.0)
-    return WorldFault(
-        kind, draw_time(chance, times), lasts_s, magnitude_of(kind, chance, elastic_limit_n)
-    )
+def _lasts_s(chance: Random) -> float:
+    return FOR_GOOD_S if chance.random() < FOR_GOOD_SHARE else log_uniform(chance, 0.01, 10.0)
+
+
+def _channels(plan: Plan) -> list[str]:
+    """Prefix of each force channel's faults, the main one first."""
+    second = {SecondForceSource.SENSOR: ["second_"], SecondForceSource.ARM: ["arm_force_"]}
+    return ["force_", *second.get(plan.rig.second_force.source, [])]
+
+
+def _from_the_first_day(kind: str, chance: Random, plan: Plan) -> WorldFault:
+    channel = chance.choice(_channels(plan))
+    size = 0.0
+    if kind == "wrong_gain":
+        what, size = "gain", log_uniform(chance, 0.5, 2.0)
+    elif kind == "wrong_unit":
+        what, size = "gain", chance.choice(UNITS)
+    elif kind == "wrong_filter":
+        what, size = "filter", log_uniform(chance, 0.02, 0.5)
+    else:  # an arm's own force has no axis to mistake: with its direction it is given as a sign
+        what = "swapped" if kind == "wrong_axis" and channel != "arm_force_" else "reversed"
+    return WorldFault(f"{channel}{what}", 0.0, FOR_GOOD_S, size)
+
+
+def _in_common(kind: str, chance: Random, times: Times, plan: Plan) -> list[WorldFault]:
+    rig, channels = plan.rig, _channels(plan)
+    start_s, lasts_s = draw_time(chance, times), _lasts_s(chance)
+    what, size = kind.removeprefix("link_"), 0.0
+    if kind == "common_gain":
+        size = 1.0 + rig.common_force_error * chance.uniform(-1.0, 1.0)
+        what, start_s, lasts_s = "gain", 0.0, FOR_GOOD_S
+    elif kind == "common_drift":
+        what, size = "bias_ramp", rig.force.drift_n_per_s * chance.uniform(-1.0, 1.0)
+    elif kind == "common_supply":
+        what = "stuck_mean"
+    else:
+        size = magnitude_of(what, chance, 0.0)
+    kinds = [f"{channel}{what}" for channel in channels]
+    arm_too = chance.random() < 0.5
+    if kind.startswith("link_") and what != "aged":
+        own = channels[-1] == "arm_force_"
+        kinds = kinds[:1] if own else kinds
+        kinds += [f"arm_{what}"] if own or arm_too else []
+    arms_own = {"arm_force_stuck_mean": "arm_force_deaf", "arm_force_bias_ramp": "arm_force_bias"}
+    sizes = {"arm_force_bias": size * min(lasts_s, times.end_s)}
+    return [
+        WorldFault(name, start_s, lasts_s, sizes.get(name, size))
+        for name in (arms_own.get(name, name) for name in kinds)
+    ]
 
 
 def draw_incidents(chance: Random, kinds: list[str], times: Times) -> tuple[Incident, ...]:
@@ -175,22 +243,21 @@ def incidents_of(kind: str, chance: Random, times: Times) -> tuple[Incident, ...
 
 SILENT = ("stuck_mean", "gain", "bias", "deaf", "gain_ramp", "bias_ramp", "clipped", "aged", "old")
 """Faults of a force channel that are detected only by comparison with the other one."""
+BLIND, ONLY_CHANNEL = "both_channels_alike", "only_channel_lies"
+"""Named hazards: no rule can stop such a run."""
 
 
-def both_channels_blind(faults: Iterable[WorldFault], plan: Plan) -> bool:
-    """Whether both force channels fail undetected: the named hazard `both_channels_alike`.
-
-    Neither reports a fault, and there is no third channel to compare them with.
-    """
-    source = plan.rig.second_force.source
-    second = "second_" if source is SecondForceSource.SENSOR else "arm_force_"
+def lies_of(faults: Iterable[WorldFault], plan: Plan) -> str:
+    """The named hazard that every force channel shows too little and reports no fault, or ""."""
+    channels = _channels(plan)
     kinds = {fault.kind for fault in faults if not _harmless(fault)}
-    first_lies = any(f"force_{kind}" in kinds for kind in SILENT)
-    second_lies = any(f"{second}{kind}" in kinds for kind in SILENT)
-    return first_lies and second_lies
+    if all(any(f"{channel}{kind}" in kinds for kind in SILENT) for channel in channels):
+        return BLIND if len(channels) > 1 else ONLY_CHANNEL
+    return ""
 
 
 def _harmless(fault: WorldFault) -> bool:
     """Whether a fault only makes a reading too large, which stops a run early."""
     too_much = fault.kind.endswith("gain") and fault.magnitude >= 1.0
-    return too_much or (fault.kind.endswith("_bias") and fault.magnitude >= 0.0)
+    bias = fault.kind.endswith(("_bias", "_bias_ramp", "_gain_ramp"))
+    return too_much or (bias and fault.magnitude >= 0.0)

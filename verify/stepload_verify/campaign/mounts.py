@@ -156,7 +156,7 @@ def fits(envelope: Envelope, stance: Stance) -> bool:
 def mounted(
     truth: WorldSpec, envelope: Envelope, stance: Stance, anomalies: tuple[Anomaly, ...]
 ) -> WorldSpec:
-    """The truth with six axes; `anomalies` of `SIX_ANOMALIES` change the stance."""
+    """The truth with six axes; `anomalies` of `SIX_MISTAKES` change the stance."""
     plan = envelope.plan
     values = {anomaly.kind: anomaly.value for anomaly in anomalies}
     believed, _ = stuck_ratio(plan.rig)
@@ -166,31 +166,31 @@ def mounted(
         truth,
         system_stiffness_n_per_m=k_s,
         payload=replace(truth.payload, poisson_ratio=plan.payload.material.poisson_ratio),
-        mount=_mount(stance, plan, 1.0 / k_s),
+        mount=_mount(stance, plan, 1.0 / k_s, LEVER_M + values.get("wrong_lever", 0.0)),
     )
 
 
 def _changed(stance: Stance, values: dict[str, float], believed_ratio: float) -> Stance:
     """The deliberate anomaly."""
-    if "stuck stiffer than stated" in values:
-        ratio = believed_ratio * values["stuck stiffer than stated"]
+    if "stuck_stiffer" in values:
+        ratio = believed_ratio * values["stuck_stiffer"]
         coupling = max(stance.coupling, 0.8)
         stance = replace(
             stance, coupling=coupling, lateral=coupling**2 / (1.0 - 1.0 / ratio),
             friction=max(stance.friction, 0.5), dry_ratio=1.0,
         )  # fmt: skip
-    if "dragged sideways" in values:
-        share = values["dragged sideways"]
+    if "dragged_aside" in values:
+        share = values["dragged_aside"]
         coupling = min(stance.coupling, 0.9 / share)
         stance = replace(stance, coupling=coupling, lateral=coupling / share, friction=share)
-    if "plate tilted" in values:
-        stance = replace(stance, tilt_rad=values["plate tilted"])
-    if "touched off centre" in values:
-        stance = replace(stance, off_m=values["touched off centre"])
+    if "plate_tilted" in values:
+        stance = replace(stance, tilt_rad=values["plate_tilted"])
+    if "off_centre" in values:
+        stance = replace(stance, off_m=values["off_centre"])
     return stance
 
 
-def _mount(stance: Stance, plan: Plan, along: float) -> Mount:
+def _mount(stance: Stance, plan: Plan, along: float, lever_m: float) -> Mount:
     aside, tilted, turned, off, tips = stance.directions
     x, y = stance.coupling * along * math.cos(aside), stance.coupling * along * math.sin(aside)
     across = stance.lateral * along
@@ -204,7 +204,7 @@ def _mount(stance: Stance, plan: Plan, along: float) -> Mount:
         rotation_rad=(
             stance.turn_rad * math.cos(turned), stance.turn_rad * math.sin(turned), 0.0,
         ),
-        lever_m=(stance.off_m * math.cos(off), stance.off_m * math.sin(off), LEVER_M),
+        lever_m=(stance.off_m * math.cos(off), stance.off_m * math.sin(off), lever_m),
         cross_talk=_cross_talk(stance.directions),
         torque_noise_nm=TORQUE_ARM_M * force.noise_n,
         torque_quantum_nm=TORQUE_ARM_M * force.resolution_n,

@@ -40,6 +40,14 @@ LONGEST_TRAVEL_M = 3e-3
 RAMP_S = (0.05, 1.0)
 """Range of the time in which a load step is applied."""
 GAUGE_SHARE = 0.05
+FARTHEST = 4.0
+"""Largest distance of a surface over that of the template."""
+RETRACT_M = 1e-4
+RETRACT_OVER_TRAVEL = 1.3
+"""Retract, and its share of the travel where that is more: little free air, which costs time."""
+DRIFT_N_PER_S = 0.005
+MOST_IN_COMMON = 0.05
+"""Largest error that a plan states both force channels to have in common."""
 
 _SIM = DriverChoice("sim", {})
 _PAYLOAD = Material("payload", 70e9, 0.33)
@@ -82,7 +90,7 @@ def _force(chance: Random, ur: bool, range_n: float) -> ForceSpec:
         driver=_SIM, axis=chance.choice(("+fz", "-fz")),
         rate_hz=chance.choice((500.0, 1000.0)) if ur else 1000.0, range_n=range_n,
         resolution_n=resolution_n, noise_n=noise_n, delay_s=u(0.001, 0.004) if ur else 0.001,
-        gain_uncertainty=0.01, drift_n_per_s=0.0,
+        gain_uncertainty=0.01, drift_n_per_s=DRIFT_N_PER_S,
     )  # fmt: skip
 
 
@@ -105,7 +113,7 @@ def _second(
     sensor = ForceSpec(
         driver=_SIM, axis="+fz", rate_hz=chance.choice((500.0, 1000.0)), range_n=range_n,
         resolution_n=u(0.0, 0.3), noise_n=noise_n, delay_s=u(0.001, 0.004),
-        gain_uncertainty=0.0, drift_n_per_s=0.0,
+        gain_uncertainty=0.0, drift_n_per_s=DRIFT_N_PER_S,
     )  # fmt: skip
     return SecondForce(
         SecondForceSource.SENSOR, u(2.0, 5.0), relative, 0.02, noise_n, sensor, 0.0
@@ -165,7 +173,7 @@ def _rig(
         second_force=_second(chance, ur, range_n, source),
         system_stiffness=_stiffness(chance, ur, arm.effective_mass_kg),
         loop_delay_s=None,
-        common_force_error=0.0,  # the claim is about the rest; what is drawn is drawn near F_c
+        common_force_error=chance.uniform(0.0, MOST_IN_COMMON),
         mechanical_fuse_n=None,
         simulation=Simulation(0, "smooth", 1.0, 1.0, 0.0, 0.0, 0.0, 50.0, 0.0),
     )
@@ -188,6 +196,7 @@ def plan_from(
     second, force = rig.second_force, rig.force
     drift_n = max(1.0, 3.0 * force.resolution_n)
     room_n = (elastic_limit_n - second.tolerance_n - drift_n) / (1.0 + second.tolerance_relative)
+    room_n /= 1.0 + rig.common_force_error
     room_n = min(room_n, 0.95 * force.range_n, rig.arm.max_push_n) - 8.0 * force.noise_n - 0.5
     top_n = chance.uniform(0.3, 1.0) * room_n
     if top_n <= 5.0:
@@ -197,7 +206,8 @@ def plan_from(
     touch_n = max(0.01 * top_n, 1.0, 2.0 * force.resolution_n, 6.0 * force.noise_n)
     payload = _payload(chance, top_n, elastic_limit_n)
     travel_m, touch_m = (travel_to(rig, payload, force_n) for force_n in (top_n, touch_n))
-    uncertainty_m = template.procedure.surface_uncertainty_m
+    farther = log_uniform(chance, 1.0, FARTHEST)
+    uncertainty_m = farther * template.procedure.surface_uncertainty_m
     procedure = replace(
         template.procedure,
         step_n=top_n / count,
@@ -205,8 +215,10 @@ def plan_from(
         levels_n=tuple(top_n * (i + 1) / count for i in range(count)),
         load_rate_n_per_s=top_n / count / log_uniform(chance, *RAMP_S),
         touch_force_n=touch_n,
+        surface_distance_m=farther * template.procedure.surface_distance_m,
+        surface_uncertainty_m=uncertainty_m,
         search_distance_m=3.0 * uncertainty_m + 2.0 * touch_m,
-        retract_m=max(5e-4, 2.0 * travel_m),
+        retract_m=max(RETRACT_M, RETRACT_OVER_TRAVEL * travel_m),
         max_drift_n=drift_n,
     )
     if procedure.touch_force_n >= procedure.levels_n[0]:

@@ -6,16 +6,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from typing import Any
 
-from stepload.errors import BadInputError
+from stepload.errors import BadInputError, RefusedError
 from stepload.record.outcome import RunOutcome
 from stepload.record.rows import Phase, TickRow
+from stepload.runner.jobs import Job
 from stepload_verify.campaign.ablation import Ablation
 from stepload_verify.campaign.result import Result
 from stepload_verify.campaign.scenario import (
-    ONE_CHANNEL,
-    TWO_CHANNELS,
+    ONE_AXIS,
+    SIX_AXES,
     Scenario,
-    draw,
     expected_times,
 )
 from stepload_verify.campaign.single import run_scenario
@@ -37,16 +37,18 @@ class Replay:
 
 
 def replay(work: Work, name: str) -> Replay:
-    """Do the run called `name` again: "17" or "two-17", "one-17" for the rigs with one channel.
+    """Do the run called `name` again: "one-17" with one axis, "six-17" with six.
 
     Raises:
         BadInputError: not such a name.
+        RefusedError: preflight refuses the plan of that run.
     """
     series, _, number = name.rpartition("-")
-    series = series or TWO_CHANNELS
-    if series not in (TWO_CHANNELS, ONE_CHANNEL) or not number.isdecimal():
-        raise BadInputError(f"no run is called {name!r}", hint="17, two-17 or one-17")
-    scenario = draw(work.template, work.seed, series, int(number), work.kinds, work.axes)
+    if series not in (ONE_AXIS, SIX_AXES) or not number.isdecimal():
+        raise BadInputError(f"no run is called {name!r}", hint="one-17 or six-17")
+    scenario = work.scenario(Job(series, int(number)))
+    if isinstance(scenario, Result):
+        raise RefusedError(f"{name}: preflight refuses this plan: {scenario.message}")
     rows: list[TickRow] = []
     ablation = Ablation(work.ablation) if work.ablation else None
     result, outcome = run_scenario(scenario, ablation, rows.append)

@@ -8,24 +8,28 @@ from dataclasses import asdict, dataclass
 
 NOT_OPENED = "not opened"
 KILLED = "killed"
+REFUSED = "refused"
+"""Status of a plan of a healthy run that preflight refuses: nothing was run."""
 
 
 @dataclass(frozen=True, slots=True)
 class Result:
     """One run. `rule` is what stopped it, "" if nothing did; times in s of world time.
 
-    `detection_s` is from the beginning of the only fault to the stop; None where several things
-    were wrong, or nothing. `phase` is where the run was when it stopped. `hazard` names why the
-    run is outside the claim. `peak_n` is what counts against F_c: the largest contact force, with
-    six axes the largest |f|/g(t) of a share t across the axis, and `resultant_n` is then the
+    `wrong` are the kinds of its faults, `beside` what the plant had besides. `detection_s` is from
+    the beginning of the only fault to the stop; None where several things were wrong, or nothing.
+    `phase` is where the run was when it stopped. `hazard` names why the run is outside the claim.
+    `peak_n` is what counts against `elastic_limit_n`, the counted F_c: the largest contact force,
+    with six axes the largest |f|/g(t) of a share t across the axis, and `resultant_n` is then the
     largest |f|. `levels_missed` counts the levels that were given up below their force.
     """
 
     series: str
     index: int
-    arm_class: str
+    rig_class: str
     healthy: bool
     wrong: tuple[str, ...]
+    beside: tuple[str, ...]
     hazard: str
     rule: str
     message: str
@@ -36,6 +40,7 @@ class Result:
     end_s: float
     peak_n: float
     elastic_limit_n: float
+    top_n: float
     resultant_n: float | None = None
     levels_missed: int = 0
 
@@ -45,9 +50,14 @@ class Result:
         return self.peak_n / self.elastic_limit_n
 
     @property
+    def j(self) -> float:
+        """(peak − F_top)/(F_c − F_top): 0 in a healthy run, above 1 where F_c was passed."""
+        return (self.peak_n - self.top_n) / (self.elastic_limit_n - self.top_n)
+
+    @property
     def false_trip(self) -> bool:
         """Whether it was stopped without any fault."""
-        return self.healthy and self.status != "completed"
+        return self.healthy and self.status not in ("completed", REFUSED)
 
     def to_line(self) -> str:
         """One line of JSON, without its line end."""
@@ -65,7 +75,8 @@ class Result:
         """
         try:
             data = json.loads(line)
-            row = cls(**{**data, "wrong": tuple(data["wrong"])})
+            lists = {"wrong": tuple(data["wrong"]), "beside": tuple(data["beside"])}
+            row = cls(**{**data, **lists})
             whole = 0.0 <= row.peak_n < math.inf and 0.0 < row.elastic_limit_n < math.inf
         except (TypeError, KeyError) as error:
             raise ValueError(f"not a result of a campaign: {error}") from error

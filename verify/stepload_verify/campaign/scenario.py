@@ -10,45 +10,51 @@ from stepload.envelope.dragged import believed_tilt_rad
 from stepload.envelope.envelope import Envelope
 from stepload.envelope.limits import RunLimits
 from stepload.errors import BadInputError
-from stepload.plan.model import Plan
+from stepload.plan.model import Plan, SecondForceSource
 from stepload.rig.world import WorldFault, WorldSpec, load_world
 from stepload_verify.campaign.mishaps import (
+    COMMON,
+    FIRST_DAY,
     INCIDENTS,
     SIX_FAULTS,
-    WIDER_FAULTS,
     Incident,
     Times,
     applicable,
-    both_channels_blind,
-    draw_fault,
-    draw_incidents,
+    faults_of,
+    incidents_of,
+    lies_of,
 )
 from stepload_verify.campaign.mounts import STEEPEST_RAD, Stance, draw_stance, fits, mounted, told
 from stepload_verify.campaign.plants import ARM_CLASSES, draw_plan
 from stepload_verify.campaign.truth import (
-    ANOMALIES,
-    SIX_ANOMALIES,
+    MISTAKES,
+    RIGID_STOP,
+    SIX_MISTAKES,
     Anomaly,
-    draw_anomaly,
+    draw_beside,
     draw_truth,
+    mistake_of,
 )
 
-TWO_CHANNELS, ONE_CHANNEL = "two", "one"
-"""The two series of a campaign: the claim is made for the first, the second is reported apart."""
-ONE_AXIS, SIX_AXES = "one", "six"
-BLIND = "both_channels_alike"
-"""A named hazard: no rule can stop such a run."""
-SIDEWAYS_UNSEEN = "sideways_unseen"
-"""Hazard: more lateral force than planned, and the only lateral sensor dead from the beginning."""
+ONE_AXIS, SIX_AXES, BOTH_AXES = "one", "six", "both"
+"""A series of a campaign holds the rigs with one axis, or those with six."""
+ONE_CHANNEL_EVERY = 4
+"""Of so many pairs of runs in a series one is on rigs with one force channel."""
+PLATE_MOVES = "plate_moves"
+"""Hazard: the plate moves towards the arm, and nothing measures it."""
+HELD_BACK = "held_back_commands"
+"""Hazard: a link holds commands back and delivers them together, before a hidden rigid stop."""
+HEAVIER = "heavier_arm"
+"""Hazard: the arm is heavier than stated, before a hidden rigid stop."""
 TILTED = "plate_tilted"
-"""A named hazard: the plate is tilted by more than the plan says, and nothing measures it."""
+"""Hazard: the plate is tilted by more than the plan says, and nothing measures it."""
+SIDEWAYS_UNSEEN = "sideways_unseen"
+"""Hazard of two faults: a load to the side, and the lateral sensor dead from the beginning."""
+WITHIN_PLAN = ("common_gain", "common_drift")
+"""Errors of both channels that the plan states: they are no hazard."""
 STEEP = (0, 5, 9)
 """Of ten rigs with six axes of a class, those whose plan states the plate's largest tilt."""
-HEALTHY_SHARE = 0.15
-PLANTS = "plants"
-"""Name of the anomalies of plants among the kinds."""
-INCIDENT_SHARE = 0.2
-LONGEST_RUN_S = 8.0
+LONGEST_RUN_S = 6.0
 """Longest run; longer ones are drawn again, a few times."""
 _SHORT_DRAWS = 20
 _STEP_RATES = 5.0
@@ -60,16 +66,25 @@ _SETTLE_S = 0.4
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """A run: its plan, its truth, and its faults with their times."""
+    """A run: its plan, its truth, and its faults with their times.
+
+    `wrong` names the kinds of its faults, one or two; `anomalies` are the ways in which its plant
+    differs from the plan, with those that accompany a fault; `hazard` is a named one, or "".
+    """
 
     series: str
     index: int
     envelope: Envelope
     truth: WorldSpec
-    healthy: bool
+    wrong: tuple[str, ...]
     anomalies: tuple[Anomaly, ...]
     incidents: tuple[Incident, ...]
     hazard: str
+
+    @property
+    def healthy(self) -> bool:
+        """Whether nothing is wrong."""
+        return not (self.wrong or self.anomalies)
 
     @property
     def plan(self) -> Plan:
@@ -86,35 +101,41 @@ class Scenario:
         """The faults of the simulated rig."""
         return self.truth.faults
 
+    @property
+    def rig_class(self) -> str:
+        """Axes and force channels, as in "six axes, two channels"."""
+        axes = "one axis" if self.truth.mount is None else "six axes"
+        alone = self.plan.rig.second_force.source is SecondForceSource.NONE
+        return f"{axes}, {'one channel' if alone else 'two channels'}"
 
-def axes_from(text: str) -> str:
-    """One of `ONE_AXIS` and `SIX_AXES`.
+
+def series_from(text: str) -> tuple[str, ...]:
+    """The series of `--axes`: one, six or both.
 
     Raises:
-        BadInputError: it is neither.
+        BadInputError: it is none of these.
     """
-    if text not in (ONE_AXIS, SIX_AXES):
-        raise BadInputError(f"--axes {text!r}: rigs have one axis or six", hint="one or six")
-    return text
+    if text not in (ONE_AXIS, SIX_AXES, BOTH_AXES):
+        raise BadInputError(f"--axes {text!r}: rigs have one axis or six", hint="one, six or both")
+    return (ONE_AXIS, SIX_AXES) if text == BOTH_AXES else (text,)
 
 
-def kinds_from(text: str, axes: str = ONE_AXIS) -> tuple[str, ...]:
-    """The kinds named in `--faults`: "all" of the claim, "none", or names separated by commas.
+def known_kinds(six: bool) -> tuple[str, ...]:
+    """Every kind of fault that a rig can have."""
+    kinds = (*load_world().faults, *INCIDENTS, *COMMON, *FIRST_DAY, *MISTAKES, *SIX_MISTAKES)
+    return kinds if six else tuple(k for k in kinds if k not in (*SIX_FAULTS, *SIX_MISTAKES))
 
-    Args:
-        text: what was written.
-        axes: of the rigs; those with one axis lack some kinds.
+
+def kinds_from(text: str) -> tuple[str, ...]:
+    """The kinds named in `--faults`: "all", or names separated by commas.
 
     Raises:
         BadInputError: a name that is none.
     """
-    absent = SIX_FAULTS if axes == ONE_AXIS else ()
-    known = [k for k in (*load_world().faults, *INCIDENTS, PLANTS) if k not in absent]
+    known = known_kinds(six=True)
     names = [name.strip() for name in text.split(",")]
     if names == ["all"]:
-        return tuple(name for name in known if name not in WIDER_FAULTS)
-    if names == ["none"]:
-        return ()
+        return known
     for name in names:
         if name not in known:
             raise BadInputError(
@@ -124,70 +145,100 @@ def kinds_from(text: str, axes: str = ONE_AXIS) -> tuple[str, ...]:
 
 
 def draw(
-    template: Plan,
-    seed: int,
-    series: str,
-    index: int,
-    kinds: tuple[str, ...],
-    axes: str = ONE_AXIS,
+    template: Plan, seed: int, series: str, index: int, kinds: tuple[str, ...], count: int = 1
 ) -> Scenario:
-    """The run `index` of a series, on a rig with one axis or with six."""
+    """The run `index` of a series, with `count` faults of these kinds that its rig can have."""
     chance = Random(f"stepload {seed} {series} {index}")
     arm_class = ARM_CLASSES[index % len(ARM_CLASSES)]
-    stance = stance_of(seed, series, index) if axes == SIX_AXES else None
-    envelope = _draw_short(chance, template, arm_class, series == TWO_CHANNELS, stance)
+    two_channels = index // len(ARM_CLASSES) % ONE_CHANNEL_EVERY != ONE_CHANNEL_EVERY - 1
+    stance = stance_of(seed, index) if series == SIX_AXES else None
+    envelope = _draw_short(chance, template, arm_class, two_channels, stance)
+    there = set(known_kinds(six=stance is not None))
+    possible = applicable((kind for kind in kinds if kind in there), envelope.plan)
+    wrong = chance.sample(possible, min(count, len(possible)))
+    return scenario_of(series, index, envelope, stance, wrong, [chance] * len(wrong), chance)
+
+
+def scenario_of(
+    series: str,
+    index: int,
+    envelope: Envelope,
+    stance: Stance | None,
+    wrong: Sequence[str],
+    chances: Sequence[Random],
+    chance: Random,
+) -> Scenario:
+    """The run of a plan with these kinds of faults.
+
+    Args:
+        series, index: its name.
+        envelope: of the plan.
+        stance: how a rig with six axes holds its tip.
+        wrong: kinds of its faults.
+        chances: random source of each of them.
+        chance: of the truth, and of what accompanies the faults.
+    """
     plan, limits = envelope.plan, envelope.run_limits
-    healthy = chance.random() < HEALTHY_SHARE
-    anomalies: tuple[Anomaly, ...] = ()
-    mishaps = 0
-    if not healthy:
-        ways = ANOMALIES if stance is None else (*ANOMALIES, *SIX_ANOMALIES)
-        anomalies, mishaps = _draw_amounts(chance, plan, kinds, ways)
+    drawn = list(zip(wrong, chances, strict=True))
+    anomalies = tuple(
+        mistake_of(kind, source, plan)
+        for kind, source in drawn
+        if kind in MISTAKES or kind in SIX_MISTAKES
+    )
+    anomalies += draw_beside(chance) if wrong else ()
     truth = draw_truth(chance, envelope, anomalies, chance.getrandbits(32))
     if stance is not None:
         truth = mounted(truth, envelope, stance, anomalies)
     times = expected_times(plan, limits, truth.surface_m)
-    world_kinds = applicable((k for k in kinds if k not in (*INCIDENTS, PLANTS)), plan)
-    incident_kinds = [kind for kind in kinds if kind in INCIDENTS]
     faults: list[WorldFault] = []
     incidents: tuple[Incident, ...] = ()
-    for _ in range(mishaps):
-        if incident_kinds and (not world_kinds or chance.random() < INCIDENT_SHARE):
-            incidents += draw_incidents(chance, incident_kinds, times)
-        elif world_kinds:
-            faults.append(draw_fault(chance, world_kinds, times, limits.elastic_limit_n))
+    for kind, source in drawn:
+        if kind in INCIDENTS:
+            incidents += incidents_of(kind, source, times)
+        elif kind not in MISTAKES and kind not in SIX_MISTAKES:
+            faults += faults_of(kind, source, times, plan, limits.counted_limit_n)
     return Scenario(
         series=series,
         index=index,
         envelope=envelope,
         truth=replace(truth, faults=tuple(faults)),
-        healthy=not (faults or incidents or anomalies),
+        wrong=tuple(wrong),
         anomalies=anomalies,
         incidents=tuple(sorted(incidents, key=lambda incident: incident.start_s)),
-        hazard=hazard_of(faults, plan, anomalies) or _tilted(plan, anomalies),
+        hazard=hazard_of(wrong, faults, plan, anomalies),
     )
 
 
-def stance_of(seed: int, series: str, index: int) -> Stance:
+def stance_of(seed: int, index: int) -> Stance:
     """Mounting of the tip in this run with six axes."""
-    aside = Random(f"stepload {seed} {series} {index} six")
+    aside = Random(f"stepload {seed} {SIX_AXES} {index} stance")
     ur = ARM_CLASSES[index % len(ARM_CLASSES)] == "UR"
     steep = index // len(ARM_CLASSES) % 10 in STEEP
     return draw_stance(aside, ur, STEEPEST_RAD if steep else None)
 
 
-def _tilted(plan: Plan, anomalies: Sequence[Anomaly]) -> str:
-    """`TILTED` where the plate is steeper than the plan counts on."""
-    steep = (one.value for one in anomalies if one.kind == "plate tilted")
-    return TILTED if any(tilt_rad > believed_tilt_rad(plan) for tilt_rad in steep) else ""
+def hazard_of(
+    wrong: Sequence[str], faults: Sequence[WorldFault], plan: Plan, anomalies: Sequence[Anomaly]
+) -> str:
+    """Named hazard that takes a run with these faults out of the claim, or "".
 
-
-def hazard_of(faults: Sequence[WorldFault], plan: Plan, anomalies: Sequence[Anomaly] = ()) -> str:
-    """Name of the hazard that takes a run with these faults out of the claim, or ""."""
-    if both_channels_blind(faults, plan):
-        return BLIND
+    It follows from what is wrong alone, not from what comes of it.
+    """
+    values = {anomaly.kind: anomaly.value for anomaly in anomalies}
+    kinds = {fault.kind for fault in faults}
+    if not any(kind in WITHIN_PLAN for kind in wrong) and (lies := lies_of(faults, plan)):
+        return lies
+    if PLATE_MOVES in kinds:
+        return PLATE_MOVES
+    if values.get("plate_tilted", 0.0) > believed_tilt_rad(plan):
+        return TILTED
+    if RIGID_STOP in values or "stuck_stiffer" in values:
+        if kinds.intersection(("command_latency", "command_jitter")):
+            return HELD_BACK
+        if values.get("mass_wrong", 1.0) > 1.0:
+            return HEAVIER
     dead = any(fault.kind == "force_lateral_dead" and fault.start_s == 0.0 for fault in faults)
-    dragged = any(anomaly.kind in SIX_ANOMALIES[:2] for anomaly in anomalies)
+    dragged = "stuck_stiffer" in values or "dragged_aside" in values
     return SIDEWAYS_UNSEEN if dead and dragged else ""
 
 
@@ -206,20 +257,6 @@ def _draw_short(
         if expected_times(plan, limits, plan.procedure.surface_distance_m).end_s <= LONGEST_RUN_S:
             break
     return envelope
-
-
-def _draw_amounts(
-    chance: Random, plan: Plan, kinds: tuple[str, ...], ways: tuple[str, ...]
-) -> tuple[tuple[Anomaly, ...], int]:
-    """The plant's anomaly, and the number of additional mishaps."""
-    only_plants = kinds == (PLANTS,)
-    wrong = chance.choices((0, 1, 2), (0.6, 0.34, 0.06))[0] if PLANTS in kinds else 0
-    wrong = max(wrong, 1) if only_plants else wrong
-    found = {a.kind: a for a in (draw_anomaly(chance, plan, ways) for _ in range(wrong))}
-    if only_plants:
-        return tuple(found.values()), 0
-    weights = (0.3, 0.5, 0.2) if found else (0.0, 0.7, 0.3)
-    return tuple(found.values()), chance.choices((0, 1, 2), weights)[0]
 
 
 def expected_times(plan: Plan, limits: RunLimits, surface_m: float) -> Times:

@@ -56,7 +56,7 @@ def _run(
         _open(rig)
     except DeviceError as error:
         return _result(scenario, rig, None, "open", error.message), None
-    operator = FailingOperator()
+    operator = FailingOperator() if scenario.incidents else Operator()
     engine, on_progress = _engine(scenario, ablation, operator)
     if on_begin:
         on_begin(engine, rig.world)
@@ -106,19 +106,16 @@ def _result(
         status, end_s = outcome.status.value, outcome.end_s
         if (cause := outcome.cause) is not None:
             rule, message, stop_s = cause.rule, cause.message, cause.time_s
-    wrong = [fault.kind for fault in scenario.faults]
-    wrong += [f"{i.kind} {i.detail}".strip() for i in scenario.incidents]
-    wrong += [anomaly.kind for anomaly in scenario.anomalies]
-    detection_s = None
-    if len(wrong) == 1 and scenario.faults and rule:
-        detection_s = stop_s - scenario.faults[0].start_s
+    wrong, starts = scenario.wrong, [fault.start_s for fault in scenario.faults]
+    detection_s = stop_s - min(starts) if len(wrong) == 1 and starts and rule else None
     six = scenario.truth.mount is not None
     return Result(
         series=scenario.series,
         index=scenario.index,
-        arm_class=scenario.plan.rig.name,
+        rig_class=scenario.rig_class,
         healthy=scenario.healthy,
-        wrong=tuple(wrong),
+        wrong=wrong,
+        beside=tuple(a.kind for a in scenario.anomalies if a.kind not in wrong),
         hazard=scenario.hazard,
         rule=rule,
         message=message,
@@ -128,6 +125,7 @@ def _result(
         detection_s=None if detection_s is None else round(detection_s, 6),
         end_s=round(end_s, 6),
         peak_n=rig.world.true_peak_equivalent_n if six else rig.world.true_peak_force_n,
-        elastic_limit_n=scenario.limits.elastic_limit_n,
+        elastic_limit_n=scenario.limits.counted_limit_n,
+        top_n=scenario.plan.procedure.top_force_n,
         resultant_n=rig.world.true_peak_force_n if six else None,
     )

@@ -9,22 +9,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from stepload.results.model import NOTHING, Field, named, number
-from stepload_verify.campaign.result import Result
-from stepload_verify.campaign.scenario import (
-    BLIND,
-    ONE_CHANNEL,
-    SIDEWAYS_UNSEEN,
-    TILTED,
-    TWO_CHANNELS,
-)
+from stepload_verify.campaign.result import REFUSED, Result
 
 CONFIDENCE = 0.95
-APART = {
-    BLIND: "both channels lie",
-    SIDEWAYS_UNSEEN: "dragged, and dead across",
-    TILTED: "tilted beyond the plan",
-}
-"""Names of groups of runs with a named hazard; they are not part of the claim."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,10 +20,11 @@ class Group:
 
     name: str
     runs: int
-    faulted: int
     healthy: int
+    refused: int
     above_elastic_limit: int
     max_peak_ratio: float
+    max_j: float
     p999_peak_ratio: float
     false_trips: int
     false_trip_rate: float
@@ -59,13 +47,15 @@ class RuleRow:
 
 @dataclass(frozen=True, slots=True)
 class FaultRow:
-    """Runs with one kind of fault, alone or among others."""
+    """Runs with one kind of fault; those with a named hazard are counted apart."""
 
     kind: str
     runs: int
     stopped: int
     above_elastic_limit: int
-    max_peak_ratio: float
+    max_j: float
+    hazards: int
+    hazards_above: int
 
 
 def _milliseconds(time_s: float) -> str:
@@ -78,7 +68,9 @@ GROUP: tuple[Field[Group], ...] = (
     named("above_elastic_limit", "above F_c"),
     named("rate_bound", "95 % bound", number(".2g")),
     named("max_peak_ratio", "max F/F_c", number(".3f")),
+    named("max_j", "max J", number(".3f")),
     named("p999_peak_ratio", "p99.9", number(".3f")),
+    Field(lambda row: row.refused or None, label="refused"),
     named("healthy", "healthy"),
     Field(
         lambda row: f"{row.false_trips} ({row.false_trip_rate:.2%})" if row.healthy else None,
@@ -94,11 +86,13 @@ RULE: tuple[Field[RuleRow], ...] = (
     named("max_peak_ratio", "max F/F_c", number(".3f")),
 )
 FAULT: tuple[Field[FaultRow], ...] = (
-    named("kind", "kind"),
+    named("kind", "fault"),
     named("runs", "runs"),
     named("stopped", "stopped"),
     named("above_elastic_limit", "above F_c"),
-    named("max_peak_ratio", "max F/F_c", number(".3f")),
+    named("max_j", "max J", number(".3f")),
+    Field(lambda row: row.hazards or None, label="hazards apart"),
+    Field(lambda row: row.hazards_above if row.hazards else None, label="above F_c"),
 )
 
 
@@ -144,8 +138,9 @@ def quantile(values: Sequence[float], share: float) -> float:
 
 
 def group(name: str, results: Iterable[Result]) -> Group:
-    """The figures of some runs; peaks are those of the runs with something wrong."""
-    rows = list(results)
+    """The figures of some runs."""
+    found = list(results)
+    rows = [row for row in found if row.status != REFUSED]
     healthy = [row for row in rows if row.healthy]
     above = sum(row.peak_ratio > 1.0 for row in rows)
     ratios = [row.peak_ratio for row in rows]
@@ -153,10 +148,11 @@ def group(name: str, results: Iterable[Result]) -> Group:
     return Group(
         name=name,
         runs=len(rows),
-        faulted=len(rows) - len(healthy),
         healthy=len(healthy),
+        refused=len(found) - len(rows),
         above_elastic_limit=above,
         max_peak_ratio=max(ratios, default=math.nan),
+        max_j=max((row.j for row in rows), default=math.nan),
         p999_peak_ratio=quantile(ratios, 0.999),
         false_trips=false,
         false_trip_rate=false / len(healthy) if healthy else math.nan,
@@ -166,25 +162,22 @@ def group(name: str, results: Iterable[Result]) -> Group:
 
 
 def claimed(results: Iterable[Result]) -> list[Result]:
-    """The runs that the claim is made for: two force channels, no named hazard."""
-    return [row for row in results if row.series == TWO_CHANNELS and not row.hazard]
+    """The runs that the claim is made for: without a named hazard."""
+    return [row for row in results if not row.hazard]
 
 
 def groups(results: Sequence[Result]) -> list[Group]:
-    """The claim, its two arm classes, and what is reported apart."""
+    """The claim, each class of rig in it, and each named hazard, which is no part of it."""
     claim = claimed(results)
-    rows = [group("two force channels", claim)]
+    rows = [group("all rigs", claim)]
     rows += [
-        group(f"  {arm_class} class", [row for row in claim if row.arm_class == arm_class])
-        for arm_class in sorted({row.arm_class for row in claim})
+        group(f"  {name}", [row for row in claim if row.rig_class == name])
+        for name in sorted({row.rig_class for row in claim if row.status != REFUSED})
     ]
-    apart = [row for row in results if row.series == TWO_CHANNELS and row.hazard]
-    for hazard in sorted({row.hazard for row in apart}):
-        named_so = [row for row in apart if row.hazard == hazard]
-        rows.append(group(f"apart: {APART.get(hazard, hazard)}", named_so))
-    single = [row for row in results if row.series == ONE_CHANNEL]
-    if single:
-        rows.append(group("apart: one force channel", single))
+    rows += [
+        group(f"apart: {hazard}", [row for row in results if row.hazard == hazard])
+        for hazard in sorted({row.hazard for row in results if row.hazard})
+    ]
     return rows
 
 
@@ -210,44 +203,52 @@ def by_rule(results: Iterable[Result]) -> list[RuleRow]:
 
 
 def by_fault(results: Iterable[Result]) -> list[FaultRow]:
-    """Outcomes of the runs, by injected fault."""
+    """Outcomes of the runs, by kind of fault."""
     found: dict[str, list[Result]] = defaultdict(list)
     for row in results:
-        for kind in dict.fromkeys(text.split()[0] if "." in text else text for text in row.wrong):
+        for kind in row.wrong:
             found[kind].append(row)
-    return [
-        FaultRow(
-            kind,
-            len(rows),
-            sum(row.status == "stopped" for row in rows),
-            sum(row.peak_ratio > 1.0 for row in rows),
-            max(row.peak_ratio for row in rows),
-        )
-        for kind, rows in sorted(found.items())
-    ]
+    return [_fault_row(kind, rows) for kind, rows in sorted(found.items())]
+
+
+def _fault_row(kind: str, rows: Sequence[Result]) -> FaultRow:
+    claim = claimed(rows)
+    apart = [row for row in rows if row.hazard]
+    return FaultRow(
+        kind,
+        len(claim),
+        sum(row.status == "stopped" for row in claim),
+        sum(row.peak_ratio > 1.0 for row in claim),
+        max((row.j for row in claim), default=math.nan),
+        len(apart),
+        sum(row.peak_ratio > 1.0 for row in apart),
+    )
 
 
 def summary(results: Sequence[Result]) -> Mapping[str, Any]:
     """The JSON object of a campaign; its first figures are those of the claim."""
     table = groups(results)
     claim = table[0]
-    rows = claimed(results)
-    worst = sorted(rows, key=lambda row: -row.peak_ratio)[:10]
+    rows = [row for row in claimed(results) if row.status != REFUSED]
+    worst = sorted(rows, key=lambda row: -row.j)[:10]
     return {
         "runs": claim.runs,
+        "refused": claim.refused,
         "above_elastic_limit": claim.above_elastic_limit,
         "max_peak_ratio": claim.max_peak_ratio,
+        "max_j": claim.max_j,
         "p999_peak_ratio": claim.p999_peak_ratio,
         "false_trip_rate": claim.false_trip_rate,
         "rate_bound_95": claim.rate_bound,
         "groups": table,
         "rules": by_rule(rows),
-        "faults": by_fault(rows),
+        "faults": by_fault(results),
+        "refusals": dict(Counter(row.rule for row in results if row.status == REFUSED)),
         "false_trips": dict(Counter(row.rule or row.status for row in rows if row.false_trip)),
         "violations": [_name(row) for row in rows if row.peak_ratio > 1.0],
         "false_trip_runs": [_name(row) for row in rows if row.false_trip],
         "level_missed_runs": [_name(row) for row in rows if row.healthy and row.levels_missed],
-        "worst": [{"run": _name(row), "peak_ratio": row.peak_ratio} for row in worst],
+        "worst": [{"run": _name(row), "j": row.j, "wrong": row.wrong} for row in worst],
     }
 
 

@@ -9,8 +9,9 @@ from stepload.plan.model import Plan
 from stepload.runner.jobs import Job
 from stepload_verify.campaign.ablation import Ablation
 from stepload_verify.campaign.digest import loaded
+from stepload_verify.campaign.healthy import healthy
 from stepload_verify.campaign.result import Result
-from stepload_verify.campaign.scenario import draw
+from stepload_verify.campaign.scenario import Scenario, draw
 from stepload_verify.campaign.single import run_scenario
 
 
@@ -20,8 +21,8 @@ class Work(NamedTuple):
     template: Plan
     seed: int
     kinds: tuple[str, ...]
+    count: int = 1
     ablation: str = ""
-    axes: str = "one"
 
     @property
     def digest(self) -> str:
@@ -30,8 +31,16 @@ class Work(NamedTuple):
 
     def run(self, job: Job, /) -> Result:
         """Do one run; its draws are made here, from the numbers of the job."""
-        scenario = draw(self.template, self.seed, job.series, job.index, self.kinds, self.axes)
+        scenario = self.scenario(job)
+        if isinstance(scenario, Result):
+            return scenario
         return run_scenario(scenario, _without(self.ablation))[0]
+
+    def scenario(self, job: Job) -> Scenario | Result:
+        """The run of a job; its result where preflight refuses the plan of a healthy run."""
+        if not self.kinds:
+            return healthy(self.seed, job.series, job.index)
+        return draw(self.template, self.seed, job.series, job.index, self.kinds, self.count)
 
 
 @cache

@@ -1,156 +1,137 @@
-"""A search from its beginning to its tables; it can be resumed."""
+"""A search over strata from its beginning to its table; it can be resumed and made longer."""
 
 from __future__ import annotations
 
 import csv
-import hashlib
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from functools import partial
-from itertools import chain
+from collections.abc import Callable, Sequence
+from contextlib import closing
 from pathlib import Path
+from typing import NamedTuple
 
-from stepload.errors import SteploadError
-from stepload.runner.jobs import Pool, run_in_order
+from stepload.errors import BadInputError
+from stepload.plan.model import Plan
+from stepload.runner.jobs import Pool, run_all
 from stepload.runner.store import Store
-from stepload_verify.falsify.hunt import Hunt
-from stepload_verify.falsify.scene import scenario_at
+from stepload_verify.campaign.digest import loaded
+from stepload_verify.falsify.hunt import Hunt, Row
+from stepload_verify.falsify.scene import Bench
 from stepload_verify.falsify.scene_file import text_of
-from stepload_verify.falsify.search import search
 from stepload_verify.falsify.strata import Stratum
-from stepload_verify.falsify.trial import Point, Search, Trial, left_out
-from stepload_verify.falsify.weak import weakness
+from stepload_verify.falsify.trial import judge
 
-FILES = ("search.json", "trials.jsonl")
-WORST = "worst.csv"
+FILES = ("search.json", "strata.jsonl")
+TABLE = "strata.csv"
 SCENES = "scenes"
-BATCH = 12
-"""Trials that are done and kept together."""
-KEPT_SCENES = 40
-"""Number of the worst strata whose worst run is written as a scene file; every broken one is."""
+COLUMNS = ("stratum", "evaluations", "above", "j", "peak_ratio", "ended_by", "phase", "hazards",
+           "hazards_above", "hazard_j", "hazard")  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class Worst:
-    """The worst run of a stratum after so many runs; `j` and the rest are None where none ran."""
+class Search(NamedTuple):
+    """Common settings of a search; a job is a stratum."""
 
-    stratum: str
-    runs: int
-    found_after: int | None
-    j: float | None
-    peak_ratio: float | None
-    ended_by: str
-    phase: str
-    hazard: str
+    template: Plan
+    seed: int
+    evaluations: int
+
+    @property
+    def digest(self) -> str:
+        """Digest of the code that determines a row."""
+        return loaded(Path(__file__).parent)
+
+    def run(self, stratum: Stratum, /) -> Row:
+        """Search a stratum."""
+        hunt = Hunt(self.template, stratum, self.seed)
+        hunt.search(self.evaluations)
+        return hunt.row(self.evaluations)
 
 
 def falsify(
     what: Search,
     strata: Sequence[Stratum],
     *,
-    trials: int,
-    seed: int,
     pool: Pool,
     directory: Path | None = None,
-    on_progress: Callable[[list[Hunt]], None] | None = None,
-) -> list[Hunt]:
-    """Search these strata; with a directory every trial is kept there, and none is done twice.
+    on_progress: Callable[[Sequence[Row]], None] | None = None,
+) -> list[Row]:
+    """Search these strata; with a directory their rows are kept there, and none is searched twice.
 
     Raises:
         RefusedError: the directory holds another search.
     """
-    run, weigh = (
-        partial(_in_batches, what, pool),
-        partial(weakness, what.template, left_out(what.ablation)),
-    )
     if directory is None:
-
-        def anew(points: Sequence[Point]) -> list[Trial]:
-            return list(chain(*run(points)))
-
-        return search(strata, trials, seed, anew, on_progress, weigh)
-    names = "\n".join(stratum.name for stratum in strata)
+        return ranked(_finish(what, strata, [], None, pool, on_progress))
     header: dict[str, object] = {
-        "seed": seed,
-        "trials": trials,  # they determine how many points of a stratum are drawn at random
-        "strata": hashlib.sha256(names.encode()).hexdigest(),
-        "without": what.ablation,
-        "plan": what.template.digest,
-        "code": what.digest,
-    }
-    with Store(directory, FILES, header, Trial.from_line) as store:
-        hunts = search(strata, trials, seed, _remembered(run, store), on_progress, weigh)
-    _write(directory, what, hunts)
-    return hunts
-
-
-def _in_batches(what: Search, pool: Pool, points: Sequence[Point]) -> Iterator[list[Trial]]:
-    return run_in_order(what, points, pool, BATCH)
-
-
-def _remembered(
-    run_anew: Callable[[Sequence[Point]], Iterable[list[Trial]]], store: Store[Trial]
-) -> Callable[[Sequence[Point]], list[Trial]]:
-    """Runs the trials that are not stored yet, in small parts, so that a crash loses little."""
-    there = {(trial.series, trial.index): trial for trial in store.rows}
-
-    def run(points: Sequence[Point]) -> list[Trial]:
-        missing = [p for p in points if (p.stratum.name, p.number) not in there]
-        for done in run_anew(missing):
-            store.add(done)
-            there.update({(trial.series, trial.index): trial for trial in done})
-        return [there[point.stratum.name, point.number] for point in points]
-
-    return run
-
-
-def worst(hunts: Sequence[Hunt]) -> list[Worst]:
-    """One row per stratum, the worst first."""
-    rows = []
-    for hunt in _ranked(hunts):
-        best = hunt.worst[1] if hunt.worst else None
-        rows.append(
-            Worst(
-                hunt.stratum.name,
-                hunt.runs,
-                hunt.found_after,
-                best.j if best else None,
-                best.peak_ratio if best else None,
-                best.ended_by if best else "",
-                best.phase if best else "",
-                best.hazard if best else "",
-            )
-        )
+        "seed": what.seed, "plan": what.template.digest, "code": what.digest,
+    }  # fmt: skip
+    with Store(directory, FILES, header, Row.from_line) as store:
+        wanted = {stratum.name for stratum in strata}
+        kept = [r for r in store.rows if r.series in wanted and r.index == what.evaluations]
+        rows = ranked(_finish(what, strata, kept, store, pool, on_progress))
+    _write(directory, what, strata, rows)
     return rows
 
 
-def _ranked(hunts: Sequence[Hunt]) -> list[Hunt]:
-    return sorted(hunts, key=lambda hunt: -(hunt.worst[1].j if hunt.worst else -math.inf))
+def _finish(
+    what: Search,
+    strata: Sequence[Stratum],
+    rows: list[Row],
+    store: Store[Row] | None,
+    pool: Pool,
+    on_progress: Callable[[Sequence[Row]], None] | None,
+) -> list[Row]:
+    there = {row.series for row in rows}
+    left = [stratum for stratum in strata if stratum.name not in there]
+    with closing(run_all(what, left, pool, 1)) as batches:
+        for batch in batches:
+            if store:
+                store.add(batch)
+            rows += batch
+            if on_progress:
+                on_progress(rows)
+    return rows
 
 
-def _write(directory: Path, what: Search, hunts: Sequence[Hunt]) -> None:
-    with (directory / WORST).open("w", encoding="utf-8", newline="") as file:
+def ranked(rows: Sequence[Row]) -> list[Row]:
+    """The worst stratum first."""
+    return sorted(rows, key=lambda row: (-(-math.inf if row.j is None else row.j), row.series))
+
+
+def _write(directory: Path, what: Search, strata: Sequence[Stratum], rows: Sequence[Row]) -> None:
+    with (directory / TABLE).open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(Worst.__slots__)
-        writer.writerows([getattr(row, name) for name in Worst.__slots__] for row in worst(hunts))
-    scenes = directory / SCENES
-    scenes.mkdir(exist_ok=True)
-    for rank, hunt in enumerate(_ranked(hunts)):
-        if hunt.worst and (rank < KEPT_SCENES or hunt.found_after is not None):
-            write_scene(scenes, what, hunt)
+        writer.writerow(COLUMNS)
+        for row in rows:
+            figures = [getattr(row, name) for name in COLUMNS[1:]]
+            writer.writerow([row.series, *figures])
+    for row in rows:
+        if row.above:
+            write_scene(directory, what, strata, row)
 
 
-def write_scene(directory: Path, what: Search, hunt: Hunt) -> Path:
-    """The worst run of a stratum as a scene file."""
-    if hunt.worst is None:
-        raise SteploadError(f"{hunt.stratum.name}: nothing was run")
-    point, trial = hunt.worst
-    ablation = left_out(what.ablation)
-    scenario = scenario_at(what.template, hunt.stratum, point.number, point.point, ablation)
+def write_scene(directory: Path, what: Search, strata: Sequence[Stratum], row: Row) -> Path:
+    """The worst run of a row as a scene file."""
+    stratum = next(one for one in strata if one.name == row.series)
+    scenario = Bench(what.template, stratum).scenario(0, row.point or row.hazard_point)
     assert scenario is not None
-    path = directory / f"{re.sub(r'[^a-zA-Z0-9_]+', '-', hunt.stratum.name)}.json"
+    trial = judge(scenario)
+    name = re.sub(r"[^a-zA-Z0-9_]+", "-", row.series)
+    path = directory / SCENES / f"{name}.json"
+    path.parent.mkdir(exist_ok=True)
     found = {"j": trial.j, "peak_ratio": trial.peak_ratio}
     path.write_text(text_of(scenario, found), encoding="utf-8")
     return path
+
+
+def stored_scene(what: Search, strata: Sequence[Stratum], directory: Path, name: str) -> Path:
+    """The scene file of the worst run of a stratum that was searched.
+
+    Raises:
+        BadInputError: no such stratum there.
+    """
+    lines = (directory / FILES[1]).read_text(encoding="utf-8").splitlines()
+    rows = [row for row in map(Row.from_line, lines) if row.series == name]
+    if not rows or not (rows[-1].point or rows[-1].hazard_point):
+        raise BadInputError(f"no runs of the stratum {name!r} in {directory}")
+    return write_scene(directory, what, strata, rows[-1])

@@ -1,32 +1,76 @@
-"""The search in one stratum: points at random first, then CMA-ES from the best of them.
+"""The search in one stratum: points at random first, then CMA-ES from the worst of them.
 
-Every second of these points is drawn towards the ends of all its numbers. A rule is often broken by
-a rig with several figures at an end at once, such as a coarse sensor with hardly any noise, which
-uniform draws seldom reach.
+Every second of the random points is drawn towards the ends of all its numbers: a rule is often
+broken by a rig with several figures at an end at once. On each rig several faults are tried.
 """
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
 from random import Random
 
-from stepload_verify.falsify.blind import Blind
-from stepload_verify.falsify.scene import RIG, length
+from stepload.plan.model import Plan
+from stepload_verify.falsify.scene import Bench, length, rig_length
 from stepload_verify.falsify.strata import Stratum
-from stepload_verify.falsify.strategy import POPULATION, Strategy
-from stepload_verify.falsify.trial import Point, Trial
+from stepload_verify.falsify.strategy import Strategy
+from stepload_verify.falsify.trial import Trial, judge
 
-AFRESH = 4
-"""Interval, in generations, at which points are drawn at random, to find a better start."""
-BLIND_EVERY = 2
-"""Interval, in generations, of the search for hidden force where a channel freezes."""
-DRAWN, CLIMBED, REDRAWN = 128, 384, 0.1
-"""Rigs drawn to find a weak one; rigs made from the weakest of them, a tenth of it redrawn."""
+RANDOM_SHARE = 0.4
+"""Share of the evaluations that is spent at random."""
+FAULTS_PER_RIG = 4
+"""Faults that are tried on each rig that is drawn at random."""
+POINTS_PER_RUN = 30
+"""Points looked at for each evaluation at most: at some there is no rig that can press."""
 NOWHERE = 1e6
-"""The cost of a point without a run; the ranks alone matter."""
+"""Cost of a point without a run; the ranks alone matter."""
 ELSEWHERE = 10.0
 """Added to the cost of a run that ended in another way than those of its niche."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """The worst runs of a stratum after so many evaluations.
+
+    `j` and what follows it are those of the worst run without a named hazard: how it ended, and the
+    point with which it is done again; None and empty where there was no such run. `hazards` counts
+    the evaluations with a hazard, `hazard_j` is the largest J of them.
+    """
+
+    series: str
+    index: int
+    evaluations: int
+    above: int
+    j: float | None
+    peak_ratio: float | None
+    ended_by: str
+    phase: str
+    hazard: str
+    hazards: int
+    hazards_above: int
+    hazard_j: float | None
+    point: tuple[float, ...]
+    hazard_point: tuple[float, ...]
+
+    def to_line(self) -> str:
+        """One line of JSON, without its line end."""
+        return json.dumps(asdict(self), separators=(",", ":"), allow_nan=False)
+
+    @classmethod
+    def from_line(cls, line: str) -> Row:
+        """The inverse of `to_line`.
+
+        Raises:
+            ValueError: not such a line.
+        """
+        try:
+            data = json.loads(line)
+            points = {name: tuple(data[name]) for name in ("point", "hazard_point")}
+            return cls(**{**data, **points})
+        except (TypeError, KeyError) as error:
+            raise ValueError(f"not a row of a search: {error}") from error
 
 
 def to_the_ends(number: float) -> float:
@@ -34,156 +78,115 @@ def to_the_ends(number: float) -> float:
     return math.sin(0.5 * math.pi * number) ** 2
 
 
-Weigh = Callable[[Stratum, Sequence[float]], float]
-
-
 class Niche:
-    """The search among the runs of a stratum that ended in one way: by a rule, or by a status.
+    """The runs of a stratum that ended in one way: by a rule, or by a status.
 
     J cannot distinguish a run that one rule stops at the last moment from one that another rule
-    stops far too late. Each niche continues from its own worst run, so that none is abandoned for
-    the one that was ahead at first.
+    stops far too late. Each niche continues from its own worst run; every second generation keeps
+    the rig and moves the faults alone.
     """
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, seed: int, stratum: Stratum) -> None:
         self.name = name
-        self.best: tuple[Point, Trial] | None = None
+        self.best: tuple[tuple[float, ...], Trial] | None = None
         self.generations = 0
-        self.strategy: Strategy | None = None
+        self._seed, self._stratum = seed, stratum
+        self._strategies: dict[int, Strategy] = {}
+        self._held = 0
+        self._moves = stratum.wrong != ("arm_turned",)
+        """Whether the fault has anything to be moved."""
 
     @property
     def score(self) -> float:
         """The best score so far."""
         return self.best[1].score if self.best else -math.inf
 
-    def ask(self, seed: int, stratum: str) -> list[list[float]]:
+    def ask(self) -> list[list[float]]:
         """The next generation."""
         assert self.best is not None
         self.generations += 1
-        if self.strategy is None:
-            self.strategy = Strategy(self.best[0].point, seed, f"{stratum} {self.name}")
-        return self.strategy.ask()
+        self._held = rig_length(self._stratum) * (self.generations % 2) * self._moves
+        if self._held or self._held not in self._strategies:
+            name = f"{self._stratum.name} {self.name} {self.generations}"
+            self._strategies[self._held] = Strategy(self.best[0], self._seed, name, self._held)
+        return self._strategies[self._held].ask()
 
-    def tell(self, points: Sequence[Point], trials: Sequence[Trial]) -> None:
+    def tell(self, points: Sequence[Sequence[float]], trials: Sequence[Trial | None]) -> None:
         """Record the results of a generation."""
-        assert self.strategy is not None
-        costs = [self._cost(trial) for trial in trials]
-        self.strategy.tell([point.point for point in points], costs)
+        self._strategies[self._held].tell(points, [self._cost(trial) for trial in trials])
 
-    def _cost(self, trial: Trial) -> float:
-        """Cost that CMA-ES minimises: runs that end in another way rank last."""
-        if math.isinf(trial.score):
+    def _cost(self, trial: Trial | None) -> float:
+        if trial is None:
             return NOWHERE
         return -trial.score + (0.0 if trial.ended_by == self.name else ELSEWHERE)
 
 
 class Hunt:
-    """The search in one stratum, which proposes points and receives their results.
+    """The search in one stratum; the same stratum, seed and number give the same row.
 
-    The same trials always lead to the same points: a search that is restarted with its old trials
-    continues where it was.
-
-    Args:
-        stratum: where to search.
-        seed: of the search.
-        weigh: how weak the rig at a point is, negative where there is none: rigs are chosen by it
-            before runs are spent. Without it they are taken as they are drawn.
+    Runs with a named hazard are counted, and do not lead the search.
     """
 
-    def __init__(self, stratum: Stratum, seed: int, weigh: Weigh | None = None) -> None:
+    def __init__(self, template: Plan, stratum: Stratum, seed: int) -> None:
         self.stratum = stratum
-        self._weigh = weigh
-        self.best: tuple[Point, Trial] | None = None
-        """The point with the largest score so far, if one could be run."""
-        self.worst: tuple[Point, Trial] | None = None
-        """The point with the largest J so far."""
-        self.found_after: int | None = None
-        """Number of runs at which F_c was first exceeded."""
-        self.runs = 0
-        """Number of trials that were runs."""
-        self.tried = 0
+        self.evaluations = 0
+        self.above = self.hazards = self.hazards_above = 0
+        self.worst: tuple[tuple[float, ...], Trial] | None = None
+        self.worst_hazard: tuple[tuple[float, ...], Trial] | None = None
+        self._bench = Bench(template, stratum)
         self._seed = seed
-        self._length = length(stratum)
         self._chance = Random(f"falsify {seed} {stratum.name}")
-        self._generations = 0
         self._niches: dict[str, Niche] = {}
-        self._asked: Niche | Blind | None = None
-        self._blind = Blind(seed, stratum.name)
+        self._tried = 0
 
-    @property
-    def done(self) -> bool:
-        """Whether F_c was exceeded here, by a named hazard or not: the search can end."""
-        return self.worst is not None and self.worst[1].j > 1.0
-
-    @property
-    def score(self) -> float:
-        """The best score so far."""
-        return self.best[1].score if self.best else -math.inf
-
-    def anywhere(self, count: int) -> list[Point]:
-        """So many points drawn at random: even ones and such as are near the ends, in turn."""
-        self._asked = None
-        return self._points([self._drawn(ends=index % 2 == 1) for index in range(count)])
-
-    def _drawn(self, *, ends: bool) -> list[float]:
-        """One point at random where a rig can press; towards the ends it is made a weak rig."""
-        best = self._row(ends)
-        most = self._weight(best)
-        for number in range(1, DRAWN + CLIMBED):
-            if most == 0.0 or (most > 0.0 and not ends):
+    def search(self, evaluations: int) -> None:
+        """Do so many evaluations, if there are so many points at which a rig can press."""
+        most = POINTS_PER_RUN * evaluations
+        for point in self._at_random():
+            if self.evaluations >= RANDOM_SHARE * evaluations or self._tried >= most:
                 break
-            row = self._row(ends) if number < DRAWN else self._redrawn(best)
-            weight = self._weight(row)
-            if weight > most:
-                best, most = row, weight
-        return best
+            self._try(point)
+        while self.evaluations < evaluations and self._tried < most and self._niches:
+            niche = self._next()
+            points = [tuple(map(float, row)) for row in niche.ask()]
+            niche.tell(points, [self._try(point) for point in points])
 
-    def _row(self, ends: bool) -> list[float]:
-        row = [self._chance.random() for _ in range(self._length)]
-        return [to_the_ends(number) for number in row] if ends else row
+    def _at_random(self) -> Iterator[tuple[float, ...]]:
+        chance, count = self._chance, length(self.stratum)
+        held = rig_length(self.stratum)
+        number = 0
+        while True:
+            number += 1
+            rig = [chance.random() for _ in range(held)]
+            for _ in range(FAULTS_PER_RIG):
+                point = [*rig, *(chance.random() for _ in range(count - held))]
+                before = self.evaluations
+                yield tuple(map(to_the_ends, point) if number % 2 else point)
+                if self.evaluations == before:
+                    break  # no rig that can press, mostly
 
-    def _redrawn(self, row: Sequence[float]) -> list[float]:
-        """The same point with some numbers of its rig drawn again."""
-        again, chance = self._row(True), self._chance
-        return [
-            new if index < RIG and chance.random() < REDRAWN else old
-            for index, (old, new) in enumerate(zip(row, again, strict=True))
-        ]
-
-    def _weight(self, row: Sequence[float]) -> float:
-        return self._weigh(self.stratum, row) if self._weigh else 0.0
-
-    def nearer(self) -> list[Point]:
-        """The next generation of a niche; at times, and where there is none, points at random."""
-        self._generations += 1
-        if not self._niches or self._generations % AFRESH == 0:
-            return self.anywhere(POPULATION)
-        if self._generations % BLIND_EVERY and self._blind.ready:
-            self._asked = self._blind
-            return self._points(self._blind.ask())
-        self._asked = niche = self._next()
-        return self._points(niche.ask(self._seed, self.stratum.name))
-
-    def tell(self, points: Sequence[Point], trials: Sequence[Trial]) -> None:
-        """Record the results of these points, which were proposed together."""
-        for point, trial in zip(points, trials, strict=True):
-            self.runs += math.isfinite(trial.j)
-            if trial.broken and self.found_after is None:
-                self.found_after = self.runs
-            if math.isfinite(trial.j) and (self.worst is None or trial.j > self.worst[1].j):
-                self.worst = point, trial
-            if trial.score > self.score:
-                self.best = point, trial
-            if math.isfinite(trial.score):
-                niche = self._niches.setdefault(trial.ended_by, Niche(trial.ended_by))
-                if trial.score > niche.score:
-                    niche.best = point, trial
-        if self._asked is not None:
-            self._asked.tell(points, trials)
-            return
-        for point, trial in zip(points, trials, strict=True):
-            if math.isfinite(trial.j) and self._weight(point.point) > 0.0:
-                self._blind.drawn(point, trial)
+    def _try(self, point: tuple[float, ...]) -> Trial | None:
+        self._tried += 1
+        scenario = self._bench.scenario(self._tried, point)
+        if scenario is None:
+            return None
+        trial = judge(scenario)
+        self.evaluations += 1
+        if trial.hazard:
+            self.hazards += 1
+            self.hazards_above += trial.j > 1.0
+            if self.worst_hazard is None or trial.j > self.worst_hazard[1].j:
+                self.worst_hazard = point, trial
+            return None
+        self.above += trial.j > 1.0
+        if self.worst is None or trial.j > self.worst[1].j:
+            self.worst = point, trial
+        niche = self._niches.setdefault(
+            trial.ended_by, Niche(trial.ended_by, self._seed, self.stratum)
+        )
+        if trial.score > niche.score:
+            niche.best = point, trial
+        return trial
 
     def _next(self) -> Niche:
         """The niche with the fewest generations for its rank; the second best gets a quarter."""
@@ -191,9 +194,22 @@ class Hunt:
         shares = {niche.name: niche.generations * rank**2 for rank, niche in enumerate(ranked, 1)}
         return min(ranked, key=lambda niche: shares[niche.name])
 
-    def _points(self, rows: Sequence[Sequence[float]]) -> list[Point]:
-        found = []
-        for row in rows:
-            found.append(Point(self.stratum, self.tried, tuple(float(x) for x in row)))
-            self.tried += 1
-        return found
+    def row(self, index: int) -> Row:
+        """What was found."""
+        worst, hazard = self.worst, self.worst_hazard
+        return Row(
+            series=self.stratum.name,
+            index=index,
+            evaluations=self.evaluations,
+            above=self.above,
+            j=worst[1].j if worst else None,
+            peak_ratio=worst[1].peak_ratio if worst else None,
+            ended_by=worst[1].ended_by if worst else "",
+            phase=worst[1].phase if worst else "",
+            hazard=hazard[1].hazard if hazard else "",
+            hazards=self.hazards,
+            hazards_above=self.hazards_above,
+            hazard_j=hazard[1].j if hazard else None,
+            point=worst[0] if worst else (),
+            hazard_point=hazard[0] if hazard else (),
+        )

@@ -1,108 +1,114 @@
-"""Faults that begin when the force reaches a level, instead of at a time.
+"""When a fault begins: in a phase of the run, or at a force of the loading.
 
-A slightly slower run reaches the same force at another time: the most harmful moment of a fault
-depends on the force, not on the clock. A search over the force finds it; a search over the time
-alone has to hit a window of some tenths of a second, which every change of the rig shifts.
+The most harmful moment depends on phase and force, not on the clock. So the run is first looked at
+without the fault; up to its beginning both runs are the same.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping
 from dataclasses import replace
-from random import Random
-from typing import NamedTuple
 
 from stepload.engine.tick import Engine
-from stepload.record.rows import TickRow
-from stepload.rig.world import WorldFault, WorldView
-from stepload_verify.campaign.ablation import Ablation
-from stepload_verify.campaign.plants import log_uniform
+from stepload.record.rows import Phase, TickRow
+from stepload.rig.world import WorldView
 from stepload_verify.campaign.scenario import Scenario
 from stepload_verify.campaign.single import run_scenario
+from stepload_verify.falsify.strata import ANY, BACK, FREE, HOLD, LOAD, PHASES, TOUCH
+from stepload_verify.falsify.tape import Tape
 
-BY_FORCE_SHARE = 0.5
-"""Share of the faults that begin at a force; the others begin when a campaign draws it."""
+NUMBERS = 4
+"""Numbers that an onset reads."""
+EARLY_S, LATE_S = 0.1, 0.4
+"""A fault about the touch begins within this time before or after it."""
 LATER_S = (1e-3, 1.0)
-"""Range of the time between that force and the fault, where there is one."""
-LATER_SHARE = 0.5
+"""Range of the delay after the force of a load step, which half of the faults have."""
+BACK_EARLY_S = 0.05
+STEP_N = 0.01
+"""Share of the top force by which a force must be larger than the one noted before it."""
+_PRESSING = (Phase.LOAD, Phase.HOLD)
 
 
-class Onset(NamedTuple):
-    """A fault begins with this delay after the true force first exceeds this share of F_c."""
+class Look:
+    """A run without its faults: when it touched, held, went back, and passed a force."""
 
-    share: float
-    later_s: float
-
-
-def draw_onset(chance: Random) -> Onset | None:
-    """Where a fault begins by force; None where it begins by the clock. Reads four numbers."""
-    by_force, share = chance.random() < BY_FORCE_SHARE, chance.random()
-    at_once, later_s = chance.random() >= LATER_SHARE, log_uniform(chance, *LATER_S)
-    return Onset(share, 0.0 if at_once else later_s) if by_force else None
-
-
-def placed(
-    scenario: Scenario, onsets: Sequence[Onset | None], ablation: Ablation | None
-) -> Scenario:
-    """The same run with its faults at the times at which their forces are passed.
-
-    The run is first simulated without these faults, up to the last of these forces, to find the
-    times. A fault whose force is never exceeded begins when the force is largest.
-
-    Args:
-        scenario: its faults begin by the clock.
-        onsets: of each of its faults.
-        ablation: what is left out, as in the run itself.
-    """
-    waiting = [onset for onset in onsets if onset is not None]
-    if not waiting:
-        return scenario
-    pairs = list(zip(scenario.faults, onsets, strict=True))
-    look = _Look([onset.share * scenario.limits.elastic_limit_n for onset in waiting])
-    by_clock = [fault for fault, onset in pairs if onset is None]
-    run_scenario(_with_faults(scenario, by_clock), ablation, look.at_tick, look.at_begin)
-    times_s = iter(look.times_s)
-    return _with_faults(scenario, [
-        fault if onset is None else replace(fault, start_s=next(times_s) + onset.later_s)
-        for fault, onset in pairs
-    ])  # fmt: skip
-
-
-def _with_faults(scenario: Scenario, faults: Sequence[WorldFault]) -> Scenario:
-    return replace(scenario, truth=replace(scenario.truth, faults=tuple(faults)))
-
-
-class _SeenError(Exception):
-    """All forces were exceeded: the simulation can end."""
-
-
-class _Look:
-    """Observes a run, and records when each of these forces was first exceeded."""
-
-    def __init__(self, forces_n: Sequence[float]) -> None:
-        self._forces_n = forces_n
-        self._passed_s: dict[int, float] = {}
-        self._peak_n, self._peak_s = 0.0, 0.0
+    def __init__(self, scenario: Scenario) -> None:
+        self.touch_s = self.back_s = self.end_s = math.inf
+        self.holds_s: list[float] = []
+        self._times_s: list[float] = []
+        self._forces_n: list[float] = []
+        self._top_n = scenario.plan.procedure.top_force_n
+        self._phase = -1
         self._world: WorldView | None = None
+        plain = replace(scenario, truth=replace(scenario.truth, faults=()), incidents=())
+        result, _ = run_scenario(plain, None, self._at_tick, self._at_begin)
+        self.end_s = result.end_s
 
-    @property
-    def times_s(self) -> list[float]:
-        """Time at which each force was passed, or at which the force was largest."""
-        return [self._passed_s.get(i, self._peak_s) for i in range(len(self._forces_n))]
-
-    def at_begin(self, _engine: Engine, world: WorldView) -> None:
-        """The run begins in this world."""
+    def _at_begin(self, _engine: Engine, world: WorldView) -> None:
         self._world = world
 
-    def at_tick(self, row: TickRow) -> None:
-        """After a tick."""
+    def _at_tick(self, row: TickRow) -> None:
         assert self._world is not None
-        peak_n = self._world.true_peak_force_n
-        if peak_n <= self._peak_n:
-            return
-        self._peak_n, self._peak_s = peak_n, row.time_s
-        for index, force_n in enumerate(self._forces_n):
-            if peak_n > force_n:
-                self._passed_s.setdefault(index, row.time_s)
-        if len(self._passed_s) == len(self._forces_n):
-            raise _SeenError
+        if row.phase != self._phase:
+            pressed = self._phase in _PRESSING
+            self._phase = row.phase
+            if row.phase == Phase.HOLD:
+                self.holds_s.append(row.time_s)
+            elif pressed and row.phase not in _PRESSING and self.back_s == math.inf:
+                self.back_s = row.time_s
+        force_n = self._world.true_peak_force_n
+        if force_n > 0.0 and self.touch_s == math.inf:
+            self.touch_s = row.time_s
+        last_n = self._forces_n[-1] if self._forces_n else 0.0
+        if self._phase in _PRESSING and force_n > last_n + STEP_N * self._top_n:
+            self._forces_n.append(force_n)
+            self._times_s.append(row.time_s)
+
+    def passed_s(self, share: float) -> float:
+        """When this share of the top force was passed; inf where it was not."""
+        for force_n, time_s in zip(self._forces_n, self._times_s, strict=True):
+            if force_n > share * self._top_n:
+                return time_s
+        return math.inf
+
+    def onset_s(self, phase: str, tape: Tape, hold_s: float) -> float:
+        """A moment of this phase; inf where the run did not come so far."""
+        first, second, third, fourth = (tape.random() for _ in range(NUMBERS))
+        if phase == ANY:
+            phase = PHASES[1 + int(fourth * (len(PHASES) - 1))]
+        if phase == FREE:
+            return max(0.0, (1.1 * first - 0.1) * min(self.touch_s, self.end_s))
+        if phase == TOUCH:
+            return max(0.0, self.touch_s - EARLY_S + first * (EARLY_S + LATE_S))
+        if phase == LOAD:
+            low, high = map(math.log, LATER_S)
+            later_s = 0.0 if second < 0.5 else math.exp(low + third * (high - low))
+            return self.passed_s(first) + later_s
+        if phase == HOLD:
+            if not self.holds_s:
+                return math.inf
+            begun_s = self.holds_s[int(first * len(self.holds_s))]
+            return begun_s + second * min(hold_s, self.end_s - begun_s)
+        assert phase == BACK, phase
+        return self.back_s - BACK_EARLY_S + first * (self.end_s + BACK_EARLY_S - self.back_s)
+
+
+def starts_of(scenario: Scenario) -> list[float]:
+    """When its faults begin, each cause once."""
+    starts = [fault.start_s for fault in scenario.faults]
+    starts += [one.start_s for one in scenario.incidents[:1]]
+    return list(dict.fromkeys(starts))
+
+
+def placed(scenario: Scenario, moved: Mapping[float, float]) -> Scenario:
+    """The same run with each cause beginning at another time; those after it as long after it."""
+    faults = tuple(
+        replace(fault, start_s=moved.get(fault.start_s, fault.start_s)) for fault in scenario.faults
+    )
+    incidents = scenario.incidents
+    if incidents:
+        first_s = incidents[0].start_s
+        by_s = moved.get(first_s, first_s) - first_s
+        incidents = tuple(replace(one, start_s=one.start_s + by_s) for one in incidents)
+    return replace(scenario, truth=replace(scenario.truth, faults=faults), incidents=incidents)

@@ -1,4 +1,4 @@
-"""From a vector to a run within the limits of a campaign: rig, truth, faults and their times.
+"""From a vector to a run of a stratum: rig, truth, stance, faults, and when they begin.
 
 The vector has one part for each of these, so that a step in one shifts nothing in another.
 """
@@ -6,150 +6,123 @@ The vector has one part for each of these, so that a step in one shifts nothing 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass
 
 from stepload.envelope.envelope import Envelope, derive
-from stepload.plan.model import Plan
-from stepload.rig.world import WorldFault
-from stepload_verify.campaign.ablation import Ablation
-from stepload_verify.campaign.mishaps import (
-    INCIDENTS,
-    Incident,
-    fault_of,
-    incidents_of,
-)
-from stepload_verify.campaign.mounts import Stance, any_stance, fits, mounted, told
-from stepload_verify.campaign.plants import ARM_CLASSES, plan_from, travel_to
-from stepload_verify.campaign.scenario import BLIND, Scenario, expected_times, hazard_of
-from stepload_verify.campaign.truth import (
-    ALL_ANOMALIES,
-    Anomaly,
-    anomaly_of,
-    draw_truth,
-)
-from stepload_verify.falsify.onset import Onset, draw_onset, placed
-from stepload_verify.falsify.strata import Stratum
+from stepload.plan.model import Plan, SecondForceSource
+from stepload_verify.campaign.mounts import Stance, any_stance, fits, told
+from stepload_verify.campaign.plants import ARM_CLASSES, plan_from
+from stepload_verify.campaign.scenario import Scenario, expected_times, scenario_of
+from stepload_verify.falsify.onset import NUMBERS, Look, placed, starts_of
+from stepload_verify.falsify.strata import ARMS_OWN, SECOND, START, Stratum
 from stepload_verify.falsify.tape import Tape
 
-RIG, TRUTH, WRONG, STANCE = 34, 10, 11, 19
-"""Numbers that a rig with its plan, its truth, each thing that goes wrong, and how a rig with six
-axes holds its tip may read."""
-LONGEST_S, LONGEST_FROZEN_S = 8.0, 20.0
-"""Longest run; slow rigs are safe, and cost time.
+RIG, TRUTH, STANCE, WRONG = 36, 13, 19, 10
+"""Numbers that a rig with its plan, its truth, how a rig with six axes holds its tip, and each
+fault read."""
+LONGEST_S = 6.0
+"""Longest run; slow rigs are safe, and cost time."""
 
-A channel that stands may be believed for as many samples as may be equal, which takes a longer run.
-"""
-SHORT_RETRACT_M = 1e-4
-"""Retract of a run that is searched, where twice the travel is not more: less free air."""
+
+def rig_length(stratum: Stratum) -> int:
+    """How many numbers make the rig and its truth; the others make its faults."""
+    return RIG + TRUTH + (STANCE if stratum.six else 0)
 
 
 def length(stratum: Stratum) -> int:
     """How many numbers a run of this stratum is made of."""
-    return RIG + TRUTH + WRONG * len(stratum.wrong) + (STANCE if stratum.six else 0)
+    return rig_length(stratum) + (WRONG + NUMBERS) * len(stratum.wrong)
 
 
-def scenario_at(
-    template: Plan,
-    stratum: Stratum,
-    index: int,
-    point: Sequence[float],
-    ablation: Ablation | None = None,
-) -> Scenario | None:
-    """The run at a point of the unit cube; None where that is no rig that can press, or too long.
+@dataclass(slots=True)
+class Bench:
+    """The runs of a stratum; what does not change from one point to the next is not done again.
 
-    Faults that begin at a force make it look at the run without them first (`onset`).
-
-    Args:
-        template: order, times and distances of the run.
-        stratum: second channel, and what goes wrong.
-        index: number of the run in its stratum; a name and no more.
-        point: `length(stratum)` numbers between 0 and 1.
-        ablation: what is left out of the run, where it is looked at.
-
-    Raises:
-        DomainError: the point is too short.
+    Attributes:
+        template: order, times and distances of the runs.
+        stratum: what is searched.
     """
-    envelope = believed(template, stratum, point)
-    if envelope is None:
-        return None
-    plan, limits = envelope.plan, envelope.run_limits
-    truth_tape, rest = Tape(point[RIG : RIG + TRUTH], "truth"), point[RIG + TRUTH :]
-    tapes = [Tape(rest[WRONG * i : WRONG * (i + 1)], kind) for i, kind in enumerate(stratum.wrong)]
-    anomalies: tuple[Anomaly, ...] = ()
-    for kind, tape in zip(stratum.wrong, tapes, strict=True):
-        if kind in ALL_ANOMALIES:
-            anomalies += (anomaly_of(kind, tape, plan),)
-    truth = draw_truth(truth_tape, envelope, anomalies, truth_tape.getrandbits(32))
-    if (stance := _stance(stratum, point)) is not None:
-        truth = mounted(truth, envelope, stance, anomalies)
-    times = expected_times(plan, limits, truth.surface_m)
-    if times.end_s > longest_s(stratum):
-        return None
-    faults: list[WorldFault] = []
-    onsets: list[Onset | None] = []
-    incidents: tuple[Incident, ...] = ()
-    for kind, tape in zip(stratum.wrong, tapes, strict=True):
-        if kind in INCIDENTS:
-            incidents += incidents_of(kind, tape, times)
-        elif kind not in ALL_ANOMALIES:
-            onsets.append(draw_onset(tape))
-            faults.append(fault_of(kind, tape, times, limits.elastic_limit_n))
-    scenario = Scenario(
-        series=stratum.name,
-        index=index,
-        envelope=envelope,
-        truth=replace(truth, faults=tuple(faults)),
-        healthy=False,
-        anomalies=anomalies,
-        incidents=tuple(sorted(incidents, key=lambda incident: incident.start_s)),
-        hazard=hazard_of(faults, plan, anomalies),
-    )
-    return scenario if scenario.hazard == BLIND else placed(scenario, onsets, ablation)
+
+    template: Plan
+    stratum: Stratum
+    _rig: tuple[float, ...] = ()
+    _envelope: Envelope | None = None
+    _look: Look | None = None
+
+    def scenario(self, index: int, point: Sequence[float]) -> Scenario | None:
+        """The run at a point of the unit cube; None where there is none within the time.
+
+        Raises:
+            DomainError: the point is too short.
+        """
+        stratum, count = self.stratum, rig_length(self.stratum)
+        rig = tuple(point[:count])
+        if rig != self._rig:
+            self._rig, self._look = rig, None
+            self._envelope = believed(self.template, stratum, rig)
+        envelope = self._envelope
+        if envelope is None:
+            return None
+        parts = [
+            point[count + (WRONG + NUMBERS) * i : count + (WRONG + NUMBERS) * (i + 1)]
+            for i in range(len(stratum.wrong))
+        ]
+        tapes = [Tape(part[:WRONG], kind) for part, kind in zip(parts, stratum.wrong, strict=True)]
+        truth = Tape(rig[RIG : RIG + TRUTH], "truth")
+        stance = _stance(stratum, rig)
+        scenario = scenario_of(stratum.name, index, envelope, stance, stratum.wrong, tapes, truth)
+        times = expected_times(scenario.plan, scenario.limits, scenario.truth.surface_m)
+        if times.end_s > LONGEST_S:
+            return None
+        if stratum.phase == START:
+            return scenario
+        return self._placed(scenario, parts)
+
+    def _placed(self, scenario: Scenario, parts: Sequence[Sequence[float]]) -> Scenario | None:
+        if self._look is None or len(self.stratum.wrong) > 1:
+            self._look = Look(scenario)
+        moved = {}
+        hold_s = scenario.plan.procedure.hold_s
+        onsets = [Tape(part[WRONG:], "onset") for part in parts]
+        for start_s, tape in zip(starts_of(scenario), onsets, strict=False):
+            if start_s > 0.0 or self.stratum.phase:
+                moved[start_s] = self._look.onset_s(self.stratum.phase, tape, hold_s)
+        if any(start_s > self._look.end_s for start_s in moved.values()):
+            return None
+        return placed(scenario, moved)
 
 
-def believed(template: Plan, stratum: Stratum, point: Sequence[float]) -> Envelope | None:
+def believed(template: Plan, stratum: Stratum, rig: Sequence[float]) -> Envelope | None:
     """The rig at a point, with what follows from it; None where it cannot press, or takes long."""
-    stance = _stance(stratum, point)
+    stance = _stance(stratum, rig)
     if stance is not None and not stance.sound:
         return None
-    rig = Tape(point[:RIG], "rig")
-    plan = plan_from(rig, template, rig.choice(ARM_CLASSES), stratum.source)
+    tape = Tape(rig[:RIG], "rig")
+    plan = plan_from(tape, template, tape.choice(ARM_CLASSES), _source(stratum))
     if plan is None:
         return None
-    plan = _shorter(plan)
     envelope = derive(told(plan, stance) if stance else plan)
     if envelope.limits is None or (stance is not None and not fits(envelope, stance)):
         return None
     nearest_m = plan.procedure.surface_distance_m - plan.procedure.surface_uncertainty_m
     times = expected_times(envelope.plan, envelope.limits, nearest_m)
-    return envelope if times.end_s <= longest_s(stratum) else None
+    return envelope if times.end_s <= LONGEST_S else None
 
 
-def _stance(stratum: Stratum, point: Sequence[float]) -> Stance | None:
+def _source(stratum: Stratum) -> SecondForceSource | None:
+    """The second force channel that the faults are about; None: either."""
+    if stratum.channels == 1:
+        return SecondForceSource.NONE
+    if any(kind.startswith(ARMS_OWN) for kind in stratum.wrong):
+        return SecondForceSource.ARM
+    if any(kind.startswith(SECOND) for kind in stratum.wrong):
+        return SecondForceSource.SENSOR
+    return None
+
+
+def _stance(stratum: Stratum, rig: Sequence[float]) -> Stance | None:
     """How the rig at a point holds its tip; None where it has one axis."""
     if not stratum.six:
         return None
-    arm_class = Tape(point[:1], "rig").choice(ARM_CLASSES)
-    return any_stance(Tape(point[-STANCE:], "stance"), arm_class == "UR")
-
-
-def longest_s(stratum: Stratum) -> float:
-    """How long a run of this stratum may take."""
-    frozen = any(kind.endswith("_freeze") for kind in stratum.wrong)
-    return LONGEST_FROZEN_S if frozen else LONGEST_S
-
-
-def with_faults(scenario: Scenario, faults: Sequence[WorldFault]) -> Scenario:
-    """The same run with these faults instead, and the hazard that they are."""
-    truth = replace(scenario.truth, faults=tuple(faults))
-    return replace(
-        scenario, truth=truth, hazard=hazard_of(faults, scenario.plan, scenario.anomalies)
-    )
-
-
-def _shorter(plan: Plan) -> Plan:
-    """The same plan with less free air to cross."""
-    procedure = plan.procedure
-    travel_m = travel_to(plan.rig, plan.payload, procedure.top_force_n)
-    retract_m = max(SHORT_RETRACT_M, 2.0 * travel_m)
-    return replace(plan, procedure=replace(procedure, retract_m=retract_m))
+    arm_class = Tape(rig[:1], "rig").choice(ARM_CLASSES)
+    return any_stance(Tape(rig[-STANCE:], "stance"), arm_class == "UR")

@@ -39,6 +39,7 @@ class SceneFile:
     anomalies: tuple[Anomaly, ...]
     truth: WorldSpec
     plan: Plan
+    wrong: tuple[str, ...] = ()
 
 
 @cache
@@ -59,7 +60,7 @@ def text_of(scenario: Scenario, found: Mapping[str, float]) -> str:
     plan = replace(scenario.plan, sources=(), path=Path("scene"), payload_file=None)
     file = SceneFile(
         VERSION, scenario.series, scenario.index, found, scenario.incidents,
-        scenario.anomalies, scenario.truth, plan,
+        scenario.anomalies, scenario.truth, plan, scenario.wrong,
     )  # fmt: skip
     return json.dumps(_converter().unstructure(file), indent=1) + "\n"
 
@@ -93,10 +94,10 @@ def read_scene(path: Path) -> tuple[Scenario, Mapping[str, float]]:
         index=file.index,
         envelope=envelope,
         truth=file.truth,
-        healthy=not (file.truth.faults or file.incidents or file.anomalies),
+        wrong=file.wrong,
         anomalies=file.anomalies,
         incidents=file.incidents,
-        hazard=hazard_of(file.truth.faults, file.plan, file.anomalies),
+        hazard=hazard_of(file.wrong, file.truth.faults, file.plan, file.anomalies),
     )
     return scenario, file.found
 

@@ -1,4 +1,4 @@
-"""The strata of a search: every possible fault, alone and in pairs, per rig."""
+"""The strata of a search: each fault × phase in which it begins × class of rig."""
 
 from __future__ import annotations
 
@@ -6,24 +6,31 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from stepload.errors import BadInputError
-from stepload.plan.model import SecondForceSource
-from stepload.rig.world import load_world
-from stepload_verify.campaign.mishaps import INCIDENTS, SIX_FAULTS, WIDER_FAULTS
-from stepload_verify.campaign.scenario import ONE_AXIS, SIX_AXES
-from stepload_verify.campaign.truth import ALL_ANOMALIES, SIX_ANOMALIES, WIDER_ANOMALIES
+from stepload_verify.campaign.mishaps import FIRST_DAY
+from stepload_verify.campaign.scenario import SIX_AXES, known_kinds
+from stepload_verify.campaign.truth import MISTAKES, SIX_MISTAKES
 
-SOURCES = (SecondForceSource.SENSOR, SecondForceSource.ARM)
+START, FREE, TOUCH, LOAD, HOLD, BACK = PHASES = "start", "free", "touch", "load", "hold", "back"
+"""Where a fault begins: before the run, in free air, about the touch, at a force of a load step, in
+a hold, or while the arm retracts."""
+ONLY_START = (*MISTAKES, *SIX_MISTAKES, *FIRST_DAY, "arm_turned", "common_gain")
+SECOND, ARMS_OWN, ONE_CHANNEL = "second_", "arm_force_", ("link_", "common_supply")
+ANY = ""
+"""Of a pair: both faults begin in any phase."""
 SEPARATOR = "+"
-ANY = "any"
 
 
 @dataclass(frozen=True, slots=True)
 class Stratum:
-    """Rigs with this second force channel and these simultaneous faults."""
+    """Rigs of a class with these faults, one or two, which begin in this phase.
 
-    source: SecondForceSource
+    `axes` is "one" or "six", `channels` 1 or 2.
+    """
+
+    axes: str
+    channels: int
     wrong: tuple[str, ...]
-    axes: str = ONE_AXIS
+    phase: str
 
     @property
     def six(self) -> bool:
@@ -32,72 +39,68 @@ class Stratum:
 
     @property
     def name(self) -> str:
-        """As in "sensor: force_gain + second_freeze", and "six axes, sensor: plate_slips"."""
-        axes = "six axes, " if self.six else ""
-        return f"{axes}{self.source.value}: {f' {SEPARATOR} '.join(self.wrong)}"
+        """As in "six axes, 2 channels: force_gain, load"."""
+        axes = "six axes" if self.six else "one axis"
+        channels = "2 channels" if self.channels == 2 else "1 channel"
+        return f"{axes}, {channels}: {' + '.join(self.wrong)}, {self.phase or 'any phase'}"
 
 
-def kinds_for(source: SecondForceSource, *, wider: bool, axes: str = ONE_AXIS) -> tuple[str, ...]:
-    """All faults that are possible on a rig with this second channel, sorted; gauges are left out.
-
-    Args:
-        source: of the second force channel.
-        wider: also what is beyond the claim of the campaign.
-        axes: of the rigs; those with one axis lack some kinds.
-    """
-    absent = "arm_force_" if source is SecondForceSource.SENSOR else "second_"
-    beyond = (
-        *(() if axes == SIX_AXES else (*SIX_FAULTS, *SIX_ANOMALIES)),
-        *(() if wider else (*WIDER_FAULTS, *WIDER_ANOMALIES)),
-    )
-    kinds = (*load_world().faults, *INCIDENTS, *ALL_ANOMALIES)
-    return tuple(
-        sorted(k for k in kinds if not k.startswith((absent, "gauge_")) and k not in beyond)
-    )
+def kinds_for(axes: str, channels: int) -> tuple[str, ...]:
+    """All faults that such rigs can have, sorted; gauges are left out: no rule reads them."""
+    absent = ("gauge_", *(() if channels == 2 else (SECOND, ARMS_OWN, *ONE_CHANNEL)))
+    return tuple(sorted(k for k in known_kinds(axes == SIX_AXES) if not k.startswith(absent)))
 
 
-def strata(*, wider: bool, at_once: int = 2, axes: str = ONE_AXIS) -> list[Stratum]:
-    """Every stratum of up to two things at once, in a fixed order.
+def phases_of(kind: str) -> tuple[str, ...]:
+    """The phases in which a fault of this kind can begin."""
+    return (START,) if kind in ONLY_START else (FREE, TOUCH, LOAD, HOLD, BACK)
+
+
+def strata(axes: tuple[str, ...], channels: tuple[int, ...] = (2, 1), at_once: int = 1,
+           wrong: tuple[str, ...] = ()) -> list[Stratum]:  # fmt: skip
+    """Every stratum in a fixed order.
 
     Args:
-        wider: also what is beyond the claim of the campaign; then only strata with something of it.
-        at_once: 1 or 2.
         axes: of the rigs.
-    """
-    beyond = {*WIDER_FAULTS, *WIDER_ANOMALIES}
-    found = []
-    for source in SOURCES:
-        kinds = kinds_for(source, wider=wider, axes=axes)
-        for count in range(1, at_once + 1):
-            found += [Stratum(source, wrong, axes) for wrong in combinations(kinds, count)]
-    return [one for one in found if not wider or beyond.intersection(one.wrong)]
-
-
-def named(text: str, axes: str = ONE_AXIS) -> list[Stratum]:
-    """The strata of "force_gain+second_freeze": on every rig that has what can go wrong.
-
-    "plate_slips+any" are those with each other thing of the claim beside it.
+        channels: force channels of the rigs.
+        at_once: faults in a run; pairs begin in any phase.
+        wrong: only these: a kind, or two as in "force_gain+second_freeze".
 
     Raises:
-        BadInputError: a kind that is none, or that no rig has together.
+        BadInputError: a kind that is none, or that no such rig has.
     """
-    wrong = {part.strip() for part in text.split(SEPARATOR)}
-    known = {source: kinds_for(source, wider=True, axes=axes) for source in SOURCES}
-    everything = sorted({kind for kinds in known.values() for kind in kinds})
-    for kind in sorted(wrong - {ANY}):
-        if kind not in everything:
-            raise BadInputError(
-                f"unknown kind {kind!r} in {text!r}", hint=f"one of {', '.join(everything)}, {ANY}"
-            )
+    _check(wrong)
+    named = {tuple(sorted(text.split(SEPARATOR))) for text in wrong}
     found = []
-    for source in SOURCES:
-        others = kinds_for(source, wider=False, axes=axes) if ANY in wrong else ()
-        ways = [{other} for other in others if other not in wrong] or [set()]
-        together = [tuple(sorted((wrong - {ANY}) | way)) for way in ways]
-        found += [Stratum(source, ks, axes) for ks in together if set(ks) <= set(known[source])]
+    for one in axes:
+        for count in channels:
+            kinds = kinds_for(one, count)
+            groups = set(combinations(kinds, at_once)) if not named else {
+                kinds_of for kinds_of in named if set(kinds_of) <= set(kinds)
+            }  # fmt: skip
+            for group in sorted(groups):
+                if not _together(group):
+                    continue
+                phases = phases_of(group[0]) if len(group) == 1 else (ANY,)
+                found += [Stratum(one, count, group, phase) for phase in phases]
     if not found:
         raise BadInputError(
-            f"no rig has all of {text!r}",
+            f"no rig has {', '.join(wrong)}",
             hint="second_* needs a second sensor, arm_force_* an arm that feels force; not both",
         )
     return found
+
+
+def _check(wrong: tuple[str, ...]) -> None:
+    known = known_kinds(six=True)
+    for text in wrong:
+        for kind in text.split(SEPARATOR):
+            if kind not in known:
+                raise BadInputError(
+                    f"unknown kind {kind!r} in {text!r}", hint=f"one of {', '.join(known)}"
+                )
+
+
+def _together(kinds: tuple[str, ...]) -> bool:
+    """Whether a rig can have both: its second channel is one of two."""
+    return not all(any(k.startswith(prefix) for k in kinds) for prefix in (SECOND, ARMS_OWN))

@@ -1,1 +1,0 @@
-"""A record read by independent readers."""
