@@ -12,7 +12,6 @@ import math
 from stepload.engine.supervisor import ACROSS_SIGMAS, Supervisor
 from stepload.engine.watch import Breach
 from stepload.envelope.limits import RunLimits
-from stepload.record.rows import Phase
 
 REASON = "pressed_back"
 BUILDS_UP, FALLS = 0.45, 0.6
@@ -25,7 +24,6 @@ REST_S = 0.5
 """Rest after which a way back is over."""
 SETTLED = 2.0
 """Multiple of T_react from which the readings belong to the way back."""
-_SHAKE = int(Phase.PROOF_OF_LIFE)
 
 
 class _Channel:
@@ -127,12 +125,11 @@ class RetractGuard:
         return self._from_m
 
     def follow(
-        self, now_s: float, target_m: float, sup: Supervisor, touched: bool, phase: int
+        self, now_s: float, target_m: float, sup: Supervisor, touched: bool
     ) -> Breach | None:
         """Judge one tick; the breach in the tick in which a force has grown too far.
 
         `target_m` is the target in force until now, `touched` whether there has been a touch.
-        The shake stays within the way that was backed off, and its inertia is no contact.
         """
         self.proven = self.proven or touched
         readings_n = sup.force.across_n, sup.force.raw_n, sup.second_raw_n
@@ -144,7 +141,7 @@ class RetractGuard:
         self._at_m += self._alpha * (at_m - self._at_m)  # as late as the forces
         way_m, self._last_m = self._last_m - target_m, target_m
         zeros_n = 0.0, sup.zero_n, sup.second_zero_n
-        if way_m < 0.0 or phase == _SHAKE:
+        if way_m < 0.0:
             self._forward_s, self._back = now_s, False
         elif way_m > 0.0:
             self._back_s = now_s

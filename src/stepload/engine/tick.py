@@ -149,7 +149,7 @@ class Engine:
             controller.c_m_per_n,
             self._phase,
         )
-        grown = course.guard.follow(now_s, self.target_m, sup, course.proven, self._phase)
+        grown = course.guard.follow(now_s, self.target_m, sup, course.proven)
         if grown is not None:
             self._emit(now_s, grown.rule, {**grown._asdict(), "goal_m": course.guard.goal_m})
             if cause is None and not self.safing:

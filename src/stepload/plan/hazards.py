@@ -9,6 +9,7 @@ from collections.abc import Mapping as Keys
 from dataclasses import replace
 from datetime import date
 from pathlib import Path
+from typing import Any
 
 from stepload.errors import BadInputError
 from stepload.plan.load import load_plan
@@ -71,7 +72,7 @@ def read_by(name: str, day: date) -> dict[str, str | date]:
     return {BY: name, ON: day}
 
 
-def rows_of(keys: Keys[str, str | date]) -> list[str]:
+def rows_of(keys: Keys[str, Any]) -> list[str]:
     """The lines of a rig file that hold these keys."""
     return [
         f"{key}: {json.dumps(value, ensure_ascii=False) if isinstance(value, str) else value}"
@@ -79,7 +80,7 @@ def rows_of(keys: Keys[str, str | date]) -> list[str]:
     ]
 
 
-def keep(plan: Plan, keys: Keys[str, str | date]) -> Path | None:
+def keep(plan: Plan, keys: Keys[str, Any]) -> Path | None:
     """Write what was confirmed into the file in which the plan's rig stands.
 
     Returns:
@@ -95,7 +96,7 @@ def keep(plan: Plan, keys: Keys[str, str | date]) -> Path | None:
         return _keep(plan, keys)
 
 
-def _keep(plan: Plan, keys: Keys[str, str | date]) -> Path | None:
+def _keep(plan: Plan, keys: Keys[str, Any]) -> Path | None:
     wanted = replace(load_plan(plan.path).rig, **dict(keys))
     found = _rig_block(plan.path, keys)
     if found is None:

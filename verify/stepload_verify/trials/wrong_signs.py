@@ -187,7 +187,7 @@ def _kind(prefix: str, kind: str) -> str:
 WAYS = ("end", "stop", "stop now", "pause", "trip", "loop")
 """Who asks for the way back: the run itself, the operator, a rule, or an error of the program."""
 PHASES = (
-    Phase.WARM_UP, Phase.FREE_AIR, Phase.TARE, Phase.PROOF_OF_LIFE, Phase.FAST_APPROACH,
+    Phase.WARM_UP, Phase.FREE_AIR, Phase.TARE, Phase.FAST_APPROACH,
     Phase.GUARDED_APPROACH, Phase.DWELL, Phase.TOUCH_RETRACT, Phase.LOAD, Phase.HOLD, Phase.RETRACT,
 )  # fmt: skip
 STATED_M = {"near": (1e-3, 0.5e-3), "far": (5e-3, 1e-3)}

@@ -168,9 +168,7 @@ def conditions(bench: Bench, record: CalibrationRecord) -> Conditions:
 
 def as_before(told: Conditions) -> Conditions:
     """The conditions as an earlier version knew them: K_s alone, and nothing about arms."""
-    return replace(
-        told, across=Across(), arm=False, stuck_ratio=1.0, misalignment_rad=0.0, yields_m_per_n=0.0
-    )
+    return replace(told, across=Across(), arm=False, misalignment_rad=0.0, yields_m_per_n=0.0)
 
 
 def read(data: PressData, told: Conditions) -> tuple[PressData, Conditions]:
