@@ -23,7 +23,7 @@ HOLD, SEARCH, RETRACT = int(Phase.HOLD), int(Phase.GUARDED_APPROACH), int(Phase.
 TOLERANCE_N, RELATIVE = 11.0, 0.03
 LIMITS = replace(
     limits_for(stvf_plan()), cross_check="arm", cross_tolerance_n=TOLERANCE_N,
-    cross_relative=RELATIVE, second_stands_n=0.0, second_noise_n=1.0,
+    cross_relative=RELATIVE, second_limit_n=1e9, second_noise_n=1.0,
 )  # fmt: skip
 NAN = math.nan
 

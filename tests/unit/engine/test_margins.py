@@ -16,11 +16,11 @@ from stepload.record.rows import Phase
 def limits(**other: Any) -> Any:
     told = {
         "stale_force_s": 0.012, "stale_arm_s": 0.012, "stale_second_s": 0.02,
-        "identical_counts": 0, "second_identical_counts": 0, "second_stands_n": 5.0,
+        "identical_counts": 0, "second_identical_counts": 0, "second_limit_n": 400.0,
         "second_noise_n": 0.5, "model_tolerance_m": 1e-4, "model_lag_s": 0.0, "search_end_m": 0.01,
         "touch_force_n": 3.0, "noise_n": 0.5, "force_limit_n": 375.0, "cross_check": "",
         "cross_tolerance_n": 0.0, "cross_relative": 0.0, "contact_n_s_per_m": 1e4,
-        "stiffness_n_per_m": 3e6, "lateral_share": 0.3, "eccentricity_m": 0.01, "leash_proved": 1.0,
+        "stiffness_n_per_m": 3e6, "lateral_share": 0.3, "eccentricity_m": 0.01,
         "overload_named": True,
     }  # fmt: skip
     return SimpleNamespace(**{**told, **other})
@@ -43,7 +43,8 @@ def supervisor(**other: Any) -> Any:
     told = {
         "force": stream(), "arm": stream(), "second": None, "tared": True, "force_n": 100.0,
         "second_n": math.nan, "smooth_n": 100.0, "predicted_n": 110.0, "difference_n": 0.0,
-        "standing_n": 0.0, "travel_m": 0.0, "answers": SimpleNamespace(leash_n=lambda: 300.0),
+        "second_predicted_n": 0.0, "travel_m": 0.0,
+        "answers": SimpleNamespace(limit_m=lambda: 1e-4),
         "motion": motion(),
         "wrench": SimpleNamespace(share=0.0, off_m=0.0), "arm_across_n": 0.0,
         "arm_wrench": SimpleNamespace(share=0.0),
@@ -54,7 +55,7 @@ def supervisor(**other: Any) -> Any:
 
 def test_a_rule_without_room_is_all_used() -> None:
     moving = motion(recent_m_s=1e-3, speed_m_s=1e-3)
-    spent = SimpleNamespace(leash_n=lambda: -1.0)
+    spent = SimpleNamespace(limit_m=lambda: -1.0)
     near = supervisor(smooth_n=374.0, answers=spent, travel_m=1e-7, motion=moving)
     found = margins(near, limits(), 1.0, Phase.LOAD)
     assert found["CAP"] == found["R6"] == 1.0
@@ -93,11 +94,16 @@ def test_sideways_noise_counts_by_the_limit_that_stops_for_it() -> None:
     assert found["R11"] == pytest.approx(6.0 / 8.0)
 
 
-def test_an_arm_on_its_way_has_more_room_without_an_answer() -> None:
-    """As R6 judges: it waits from 1.1 leashes on while the arm moves, from 0.45 while it stands."""
-    for speed_m_s, share in ((1e-3, 0.5 / 1.1), (0.0, 0.5 / 0.45)):
-        halfway = supervisor(travel_m=150.0 / 3e6, motion=motion(speed_m_s=speed_m_s))
-        assert margins(halfway, limits(), 1.0, Phase.LOAD)["R6"] == pytest.approx(share)
+def test_travel_counts_by_the_limit_from_which_r6_waits() -> None:
+    halfway = supervisor(travel_m=5e-5)
+    assert margins(halfway, limits(), 1.0, Phase.LOAD)["R6"] == pytest.approx(0.5)
+
+
+def test_the_second_channel_counts_by_its_own_limit() -> None:
+    told = {"cross_check": "arm", "cross_tolerance_n": 11.0}
+    near = supervisor(second_n=380.0, second_predicted_n=390.0)
+    found = margins(near, limits(**told), 1.0, Phase.HOLD)
+    assert (found["R1"], found["R2"]) == (380.0 / 400.0, 390.0 / 400.0)
 
 
 def test_a_predicted_peak_counts_with_the_force_across() -> None:
@@ -113,7 +119,7 @@ def test_what_a_second_sensor_feels_across_in_the_approach_counts() -> None:
 def watched(**other: Any) -> MotionWatch:
     """A watch whose arm has been told to go 50 µm, within what its model tolerates."""
     told = {
-        "period_s": 0.002, "arm_lag_s": 0.0, "command_delay_s": 0.002, "leash_time_s": 0.05,
+        "period_s": 0.002, "arm_lag_s": 0.0, "command_delay_s": 0.002,
         "position_resolution_m": 1e-7, "guarded_speed_m_s": 1e-3, "still_m": 6e-5,
         "model_tolerance_m": 1e-3, "model_lag_s": 0.0, "search_end_m": 0.01,
     }  # fmt: skip
@@ -134,5 +140,5 @@ def test_a_frozen_position_has_no_room_though_its_model_is_near() -> None:
 
 def test_an_approach_without_progress_uses_up_its_time() -> None:
     watch = watched(frozen=True, phase=Phase.GUARDED_APPROACH)
-    assert watch.waited_share(0.002 + 0.025) == pytest.approx(0.5)
+    assert watch.waited_share(0.002 + 0.75) == pytest.approx(0.5)
     assert math.isnan(watched(frozen=True, phase=Phase.LOAD).waited_share(1.0))

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from rule_feed import PERIOD_S, PLANNED, Feed, arm_sample, force_sample
 
-from stepload.engine.motion import PROGRESS_SHARE, REST_S, SPEED_MEMORY_S, STILL_SHARE
+from stepload.engine.motion import PROGRESS_S, PROGRESS_SHARE, REST_S, SPEED_MEMORY_S, STILL_SHARE
 from stepload.engine.supervisor import Supervisor
 from stepload.record.rows import Phase
 
@@ -141,18 +141,18 @@ def test_r8_is_one_of_the_search_only() -> None:
 def test_r7_an_approach_that_gets_nowhere_ends_after_its_time(phase: Phase) -> None:
     feed = Feed()
     passed_s = feed.until("R7", 5.0, phase=phase)
-    assert passed_s == pytest.approx(PLANNED.leash_time_s, abs=3.0 * PERIOD_S)
+    assert passed_s == pytest.approx(PROGRESS_S, abs=3.0 * PERIOD_S)
     cause = feed.supervisor.cause
     assert cause is not None
     assert "no progress" in cause.message
-    assert (cause.limit, cause.unit) == (PLANNED.leash_time_s, "s")
+    assert (cause.limit, cause.unit) == (PROGRESS_S, "s")
 
 
 def test_r7_progress_is_a_step_that_positions_can_show() -> None:
     least_m = max(3.0 * PLANNED.position_resolution_m, 5e-6)
     for share, found in ((0.9, True), (1.1, False)):
         feed = Feed(model_tolerance_m=1.0, still_m=1.0)
-        feed.moving(4000, share * least_m / PLANNED.leash_time_s, phase=SEARCH[1])
+        feed.moving(4000, share * least_m / PROGRESS_S, phase=SEARCH[1])
         assert (feed.supervisor.cause is not None) == found
 
 

@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 from course_feed import PERIOD_S, PLAN, PLANNED, Stage
-from stepload.envelope.unseen import Tells
 
 from stepload.engine.approach import MEAN_S, WORTH, Approach
 from stepload.engine.free_air import LOOK_S, FreeAir
@@ -21,13 +20,12 @@ ZERO = Tare(9.0, 0.3, 300, 0.0, 0.1, 0.0, 0.0, 0.1)
 LOOK = round(LOOK_S / PERIOD_S) + 1
 TICKS = round(3.0 * MEAN_S / PLANNED.period_s)
 """So long that the mean is 95 % of the force."""
-NONE = Tells(main=False, second=False)
 
 
 def approach(limits: dict[str, Any] | None = None, **procedure: Any) -> tuple[Stage, Approach]:
     stage = Stage(limits, {"max_drift_n": 10.0, "retract_m": 1e-4, **procedure})
     stage.course.tares.append(ZERO)
-    part = Approach(stage.course, stage.stopped.append, stage.zero, NONE)
+    part = Approach(stage.course, stage.stopped.append, stage.zero)
     part.begin(stage.now_s, "first", 1, stage.then.append)
     return stage, part
 
@@ -53,14 +51,14 @@ def test_a_force_that_has_not_stood_for_long_is_no_moved_zero() -> None:
 
 def test_the_way_gained_is_worth_what_backing_off_loses() -> None:
     """Two retracts of way from where the approach began, and from where a zero was taken."""
-    worth_m, leash_m = WORTH * 1e-4, 1e-6
-    stage, _ = approach({"leash_free_m": leash_m, "ahead_m": 1.0})
+    worth_m = WORTH * 1e-4
+    stage, _ = approach({"fast_speed_m_s": 1e-12})
     for start_m in (0.0, worth_m):
         taken = len(stage.zeroing)
-        stage.position_m = start_m + 0.99 * worth_m - leash_m
+        stage.course.target_m = start_m + 0.99 * worth_m
         stage.ticks(TICKS, 2.0 * MOVED_N)
         assert len(stage.zeroing) == taken
-        stage.position_m = start_m + 1.001 * worth_m - leash_m
+        stage.course.target_m = start_m + 1.001 * worth_m
         stage.ticks(100, 2.0 * MOVED_N)
         assert len(stage.zeroing) == taken + 1
         stage.course.tares.append(ZERO)

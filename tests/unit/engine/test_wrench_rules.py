@@ -31,7 +31,7 @@ from stepload.rig.samples import ArmSample, ForceSample
 HOLD, SEARCH = int(Phase.HOLD), int(Phase.GUARDED_APPROACH)
 RETRACT = int(Phase.RETRACT)
 PLAN = stvf_plan()
-LIMITS = replace(limits_for(PLAN), cross_check="", second_stands_n=0.0)
+LIMITS = replace(limits_for(PLAN), cross_check="")
 PERIOD_S = LIMITS.period_s
 
 

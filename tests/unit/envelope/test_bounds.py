@@ -31,7 +31,7 @@ from stepload.envelope.climb import Climbs
 from stepload.envelope.envelope import envelope_of
 from stepload.envelope.hazards import HEAVIER, hazards_of
 from stepload.envelope.ladder import ForceLimits, force_limits
-from stepload.envelope.leash import leash_travel
+from stepload.envelope.leash import OLD_S, leash_travel
 from stepload.envelope.limits import LEASH_TIME_S, MODEL_LAG_S, identical_counts
 from stepload.envelope.press import PressRig, largest_speed, series_stiffness, speed_terms
 from stepload.envelope.pressing import (
@@ -320,6 +320,8 @@ def test_the_guarded_approach_spends_its_share_of_the_limit_or_what_a_dead_chann
         found = pressing(plan)
         bounds = [budgeted(found, 0.4 * found.forces.limit_n, 3.0, found.rig.reaction_s),
                   (found.forces.allowed_n - 3.0 - 6.0 * 0.3) / rigid(found, 3.0)]  # fmt: skip
+        if plan.rig.second_force is ALONE:
+            bounds.append(found.leash_free_m / (OLD_S + found.rig.reaction_s))
         if found.ahead_m == found.follow_m:
             catch_m = largest_catch_up(found.rig, found.forces.allowed_n, found.tangent_n_per_m)
             bounds.append(catch_m / LONGEST_STALL_S)
@@ -392,7 +394,11 @@ def test_the_limits_of_a_run_are_made_of_the_plan() -> None:
     assert limits.band_n == pytest.approx(0.6)
     assert limits_for(with_force(noise_n=0.1)).band_n == 0.25
     assert limits.model_lag_s == MODEL_LAG_S
-    assert limits.leash_time_s == LEASH_TIME_S
+    assert (limits.leash_time_s, limits.unseen_s) == (0.0, 0.0)
+    alone = limits_for(on_rig(second_force=ALONE))
+    assert (alone.leash_time_s, alone.unseen_s) == (LEASH_TIME_S + OLD_S, OLD_S)
+    assert alone.second_limit_n == 0.0
+    assert limits.second_limit_n == pytest.approx(1.05 * limits.force_limit_n + 11.0)
     least, most = limits.answer_n_per_m, limits.answer_top_n_per_m
     touch_n, top_n = limits.touch_force_n, limits.top_force_n
     assert 0.0 < least < most
@@ -404,9 +410,8 @@ def test_the_limits_of_a_run_are_made_of_the_plan() -> None:
     assert limits.period_s == 1e-3
     assert limits.channel_skew_s == channel_skew_s(PLAN.rig)
     assert limits.step_rate_per_s == pytest.approx(0.25 / found.rig.loop_s)
-    assert limits.ahead_m == min(found.ahead_m, found.leash_free_m)
-    leash_speed = 0.7 * found.leash_free_m / found.rig.reaction_s
-    assert limits.fast_speed_m_s == pytest.approx(min(found.fast_speed_m_s, leash_speed))
+    assert limits.ahead_m == found.ahead_m
+    assert limits.fast_speed_m_s == found.fast_speed_m_s
     assert limits.guarded_speed_m_s == min(found.guarded_speed_m_s, limits.fast_speed_m_s)
     assert (limits.cross_tolerance_n, limits.cross_relative, limits.cross_time_s) == (
         11,
@@ -417,44 +422,25 @@ def test_the_limits_of_a_run_are_made_of_the_plan() -> None:
     assert lost.still_m == pytest.approx(2.0 * (2e-6 + 6.0 * 3e-7 + 1e-5))
 
 
-def light(plan: Plan) -> Plan:
-    """A light arm without damping and one force channel: little bounds its speed."""
-    stiffness = replace(plan.rig.system_stiffness, damping_n_s_per_m=0.0)
-    plan = on_rig(with_arm(plan, effective_mass_kg=0.05), second_force=ALONE)
-    return on_rig(plan, system_stiffness=stiffness)
-
-
 def test_the_guarded_approach_spends_two_fifths_of_the_limit() -> None:
-    found = pressing(light(PLAN))
+    """A light arm without damping, whose channels are compared at once: little bounds its speed."""
+    stiffness = replace(PLAN.rig.system_stiffness, damping_n_s_per_m=0.0)
+    light = on_rig(with_arm(effective_mass_kg=0.05), system_stiffness=stiffness)
+    found = pressing(on_rig(light, second_force=with_second(time_s=1e-6).rig.second_force))
     bound = budgeted(found, 0.4 * found.forces.limit_n, 3.0, found.rig.reaction_s)
     assert found.guarded_speed_m_s == pytest.approx(bound)
 
 
-def test_no_approach_leaves_the_leash() -> None:
-    limits = limits_for(light(PLAN))
-    leash_speed = 0.7 * limits.leash_free_m / limits.reaction_s
-    assert limits.fast_speed_m_s == pytest.approx(leash_speed)
-    assert pressing(light(PLAN)).fast_speed_m_s > 1.2 * leash_speed
-    material = replace(PLAN.payload.material, youngs_modulus_pa=1e8)
-    soft = light(replace(PLAN, payload=replace(PLAN.payload, material=material)))
-    limits = limits_for(soft)
-    assert limits.guarded_speed_m_s == limits.fast_speed_m_s
-    assert envelope_for(soft).guarded_speed_m_s > 1.2 * limits.guarded_speed_m_s
-
-
-def test_no_approach_goes_further_than_its_leash_from_one_reading_to_the_next() -> None:
-    """A sensor of 50 Hz: the target would stand between two of its readings."""
-    plan = light(PLAN)
-    limits = limits_for(on_rig(plan, force=replace(plan.rig.force, rate_hz=50.0)))
-    told_speed = 0.9 * limits.leash_free_m / (limits.reaction_s + 0.02)
-    assert told_speed < 0.7 * limits.leash_free_m / limits.reaction_s
-    assert limits.fast_speed_m_s == pytest.approx(told_speed)
-    assert limits.guarded_speed_m_s <= limits.fast_speed_m_s
-
-
-def test_the_target_leads_by_no_more_than_the_leash() -> None:
-    low = stvf_plan(top_force_n=20.0, step_n=10.0)
-    assert limits_for(low).ahead_m == limits_for(low).leash_free_m < pressing(low).ahead_m
+def test_the_travel_is_that_of_a_rigid_surface_or_what_the_softest_payload_needs() -> None:
+    for plan, slack_m in ((PLAN, 5.2e-6), (on_rig(second_force=ALONE), 0.0)):
+        limits = limits_for(plan)
+        for force_n in (3.0, 300.0):
+            room_n = limits.force_limit_n - force_n - 6.0 * limits.noise_n
+            rigid_m = room_n / limits.stiffness_n_per_m
+            assert limits.travel_m(force_n) == pytest.approx(rigid_m + slack_m)
+            soft = replace(limits, answer_n_per_m=1e3, answer_top_n_per_m=1e3)
+            soft_m = limits.answers_n / 1e3
+            assert soft.travel_m(force_n) == pytest.approx(soft_m + slack_m)
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, 0.0, -1.0])
@@ -566,7 +552,7 @@ def test_the_schedule_adds_up() -> None:
         limits_for(plan), fast_speed_m_s=0.01, guarded_speed_m_s=0.001, step_rate_per_s=10.0,
         reaction_s=0.005, position_resolution_m=1e-6, lost_motion_m=0.0,
     )  # fmt: skip
-    climbs = Climbs((0.5,) * 5 + (2.0,), (0.4,) * 4 + (0.6,), 0.0, 1e-6, 1e-5)
+    climbs = Climbs((0.5,) * 5 + (2.0,), (0.4,) * 4 + (0.6,))
     stages = {s.name: s for s in schedule(procedure, limits, climbs)}
     way_m = 2.5e-3 + procedure.retract_m - 1e-4
     hold_s = 0.4 + 1.2

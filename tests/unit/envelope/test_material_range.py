@@ -143,12 +143,10 @@ def test_what_only_the_softest_end_meets_is_said(
     assert code not in codes(envelope_of(planned_for(stiff, "0.3", procedure=procedure)))
 
 
-def test_a_payload_that_may_be_too_soft_to_answer_is_refused(planned_for: Planned) -> None:
+def test_a_soft_payload_is_not_refused_for_being_soft(planned_for: Planned) -> None:
     noisy = "force: {noise: 2 N}, second_force: {noise: 2 N}"
     wide = envelope_of(planned_for("0.1 MPa to 10 MPa", rig=noisy))
-    assert any("too soft for this rig: " in reason.message for reason in wide.reasons)
-    stiff = envelope_of(planned_for("10 MPa", "0.3", rig=noisy))
-    assert not any("too soft for this rig" in reason.message for reason in stiff.reasons)
+    assert wide.limits is not None
 
 
 def test_a_payload_that_may_be_too_stiff_to_be_told_is_refused(planned_for: Planned) -> None:
