@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import re
+import json
 import sys
 from pathlib import Path
 
@@ -33,11 +35,21 @@ def _at_a_terminal(monkeypatch, answer):
 
 
 @pytest.mark.parametrize("verb", ["run", "doctor"])
-def test_without_a_terminal_it_is_refused_before_anything_opens(plan, verb):
+def test_without_a_terminal_one_line_says_it(plan, verb):
     said = in_process(verb, plan, cwd=plan.parent)
-    assert said.returncode == 3
-    assert "nobody has confirmed to have read the hazards of the rig 'UR5e'" in said.stderr
-    assert "--yes" in said.stderr
+    assert said.returncode == 4  # nobody answers at the address of its devices
+    assert said.stderr.splitlines()[0] == f"hazards not read yet: stepload hazards {plan}"
+
+
+def test_the_verb_says_them_with_the_numbers_of_the_rig(plan):
+    told = json.loads(in_process("hazards", plan, "--json", cwd=plan.parent).stdout)
+    assert (told["rig"], told["read_by"], told["read_on"]) == ("UR5e", "", None)
+    named = {each["code"]: each for each in told["hazards"]}
+    assert named["drive_runaway"]["value"] > 100.0
+    assert len(told["people"]) == 7
+    text = in_process("hazards", "stvf", cwd=plan.parent).stdout
+    assert text.startswith("Hazards of STVF (not read yet)")
+    assert in_process("hazards", "no such rig", cwd=plan.parent).returncode == 2
 
 
 def test_yes_is_for_scripts(plan):
@@ -57,24 +69,26 @@ def test_whoever_signs_is_kept_and_not_asked_again(plan, monkeypatch):
     assert "can crush a hand" not in again.stderr
 
 
-def test_the_wiring_is_asked_for_once(plan, monkeypatch):
-    text = plan.read_text()
-    plan.write_text(text.replace("  wiring_checked_on: 2026-11-22\n", ""))
+def test_the_wiring_is_asked_for_once_and_stops_nobody(plan, monkeypatch):
+    row = "  wiring_checked_on: 2026-11-22\n"
+    plan.write_text(plan.read_text().replace(row, ""))
     said = in_process("run", plan, "--yes", cwd=plan.parent)
-    assert said.returncode == 3
-    assert "--wiring-checked" in said.stderr
-    assert in_process("run", plan, "--yes", "--wiring-checked", cwd=plan.parent).returncode == 4
-    _at_a_terminal(monkeypatch, "Anna\ny\n")
-    assert in_process("run", plan, cwd=plan.parent).returncode == 4
+    assert (said.returncode, "R11" in said.stderr) == (4, True)
+    assert "wiring_checked_on" not in plan.read_text()
+    said = in_process("run", plan, "--yes", "--wiring-checked", cwd=plan.parent)
+    assert (said.returncode, "R11" in said.stderr) == (4, False)
     assert "wiring_checked_on" in plan.read_text()
-    assert "R11" not in in_process("run", plan, cwd=plan.parent).stderr
+    plan.write_text(re.sub("  wiring_checked_on.*\n", "", plan.read_text()))
+    _at_a_terminal(monkeypatch, "y\n")
+    assert "R11" in in_process("run", plan, "--yes", cwd=plan.parent).stderr
+    assert "R11" not in in_process("run", plan, "--yes", cwd=plan.parent).stderr
 
 
-def test_an_empty_name_is_no(plan, monkeypatch):
+def test_an_empty_name_signs_nothing(plan, monkeypatch):
     before = plan.read_text()
     _at_a_terminal(monkeypatch, "\n")
     said = in_process("run", plan, cwd=plan.parent)
-    assert said.returncode == 3, said.stderr
+    assert said.returncode == 4, said.stderr
     assert plan.read_text() == before
 
 

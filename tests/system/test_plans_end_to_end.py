@@ -43,8 +43,6 @@ VERDICTS: dict[str, tuple[str, set[str]]] = {
         {
             "stiffness_indicative",
             "friction_unknown",
-            "clings_on_the_way_back",
-            "plate_tilted",
         },
     ),
     "ur5e-silicone-sphere": (
@@ -52,9 +50,6 @@ VERDICTS: dict[str, tuple[str, set[str]]] = {
         {
             "stiffness_indicative",
             "friction_unknown",
-            "both_silent",
-            "clings_on_the_way_back",
-            "plate_tilted",
         },
     ),
 }
@@ -140,21 +135,20 @@ def test_preflight(name: str, capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "told", "remedy"),
+    ("name", "limit_n", "remedy"),
     [
-        ("plastic-cone", "leaves no room to press: (6.502 N of F_c", "no single change"),
-        ("plastic-pyramid", "leaves no room to press: (0.7897 N of F_c", "no single change"),
-        ("aluminium-sphere", "top force 300 N is above the largest safe", "reduce top_force to 1"),
+        ("plastic-cone", 9.61, "radius 27 mm"),
+        ("plastic-pyramid", 1.17, "no setting of this rig"),
+        ("aluminium-sphere", 261.0, "top_force: 1"),
     ],
 )
 def test_why_payloads_of_the_paper_are_refused(
-    name: str, told: str, remedy: str, capsys: pytest.CaptureFixture[str]
+    name: str, limit_n: float, remedy: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     ran = command(capsys, "preflight", PROCEDURES / f"{name}.yaml", "--json")
     unsafe = next(r for r in ran.data["reasons"] if r["code"] == UNSAFE)
     assert unsafe["limit"] == ran.data["largest_safe_force_n"] < unsafe["value"] == 300.0
-    assert told in unsafe["message"]
-    assert "cannot be overridden" in unsafe["message"]
+    assert ran.data["elastic_limit_n"] == pytest.approx(limit_n, rel=5e-3)
     assert remedy in unsafe["remedy"]
 
 
@@ -263,15 +257,7 @@ def test_identify_shows_what_the_record_says_beside_the_law(
     ]
     shown = text[text.index("Cycles") :]
     assert all(secant in shown for secant in cycles)
-    assert text.index("loss per cycle") < text.index("IDENTIFIED:") < text.index("chord *")
-
-
-def test_preflight_says_that_a_simulated_rig_is_for_rehearsals(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    text = told(capsys, "preflight", PROCEDURES / "plastic-sphere.yaml")
-    assert "rig.arm, rig.force: simulated devices" in text
-    assert "--dry-run only" in text
+    assert text.index("loss per cycle") < text.index("IDENTIFIED   ") < text.index("widest: ")
 
 
 def test_replay_does_not_trip(cycles_run: Path, capsys: pytest.CaptureFixture[str]) -> None:

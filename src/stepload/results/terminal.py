@@ -144,9 +144,10 @@ class Output:
         aside, verdict = "SIMULATED, " if document.simulated else "", document.verdict
         word = verdict.word.upper()
         start = f"{aside}{word}   "
-        lines = _wrapped(f"{start}{verdict.text}", NARROW, " " * len(start))
-        if not whole and "\n" in lines:
-            lines = lines.partition("\n")[0].rpartition(",")[0]
+        text = verdict.text if whole else verdict.text.partition(", from ")[0]
+        lines = _wrapped(f"{start}{text}", NARROW, " " * len(start))
+        if not whole:
+            lines = lines.partition("\n")[0]
         self.line(lines, word=word, mood=verdict.mood)
 
     def show(self, document: Document, *, details: bool = True) -> None:

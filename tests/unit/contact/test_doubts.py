@@ -66,7 +66,6 @@ def test_a_tip_is_left_for_the_flank(depth: float, impossible: bool) -> None:
     doubt = found(at_depth(depth, BluntTip("cone", 0.003), 0.003))["tip_exceeded"]
     assert doubt.impossible is impossible
     assert doubt.value == pytest.approx(depth)
-    assert ("has left the tip" in doubt.message) is impossible
     assert found(at_depth(0.09, BluntTip("cone", 0.003), 0.003)) == {}
 
 
@@ -118,8 +117,6 @@ def test_roughness_is_doubted_at_the_lowest_force() -> None:
 def test_what_roughness_does_is_told_by_the_rough_law() -> None:
     doubt = found(roughness_m=7.5e-6, micro_hardness_pa=7e8)["rough_contact"]
     assert "6% at 300 N" in doubt.message
-    assert "Y" not in doubt.message
-    assert "a hardness of 5 Y" in found(roughness_m=7.5e-6)["rough_contact"].message
 
 
 def test_roughness_beyond_the_model_is_no_note() -> None:

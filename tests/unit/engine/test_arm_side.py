@@ -10,11 +10,8 @@ import pytest
 from run_plans import limits_for, stvf_plan
 
 from stepload.engine.supervisor import Supervisor
-from stepload.envelope.arm_side import arm_error_n, surely_seen
-from stepload.envelope.dragged import dragged_left
+from stepload.envelope.arm_side import arm_error_n
 from stepload.envelope.limits import RunLimits
-from stepload.envelope.sideways import sideways_reasons
-from stepload.plan.model import DriverChoice, Plan, SecondForceSource, Structure
 from stepload.record.outcome import Cause
 from stepload.record.rows import Phase
 from stepload.rig.samples import NOT_TOLD, ArmSample, ForceSample, SixFloats
@@ -129,36 +126,3 @@ def test_a_wrench_that_was_told_and_is_no_number_stops_the_run() -> None:
 def test_an_arm_that_is_not_the_second_channel_is_not_believed() -> None:
     feed = Feed(replace(LIMITS, cross_check=""))
     assert feed.ramp(200.0, (300.0, 0.0, 0.0)) is None
-
-
-def load_cell(driver: str, source: SecondForceSource = SecondForceSource.ARM) -> Plan:
-    """A load cell on a serial arm that presses the paper's sphere."""
-    plan = stvf_plan()
-    rig = plan.rig
-    arm = replace(rig.arm, structure=Structure.ARM, driver=DriverChoice(driver, {}))
-    second = replace(
-        rig.second_force, source=source, tolerance_n=TOLERANCE_N, tolerance_relative=RELATIVE
-    )
-    force = replace(rig.force, components="one")
-    return replace(plan, rig=replace(rig, arm=arm, second_force=second, force=force))
-
-
-def test_preflight_says_what_the_arm_sees_and_counts_on_no_more_for_it() -> None:
-    told, silent = load_cell("ur"), load_cell("sim")
-    apart = load_cell("ur", SecondForceSource.SENSOR)
-    codes = [[reason.code for reason in sideways_reasons(plan)] for plan in (told, silent, apart)]
-    assert codes == [["sideways_by_arm"], ["sideways_unseen"], ["sideways_unseen"]]
-    assert dragged_left(told) == dragged_left(silent) < 1.0
-    (reason,) = sideways_reasons(told)
-    assert f"surely from {surely_seen(told):.0%}" in reason.message
-
-
-def test_beyond_what_is_surely_seen_the_run_stops_however_the_arm_errs() -> None:
-    plan = load_cell("ur")
-    top_n = plan.procedure.top_force_n
-    error_n = arm_error_n(TOLERANCE_N, RELATIVE, top_n)
-    for beyond, stops in ((0.98, False), (1.02, True)):
-        least_n = beyond * surely_seen(plan) * top_n - error_n  # the arm errs towards nothing
-        share_alone = replace(LIMITS, lateral_weakening=0.0)
-        cause = Feed(share_alone).ramp(top_n, (least_n, 0.0, top_n))
-        assert (cause is not None) is stops

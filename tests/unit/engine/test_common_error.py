@@ -71,11 +71,3 @@ def test_what_the_cross_check_lets_pass_comes_on_top_of_what_the_second_channel_
     engine = run(bench)
     assert engine.cause is None
     assert 0.9 * F_C < bench.peak_n < F_C
-
-
-def test_preflight_says_what_it_allows_for() -> None:
-    for common, said in ((0.05, "up to 5 %"), (0.02, "up to 2 %")):
-        envelope = envelope_for(plan_at_the_limit(common), F_C)
-        [alike] = [each for each in envelope.reasons if each.code == "both_channels_alike"]
-        assert said in alike.message
-        assert alike.value == common

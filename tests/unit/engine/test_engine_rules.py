@@ -338,27 +338,27 @@ def test_the_paragraph_tells_what_triggered_and_what_safing_did() -> None:
     cause = Cause("R1", 400.0, 375.0, "N", 0.001, 12.5, "force 400 N is above 375 N")
     text = why_it_stopped("stopped", cause, True, "", done, 10.0, 13.0)
     assert text.startswith("The run was stopped by R1 at 2.500 s: force 400 N is above 375 N")
-    assert "was clear of the surface at 3.000 s." in text
-    assert "Safing, arm stop: confirmed (+0 ms, took 250 ms)." in text
+    assert "drew back and was clear at 3.0 s." in text
+    assert "arm stop" not in text
     assert "Safing, force sensor: no answer (+500 ms, took 1000 ms)." in text
-    assert "could not confirm a retract" in why_it_stopped(
-        "stopped", cause, False, "", (), 10.0, 13.0
-    )
+    assert "No retract is confirmed" in why_it_stopped("stopped", cause, False, "", (), 10.0, 13.0)
     assert why_it_stopped("completed", None, True, "", (), 0.0, 1.0) == "The run was completed."
     ended = why_it_stopped("completed", None, True, "", (), 0.0, 1.0, stands_m=4.3e-3)
-    assert "completed. The arm stands 4.30 mm beyond its start pose: lead it back" in ended
+    assert "completed. The arm is 4.3 mm past its start pose. Move it back" in ended
     behind = why_it_stopped("stopped", cause, True, "", (), 0.0, 1.0, stands_m=-8e-3)
-    assert "The arm stands 8.00 mm behind its start pose" in behind
+    assert "The arm is 8 mm behind its start pose" in behind
     for retracted, closed in ((False, ""), (True, "the force sensor still reads +9 N")):
         held = why_it_stopped("stopped", cause, retracted, closed, (), 0.0, 1.0, stands_m=5e-3)
-        assert "stands" not in held
+        assert "start pose" not in held
     for near_m in (0.9e-4, -0.9e-4, math.nan):
-        assert "stands" not in why_it_stopped("completed", None, True, "", (), 0.0, 1.0, 0, near_m)
+        assert "start pose" not in why_it_stopped(
+            "completed", None, True, "", (), 0.0, 1.0, 0, near_m
+        )
     silent = why_it_stopped("interrupted", None, True, "", (), 0.0, 1.0)
-    assert silent.startswith("The run was interrupted on the operator's request. The run itself")
+    assert silent.startswith("The run was interrupted on the operator's request. The arm drew")
     asked = why_it_stopped("interrupted", None, True, "", (), 0.0, 1.0, 15)
     assert asked.startswith("The run was interrupted on the operator's request (SIGTERM).")
     doubt = why_it_stopped(
         "interrupted", None, True, "the force sensor still reads +9 N", (), 0.0, 1.0
     )
-    assert "at its end at 1.000 s; the force sensor still reads +9 N." in doubt
+    assert "until 1.0 s; the force sensor still reads +9 N." in doubt
