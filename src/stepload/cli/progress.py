@@ -120,13 +120,13 @@ def _line(item: Seen | str) -> None:
 
 _NAMES: dict[int, str] = {
     **dict.fromkeys(
-        (Phase.WARM_UP, Phase.FREE_AIR, Phase.TARE, Phase.DRIFT_CHECK, Phase.PROOF_OF_LIFE),
+        (Phase.WARM_UP, Phase.FREE_AIR, Phase.TARE, Phase.DRIFT_CHECK),
         "tare, free air",
     ),
     Phase.ALIGN: "align",
     **dict.fromkeys(
         (
-            Phase.FAST_APPROACH, Phase.GUARDED_APPROACH, Phase.LISTENING, Phase.DWELL,
+            Phase.FAST_APPROACH, Phase.GUARDED_APPROACH, Phase.DWELL,
             Phase.TOUCH_RETRACT,
         ),
         "touch",
