@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stepload.envelope.unseen import unseen
+
 from stepload.plan.model import Plan
 from stepload_verify.campaign.ablation import Ablation
 from stepload_verify.campaign.scenario import expected_times
