@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -68,17 +69,25 @@ def test_whoever_signs_is_kept_and_not_asked_again(plan, monkeypatch):
     assert "can crush a hand" not in again.stderr
 
 
+<<<<<<< HEAD
 def test_the_wiring_is_asked_for_once(plan, monkeypatch):
     text = plan.read_text()
     plan.write_text(text.replace("  wiring_checked_on: 2026-11-22\n", ""))
+=======
+def test_the_wiring_is_asked_for_once_and_stops_nobody(plan, monkeypatch):
+    row = "  wiring_checked_on: 2026-11-22\n"
+    plan.write_text(plan.read_text().replace(row, ""))
+>>>>>>> plans
     said = in_process("run", plan, "--yes", cwd=plan.parent)
-    assert said.returncode == 3
-    assert "--wiring-checked" in said.stderr
-    assert in_process("run", plan, "--yes", "--wiring-checked", cwd=plan.parent).returncode == 4
-    _at_a_terminal(monkeypatch, "Anna\ny\n")
-    assert in_process("run", plan, cwd=plan.parent).returncode == 4
+    assert (said.returncode, "R11" in said.stderr) == (4, True)
+    assert "wiring_checked_on" not in plan.read_text()
+    said = in_process("run", plan, "--yes", "--wiring-checked", cwd=plan.parent)
+    assert (said.returncode, "R11" in said.stderr) == (4, False)
     assert "wiring_checked_on" in plan.read_text()
-    assert "R11" not in in_process("run", plan, cwd=plan.parent).stderr
+    plan.write_text(re.sub("  wiring_checked_on.*\n", "", plan.read_text()))
+    _at_a_terminal(monkeypatch, "y\n")
+    assert "R11" in in_process("run", plan, "--yes", cwd=plan.parent).stderr
+    assert "R11" not in in_process("run", plan, "--yes", cwd=plan.parent).stderr
 
 
 def test_an_empty_name_signs_nothing(plan, monkeypatch):

@@ -79,15 +79,15 @@ class _Way:
         while done_n < way_n - limits.band_n and time_s < longest_s:
             force_n = from_n + sign * done_n
             payload = 1.0 / self.law.tangent(max(force_n, limits.touch_force_n))
+            compliance = payload + 1.0 / self.system_n_per_m
             error_n = max(ramp_n - done_n, 0.0)
             used = floor
             if known or done_n > 0.5 * limits.band_n:
                 ahead = force_n / (force_n + LOOK_AHEAD * error_n) if sign > 0.0 else 1.0
-                used += payload * ahead**STIFFENING
+                used += max(compliance - floor, 0.0) * ahead**STIFFENING
             fastest_m_s = limits.force_limit_n / limits.contact_n_s_per_m
             if sign > 0.0:
                 fastest_m_s = self._fastest_m_s(force_n)
-            compliance = payload + 1.0 / self.system_n_per_m
             gain = limits.step_rate_per_s * used / compliance
             fastest = fastest_m_s / compliance
             rate = min(gain * error_n, fastest)
