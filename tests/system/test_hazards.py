@@ -69,15 +69,9 @@ def test_whoever_signs_is_kept_and_not_asked_again(plan, monkeypatch):
     assert "can crush a hand" not in again.stderr
 
 
-<<<<<<< HEAD
-def test_the_wiring_is_asked_for_once(plan, monkeypatch):
-    text = plan.read_text()
-    plan.write_text(text.replace("  wiring_checked_on: 2026-11-22\n", ""))
-=======
 def test_the_wiring_is_asked_for_once_and_stops_nobody(plan, monkeypatch):
     row = "  wiring_checked_on: 2026-11-22\n"
     plan.write_text(plan.read_text().replace(row, ""))
->>>>>>> plans
     said = in_process("run", plan, "--yes", cwd=plan.parent)
     assert (said.returncode, "R11" in said.stderr) == (4, True)
     assert "wiring_checked_on" not in plan.read_text()
