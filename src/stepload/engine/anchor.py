@@ -1,9 +1,9 @@
 """The force and target proved by the payload's answers so far; the travel limit starts from there.
 
-An answer is a rise of the mean force above its noise. A channel that dies while the force rises
-still shows its last rise in every mean that includes it, and noise may show it once more. So an
-answer proves not itself but the one before. A payload answers to motion, while a dead reading
-drifts at rest as well: a rise no faster than that at rest is no answer.
+An answer is a rise of the mean force above its noise, while the target stands where no reading is
+from before. A channel that dies while the force rises still shows its last rise, and noise may show
+it once more. So an answer proves not itself but the one before. A payload answers to motion, while
+a dead reading drifts at rest as well: a rise no faster than that at rest is no answer.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Anchor:
         self._half_ticks = max(1, round(0.5 * END_WINDOW_S / limits.period_s))
         self._halves_n: list[float] = []
         self._least_n_per_m = limits.answer_n_per_m
-        self.rise_n = self._next_n = self._told_n(2.0 * self._short)
+        self.rise_n = self._told_n(2.0 * self._short)
         self._sum_n = self.mean_n = self.answer_n = self.proved_n = 0.0
         self.answer_m = self.proved_m = 0.0
         self._at = self._end_count = self._ticks = 0
@@ -50,7 +50,6 @@ class Anchor:
         if same:
             risen_n = max(0.0, force_n - self.answer_n)
             self.answer_n += risen_n
-            self._next_n += risen_n
         else:
             self._answer(force_n, target_m, self._short)
             self.proved_n, self.proved_m = force_n, target_m
@@ -60,22 +59,26 @@ class Anchor:
         self._at = 0
         self._stand()
 
-    def add(self, target_m: float, force_n: float) -> None:
-        """Add a force and the newest target that it surely shows.
+    def end_m(self) -> float:
+        """Largest target: half of the travel past the last answer, all of it past the proved one.
 
-        None counts as an answer any more after the arm has stood at the end for a while.
+        So the arm stands for two answers within the travel that a rigid surface allows.
         """
+        limits = self._limits
+        half_m = 0.5 * (limits.travel_m(self.answer_n) + limits.lost_motion_m)
+        return min(self.proved_m + limits.travel_m(self.proved_n), self.answer_m + half_m)
+
+    def add(self, force_n: float) -> None:
+        """Add a force to the mean."""
         self._ticks += 1
         forces_n, at = self._forces_n, self._at
         self._sum_n = sum_n = self._sum_n + force_n - forces_n[at]
         forces_n[at] = force_n
         self._at = at + 1 if at + 1 < len(forces_n) else 0
-        self.mean_n = mean_n = sum_n / len(forces_n)
-        if mean_n > self._next_n and len(self._halves_n) < 2 and self._worth(mean_n, target_m):
-            self._answer(mean_n, target_m, self._short)
+        self.mean_n = sum_n / len(forces_n)
 
     def add_at_end(self, target_m: float, force_n: float) -> None:
-        """Add a pair at the end of the travel, where a soft payload shows in a longer mean only."""
+        """Add a pair at the end of the travel, and look for an answer in the mean of all there."""
         self._end_count = n = self._end_count + 1
         self._end_n += force_n
         if n % self._half_ticks:
@@ -110,7 +113,6 @@ class Anchor:
         """Store a new answer; the previous one is proved by it."""
         self.proved_n, self.proved_m = self.answer_n, self.answer_m
         self.answer_n, self.answer_m, self._variance = force_n, target_m, variance
-        self._next_n = force_n + self._told_n(self._short + variance)
         self._least_n_per_m = self._limits.answer_at(force_n)
         self._ticks = 0
         self._stand()

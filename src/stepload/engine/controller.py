@@ -149,12 +149,12 @@ class StepController:
         at += 1
         self._targets_at = at if at < len(targets_m) else 0
         anchor = self._anchor
-        anchor.add(seen_m, force_n)
+        anchor.add(force_n)
         if sign > 0.0:
             if not self._started:
                 self._started = True
                 self._lead.begin(target_m - position_m)
-            end_m = anchor.proved_m + limits.travel_m(anchor.proved_n) if self._leash else math.inf
+            end_m = anchor.end_m() if self._leash else math.inf
             if target > end_m:
                 if seen_m == target_m:
                     anchor.add_at_end(seen_m, force_n)

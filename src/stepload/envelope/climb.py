@@ -115,6 +115,7 @@ class _Way:
         stalled = ahead_m / LONGEST_STALL_S if ahead_m < limits.follow_m else rigid
         if limits.cross_check:
             return min(rigid, stalled)
-        # The travel limit starts from a target this old.
-        late_s = limits.unseen_s + limits.reaction_s + END_WINDOW_S
-        return min(rigid, stalled, limits.travel_m(force_n) / late_s)
+        # The arm stands for each answer, until no reading is from before.
+        half_m = 0.5 * limits.travel_m(force_n)
+        stands_s = limits.unseen_s + limits.reaction_s + END_WINDOW_S
+        return half_m / (half_m / min(rigid, stalled) + stands_s)

@@ -18,7 +18,7 @@ from stepload.engine.operator import Operator
 from stepload.engine.tick import Engine
 from stepload.envelope.envelope import derive
 from stepload.plan.load import load_plan
-from stepload.plan.model import Plan
+from stepload.plan.model import Plan, SecondForce
 from stepload.plan.shipped import plan_path
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.world import load_world
@@ -89,3 +89,17 @@ def test_a_run_takes_the_time_that_was_told(
 def test_a_shipped_plan_takes_the_time_that_preflight_prints(name: str) -> None:
     plan = load_plan(plan_path(name))
     assert pressed_s(plan)[0] == pytest.approx(derive(plan).duration_s, rel=WITHIN)
+
+
+def test_an_arm_that_stops_for_each_answer_takes_its_time_for_it() -> None:
+    """With one channel it stands until no reading is from before."""
+    plan = stvf_plan()
+    alone = replace(plan, rig=replace(plan.rig, second_force=SecondForce()))
+    two, one = (derive(each) for each in (plan, alone))
+    assert two.climbs is not None
+    assert one.climbs is not None
+    limits = one.run_limits
+    low_n, top_n = plan.procedure.levels_n[-2:]
+    halves = 2.0 * (top_n - low_n) / (limits.force_limit_n - low_n)
+    assert one.climbs.up_s[-1] > halves * limits.unseen_s > 0.0
+    assert one.climbs.up_s[-1] > two.climbs.up_s[-1]

@@ -139,7 +139,7 @@ def test_a_stuck_force_cannot_pull_the_target_past_the_leash(arm: str, stuck: fl
 
 
 @pytest.mark.parametrize(
-    ("reached", "same", "leashes"), [(False, True, 1.0), (True, True, 2.0), (False, False, 2.0)]
+    ("reached", "same", "leashes"), [(False, True, 0.5), (True, True, 1.0), (False, False, 1.0)]
 )
 def test_a_level_that_was_given_up_leaves_no_new_leash(
     reached: bool, same: bool, leashes: float
