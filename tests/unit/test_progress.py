@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import threading
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
-from stepload.cli.progress import Seen, pen
+from stepload.cli.progress import Phases, Seen, pen
+from stepload.record.rows import Phase
 
 
 def seen(share: float) -> Seen:
@@ -61,3 +64,25 @@ def test_of_looks_that_wait_the_newest_is_shown() -> None:
         hand_over("end")
         held.set()
     assert shown == ["line", "end"]
+
+
+def test_each_phase_is_one_line_when_it_is_over() -> None:
+    phases = Phases()
+    course: list[tuple[Phase, int, float]] = [
+        (Phase.WARM_UP, 1, 0.0), (Phase.TARE, 1, 0.0), (Phase.FAST_APPROACH, 1, 0.0),
+        (Phase.DWELL, 1, 4.0), (Phase.GUARDED_APPROACH, 1, 0.0), (Phase.LOAD, 1, 50.0),
+        (Phase.HOLD, 1, 100.0), (Phase.UNLOAD, 1, 50.0), (Phase.RETRACT, 1, 0.0),
+        (Phase.POST_TARE, 1, 0.0), (Phase.FAST_APPROACH, 2, 0.0), (Phase.LOAD, 2, 80.0),
+        (Phase.RETRACT, 2, 0.0), (Phase.POST_TARE, 2, 0.0), (Phase.FAST_APPROACH, 2, 0.0),
+        (Phase.RETRACT, 2, 0.0), (Phase.DONE, 2, 0.0),
+    ]  # fmt: skip
+    lines = []
+    for second, (phase, cycle, force_n) in enumerate(course):
+        row: Any = SimpleNamespace(phase=int(phase), cycle=cycle, force_n=force_n)
+        if line := phases.over(row, 30.0 * second):
+            lines.append(line.split())
+    assert lines == [
+        ["tare,", "free", "air", "1:00"], ["touch", "2:30"], ["cycle", "1", "4:00", "100.0", "N"],
+        ["retract,", "tare", "5:00"], ["touch", "5:30"], ["cycle", "2", "6:00", "80.0", "N"],
+        ["retract,", "tare", "8:00"],
+    ]  # fmt: skip

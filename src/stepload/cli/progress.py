@@ -142,7 +142,7 @@ _NAMES: dict[int, str] = {
 
 
 class Phases:
-    """Says when a phase is over, in one line with its end and its largest force."""
+    """Says when a phase is over, in one line with its end, a cycle with its largest force."""
 
     def __init__(self) -> None:
         self._now = ("", 0)
@@ -158,7 +158,7 @@ class Phases:
         if now != self._now and self._now[0]:
             name, cycle = self._now
             shown = f"cycle {cycle}" if name == "cycle" else name
-            force = f"{self._peak_n:8.1f} N" if name in ("cycle", "touch") else ""
+            force = f"{self._peak_n:8.1f} N" if name == "cycle" else ""
             line = f"{shown:<16}{_minutes(elapsed_s):>7}{force}"
         if now != self._now:
             self._now, self._peak_n = now, 0.0
