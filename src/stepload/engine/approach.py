@@ -222,6 +222,7 @@ class Approach:
             course.touches.append(touch)
             course.emit(now_s, "touch", touch._asdict())
         course.surface_m = position_m
+        self._renews = False  # what grows slowly from here on is a soft payload
         course.target_m = min(course.target_m, position_m)
         self._ring = RingTest(limits.noise_n)
         self._rung_out_s = now_s + max(2.0 * limits.reaction_s, limits.unseen_s)

@@ -60,7 +60,7 @@ def _levels(plan: Plan) -> tuple[float, ...]:
         raise UnknownError
     count = math.floor(top / step * (1.0 + 1e-9))
     levels = [step * (i + 1) for i in range(count)]
-    if levels[-1] < top * (1.0 - 1e-9):
+    if top - levels[-1] > 0.01 * step:
         levels.append(top)
     touch = 0.0
     with suppress(UnknownError):
