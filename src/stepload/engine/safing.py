@@ -100,11 +100,12 @@ def why_it_stopped(
 ) -> str:
     """One paragraph: what triggered, its value and limit, what safing did and when.
 
-    `still_closed` says why the contact cannot be said to be open after the retract. `start_s` is
-    the time on the run's clock that counts as zero, `loop_end_s` when the loop ended,
-    `signal_number` the first signal that asked for the end, 0 for none. `turned` says why the way back was wrong, "" where it was not. `stands_m` is how far the
-    target is from where it began: no run leads the arm back. It is told of an arm that is known to
-    be there, and clear.
+    `still_closed` says why the contact cannot be said to be open after the retract. `start_s`
+    is the time on the run's clock that counts as zero, `loop_end_s` when the loop ended,
+    `signal_number` the first signal that asked for the end, 0 for none. `turned` says why the
+    way back was wrong, "" where it was not. `stands_m` is how far the target is from where it
+    began: no run leads the arm back. It is told of an arm that is known to be there, and
+    clear.
     """
     if cause is None:
         asked = f" ({Signals(signal_number).name})" if signal_number else ""
@@ -140,7 +141,9 @@ def why_it_stopped(
 def _retract_told(retracted: bool, still_closed: str, end_s: float, turned: bool) -> str:
     if not retracted:
         return " The run could not confirm a retract of its own."
-    how = "led the arm to the least force" if turned else "retracted the arm along the approach axis"
+    how = "retracted the arm along the approach axis"
+    if turned:
+        how = "led the arm to the least force"
     told = f" The run itself {how}, and was"
     if still_closed:
         return f"{told} at its end at {end_s:.3f} s; {still_closed}."
