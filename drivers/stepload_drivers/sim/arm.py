@@ -70,7 +70,7 @@ class WorldArm(Listener[ArmSample], Arm):
         return self._host
 
     def held_m(self) -> float:
-        return self._sign * self._here.world.plant.target_m
+        return self._target_m()
 
     def command(self, position_m: float, shift_m: Shift = NO_SHIFT) -> None:
         host = self._here
@@ -153,7 +153,7 @@ class WorldArm(Listener[ArmSample], Arm):
         require_positive("retract", distance_m=distance_m, speed_m_s=speed_m_s)
         begin_s = now_s = host.catch_up()
         end_s = begin_s + timeout_s
-        start_m = min(self._measured_m(), self.held_m())
+        start_m = min(self._measured_m(), self._target_m())
         goal_m = start_m - distance_m
         quantum_m = host.world.spec.position_quantum_m
         lost_m = host.world.spec.lost_motion_m + host.world.spec.slip_m
@@ -179,6 +179,9 @@ class WorldArm(Listener[ArmSample], Arm):
         host, faults = self._here, self._faults
         silent = {"arm_lost", "arm_dropout"} & faults.active(host.catch_up() - host.origin_s).keys()
         return "the arm's samples do not arrive" if silent else ""
+
+    def _target_m(self) -> float:
+        return self._sign * self._here.world.plant.target_m
 
     def _measured_m(self) -> float:
         return self._here.world.arm.last

@@ -100,11 +100,12 @@ def why_it_stopped(
 ) -> str:
     """One paragraph: what triggered, its value and limit, what safing did and when.
 
-    `still_closed` says why the contact cannot be said to be open after the retract. `start_s` is
-    the time on the run's clock that counts as zero, `loop_end_s` when the loop ended,
-    `signal_number` the first signal that asked for the end, 0 for none. `turned` says why the way back was wrong, "" where it was not. `stands_m` is how far the
-    target is from where it began: no run leads the arm back. It is told of an arm that is known to
-    be there, and clear.
+    `still_closed` says why the contact cannot be said to be open after the retract. `start_s`
+    is the time on the run's clock that counts as zero, `loop_end_s` when the loop ended,
+    `signal_number` the first signal that asked for the end, 0 for none. `turned` says why the
+    way back was wrong, "" where it was not. `stands_m` is how far the target is from where it
+    began: no run leads the arm back. It is told of an arm that is known to be there, and
+    clear.
     """
     text = first_sentence(status, cause, start_s, signal_number)
     if turned and turned not in text:

@@ -522,7 +522,7 @@ def test_replay_goes_over_to_the_limits_that_the_run_went_over_to() -> None:
 
 
 def test_replay_finds_the_same_trip_and_would_trip_earlier_with_tighter_limits() -> None:
-    bench, tape = _bench([WorldFault("force_gain", 6.0, 60.0, 0.5)]), Tape()
+    bench, tape = _bench([WorldFault("force_gain", 8.0, 60.0, 0.5)]), Tape()
     outcome = _go(bench, tape)
     assert outcome.cause is not None
     tares = [
