@@ -48,7 +48,7 @@ def run_campaign(
     header: dict[str, object] = {
         "seed": work.seed,
         "faults": ",".join(work.kinds),
-        "faults_per_run": work.count,
+        "faults_per_run": work.at_once,
         "without": work.ablation,
         "plan": work.template.digest,
         "code": work.digest,

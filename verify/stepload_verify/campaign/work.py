@@ -21,7 +21,7 @@ class Work(NamedTuple):
     template: Plan
     seed: int
     kinds: tuple[str, ...]
-    count: int = 1
+    at_once: int = 1
     ablation: str = ""
 
     @property
@@ -40,7 +40,7 @@ class Work(NamedTuple):
         """The run of a job; its result where preflight refuses the plan of a healthy run."""
         if not self.kinds:
             return healthy(self.seed, job.series, job.index)
-        return draw(self.template, self.seed, job.series, job.index, self.kinds, self.count)
+        return draw(self.template, self.seed, job.series, job.index, self.kinds, self.at_once)
 
 
 @cache
