@@ -1,0 +1,223 @@
+"""Every wrong sign and axis of the force channels: the true peak force, and what was said.
+
+    python -m stepload_verify.trials.wrong_signs [--short]
+
+Dry, in virtual time. The believed plan is always the same; the simulated rig is wired otherwise.
+Rows: how the main channel is wired, how the second one is, the machine, and what proves the
+channels before the approach: nothing, or a shake of the tool that the main channel, or both, carry.
+Ends with exit code 1 where a wrong wiring was pressed beyond a quarter of F_lim, passed for sound
+or was said to be clear under load, and where a right one was stopped. Where nothing is alive and
+nothing proves it, no rule can see it: on devices such a run is refused, here it is only counted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import product
+
+from stepload.engine.loop import run_loop
+from stepload.engine.operator import Operator
+from stepload.engine.rehearse import world_for
+from stepload.engine.tick import Engine
+from stepload.envelope.envelope import Envelope, envelope_of
+from stepload.plan.changed import rederived
+from stepload.plan.load import load_plan
+from stepload.plan.model import ForceSpec, Plan, SecondForce, SecondForceSource
+from stepload.plan.shipped import plan_path
+from stepload.rig.world import WorldFault, load_world
+from stepload.runner.interrupts import interruptible
+from stepload_verify.campaign.incidents import NullRecorder
+
+MACHINES = {"stiff": "plastic-sphere", "soft": "ur5e-silicone-sphere"}
+WIRINGS: dict[str, tuple[str, ...]] = {
+    "right": (),
+    "sign": ("reversed",),
+    "axis": ("swapped",),
+    "axis and sign": ("reversed", "swapped"),
+    "dead": ("stuck_mean",),
+}
+"""How a channel is wired, as faults of the simulated rig; dead: live noise, standing mean."""
+SECONDS = ("none", "arm", "sensor")
+MASS_KG = {"stiff": 4.0, "soft": 1.0}
+PROOFS = ("nothing", "main", "both")
+"""Which channels carry a stated mass."""
+FOR_GOOD_S = 3600.0
+PRESSED_SHARE = 0.25
+"""Of F_lim: more than a touch, and than the tolerance of R5."""
+LONGEST_WORDS = 140
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One rig and its wiring."""
+
+    machine: str
+    second: str
+    main_wiring: str
+    second_wiring: str
+    proof: str
+
+    @property
+    def right(self) -> bool:
+        """Whether the rig is as the plan says."""
+        return self.main_wiring == self.second_wiring == "right"
+
+    @property
+    def refused(self) -> bool:
+        """Whether nothing is alive, and a run on devices is refused since nothing proves it."""
+        alive = (
+            {self.main_wiring} if self.second == "none" else {self.main_wiring, self.second_wiring}
+        )
+        return self.proof == "nothing" and alive == {"dead"}
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """How a case ended; the shares of F_c and of F_lim are those of the true peak force."""
+
+    case: Case
+    share_of_limit: float
+    share_of_f_lim: float
+    left_n: float
+    status: str
+    rule: str
+    said: str
+
+    @property
+    def bad(self) -> str:
+        """What went wrong; "" where the case ended as it must."""
+        if self.case.right:
+            return "" if self.status == "completed" else "a sound rig was stopped"
+        if self.share_of_f_lim > PRESSED_SHARE:
+            return "" if self.case.refused else "pressed"
+        if self.status == "completed":
+            return "passed for sound"
+        if self.left_n > 0.0 and "clear of the surface" in self.said:
+            return "said to be clear under load"
+        return ""
+
+
+def cases() -> Iterator[Case]:
+    """Every combination of machine, wirings and proof that makes a different rig."""
+    for machine, second, proof in product(MACHINES, SECONDS, PROOFS):
+        if second == "none" and proof == "both":
+            continue
+        for main, other in product(WIRINGS, WIRINGS):
+            if second == "none" and other != "right":
+                continue
+            if second == "arm" and "axis" in other:  # one component has no other axis
+                continue
+            if second == "arm" and proof == "both":  # an arm's force is compensated for its tool
+                continue
+            yield Case(machine, second, main, other, proof)
+
+
+def believed(case: Case) -> Envelope:
+    """The envelope of the plan that is run, whatever the wiring is."""
+    plan = load_plan(plan_path(MACHINES[case.machine]))
+    quick = replace(
+        plan.procedure, tare_s=0.5, warm_up_s=0.0, touches=1, cycles=1, unload=False, hold_s=0.2,
+        settle_timeout_s=0.5, surface_distance_m=1e-3, surface_uncertainty_m=3e-4,
+    )  # fmt: skip
+    mass_kg = MASS_KG[case.machine]
+    force = plan.rig.force
+    if case.proof != "nothing":
+        force = replace(force, tool_mass_kg=mass_kg)
+    second = _second(plan, case.second, force)
+    if case.proof == "both":
+        second = replace(second, tool_mass_kg=mass_kg)
+    rig = replace(plan.rig, force=force, second_force=second)
+    changed = replace(plan, procedure=quick, rig=rig)
+    return envelope_of(rederived(plan, changed))
+
+
+def _second(plan: Plan, kind: str, force: ForceSpec) -> SecondForce:
+    second = plan.rig.second_force
+    if kind == "none":
+        return SecondForce()
+    if kind == "arm":
+        return second
+    return replace(
+        second, source=SecondForceSource.SENSOR, noise_n=force.noise_n,
+        sensor=replace(force, tool_mass_kg=None),
+    )  # fmt: skip
+
+
+def run(case: Case) -> Found:
+    """One run to its end."""
+    envelope = believed(case)
+    prefix = "arm_force_" if case.second == "arm" else "second_"
+    kinds = [f"force_{kind}" for kind in WIRINGS[case.main_wiring]]
+    kinds += [_kind(prefix, kind) for kind in WIRINGS[case.second_wiring]]
+    faults = [WorldFault(kind, 0.0, FOR_GOOD_S, 0.0) for kind in kinds]
+    rig = load_world()(world_for(envelope, faults=faults))
+    for device in (rig.force, rig.second_force, rig.arm):
+        if device is not None:
+            device.open(1.0)
+    with interruptible():
+        outcome = run_loop(Engine(envelope, Operator()), rig, NullRecorder())
+    peak_n, cause = rig.world.true_peak_force_n, outcome.cause
+    return Found(
+        case,
+        peak_n / envelope.theory.elastic_limit_n,
+        peak_n / envelope.force_limit_n,
+        rig.world.true_force_n,
+        outcome.status.value,
+        cause.rule if cause else "",
+        outcome.why,
+    )
+
+
+def _kind(prefix: str, kind: str) -> str:
+    """Name of the simulated fault; for a dead force of the arm it is `arm_force_deaf`."""
+    return "arm_force_deaf" if (prefix, kind) == ("arm_force_", "stuck_mean") else prefix + kind
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser.add_argument("--short", action="store_true", help="worst row of each kind only")
+    options = parser.parse_args()
+    print(
+        "| machine | second | main wired | second wired | proof | peak / F_c | stopped by | said |"
+    )
+    print("| --- | --- | --- | --- | --- | --- | --- | --- |")
+    found = []
+    for case in cases():
+        found.append(run(case))
+        if not options.short:
+            print(_row(found[-1]), flush=True)
+    for one in _worst(found) if options.short else ():
+        print(_row(one))
+    refused = [one for one in found if one.case.refused]
+    worst = max(one.share_of_limit for one in refused)
+    print(f"\n{len(refused)} rigs that devices would refuse, up to {worst:.2f} F_c here")
+    wrong = [one for one in found if one.bad]
+    print(f"\n{len(found)} runs, {len(wrong)} of them as they must not be")
+    for one in wrong:
+        print(f"  {one.bad}: {one.case}: {one.share_of_limit:.3g} F_c, {one.said}")
+    return 1 if wrong else 0
+
+
+def _row(one: Found) -> str:
+    case, said = one.case, one.said[:LONGEST_WORDS]
+    return (
+        f"| {case.machine} | {case.second} | {case.main_wiring} | {case.second_wiring} |"
+        f" {case.proof} | {one.share_of_limit:.3f} | {one.rule or one.status} | {said} |"
+    )
+
+
+def _worst(found: list[Found]) -> list[Found]:
+    """The largest peak of every wiring and proof."""
+    worst: dict[tuple[str, str, str], Found] = {}
+    for one in found:
+        key = one.case.main_wiring, one.case.second_wiring, one.case.proof
+        if key not in worst or one.share_of_limit > worst[key].share_of_limit:
+            worst[key] = one
+    return list(worst.values())
+
+
+if __name__ == "__main__":
+    sys.exit(main())
