@@ -45,6 +45,10 @@ def falsify(
     channels: Annotated[
         int | None, typer.Option("--channels", min=1, max=2, help="Only rigs with 1 or 2.")
     ] = None,
+    from_j: Annotated[
+        float | None,
+        typer.Option("--from-j", help="Only strata in --out whose worst J is at least this."),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Directory of rows; the search goes on there.")
     ] = None,
@@ -63,7 +67,7 @@ def falsify(
     from stepload.plan.load import load_plan
     from stepload.runner.choose import open_pool
     from stepload_verify.campaign.scenario import series_from
-    from stepload_verify.falsify.falsify import Search
+    from stepload_verify.falsify.falsify import Search, stored_from
     from stepload_verify.falsify.falsify import falsify as search
     from stepload_verify.falsify.strata import PHASES, strata
 
@@ -74,6 +78,8 @@ def falsify(
     which = (channels,) if channels else (2, 1)
     where = strata(series_from(axes), which, count, tuple(wrong or ()))
     where = [one for one in where if not phase or one.phase == phase]
+    if from_j is not None:
+        where = [one for one in where if one.name in stored_from(_needed(out), from_j)]
     if replay is not None:
         with ctrl_c_said("interrupted: that run has no result"):
             _replay(replay, what, where, out, output)
@@ -86,6 +92,12 @@ def falsify(
     ):
         rows = search(what, where, pool=pool, directory=out, on_progress=_shown(len(where)))
     _report(rows, time.monotonic() - begun_s, output)
+
+
+def _needed(out: Path | None) -> Path:
+    if out is None:
+        raise BadInputError("--from-j without --out", hint="name the directory of a search: --out")
+    return out
 
 
 def _report(rows: Sequence[Row], elapsed_s: float, output: Output) -> None:

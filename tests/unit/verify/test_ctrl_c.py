@@ -19,6 +19,7 @@ from stepload_verify.campaign.single import run_scenario
 from stepload_verify.campaign_verb import campaign
 from stepload_verify.falsify.scene_file import text_of
 from stepload_verify.falsify_verb import falsify
+from stepload_verify.trials import wrong_signs
 from stepload_verify.trials.dynamic import press
 
 ROOT = Path(__file__).parents[3]
@@ -86,6 +87,9 @@ def test_a_replay_of_a_scene_prints_no_figure(
 
 
 def test_a_run_of_a_trial_has_no_result_either(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(press, "run", interrupted(lambda *_, **__: (None, 0.0, None)))
+    for module, name in ((wrong_signs, "run_loop"), (press, "run")):
+        monkeypatch.setattr(module, name, interrupted(lambda *_, **__: (None, 0.0, None)))
+    with pytest.raises(KeyboardInterrupt):
+        wrong_signs.run(next(wrong_signs.cases()))
     with pytest.raises(KeyboardInterrupt):
         press.judged("as-declared", 3)

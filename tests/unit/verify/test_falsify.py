@@ -18,7 +18,7 @@ from stepload.rig.world import WorldFault
 from stepload.runner.local import LocalPool
 from stepload_verify.campaign.mishaps import FOR_GOOD_S
 from stepload_verify.campaign.scenario import HEAVIER, HELD_BACK, TILTED, Scenario
-from stepload_verify.falsify.falsify import FILES, TABLE, Search, falsify
+from stepload_verify.falsify.falsify import FILES, TABLE, Search, falsify, stored_from
 from stepload_verify.falsify.hunt import Hunt, Row, to_the_ends
 from stepload_verify.falsify.onset import Look, placed, starts_of
 from stepload_verify.falsify.scene import Bench, length, rig_length
@@ -175,6 +175,8 @@ def test_a_search_goes_on_where_it_was_left_and_ends_alike(tmp_path: Path) -> No
     assert rows == falsify(what, strata_of, pool=LocalPool(1))
     assert all(row.evaluations >= 3 for row in rows)
     assert len((tmp_path / FILES[1]).read_text().splitlines()) == 2
+    least = max(row.j for row in rows if row.j is not None)
+    assert stored_from(tmp_path, least) == {rows[0].series}
     with (tmp_path / TABLE).open() as file:
         table = list(csv.DictReader(file))
     assert [row["stratum"] for row in table] == [row.series for row in rows]

@@ -241,7 +241,7 @@ def incidents_of(kind: str, chance: Random, times: Times) -> tuple[Incident, ...
     return (Incident(kind, start_s, ""),)
 
 
-SILENT = ("stuck_mean", "gain", "bias", "deaf", "gain_ramp", "bias_ramp", "clipped", "aged", "old")
+SILENT = ("stuck_mean", "gain", "bias", "deaf", "gain_ramp", "bias_ramp", "clipped")
 """Faults of a force channel that are detected only by comparison with the other one."""
 BLIND, ONLY_CHANNEL = "both_channels_alike", "only_channel_lies"
 """Named hazards: no rule can stop such a run."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from random import Random
 
 from stepload.envelope.dragged import believed_tilt_rad
@@ -120,6 +121,7 @@ def series_from(text: str) -> tuple[str, ...]:
     return (ONE_AXIS, SIX_AXES) if text == BOTH_AXES else (text,)
 
 
+@cache
 def known_kinds(six: bool) -> tuple[str, ...]:
     """Every kind of fault that a rig can have."""
     kinds = (*load_world().faults, *INCIDENTS, *COMMON, *FIRST_DAY, *MISTAKES, *SIX_MISTAKES)

@@ -124,6 +124,13 @@ def write_scene(directory: Path, what: Search, strata: Sequence[Stratum], row: R
     return path
 
 
+def stored_from(directory: Path, least_j: float) -> set[str]:
+    """Names of the strata in a directory whose worst J is at least this."""
+    lines = (directory / FILES[1]).read_text(encoding="utf-8").splitlines()
+    rows = map(Row.from_line, lines)
+    return {row.series for row in rows if row.j is not None and row.j >= least_j}
+
+
 def stored_scene(what: Search, strata: Sequence[Stratum], directory: Path, name: str) -> Path:
     """The scene file of the worst run of a stratum that was searched.
 

@@ -20,7 +20,7 @@ from stepload_verify.falsify.tape import Tape
 RIG, TRUTH, STANCE, WRONG = 36, 13, 19, 10
 """Numbers that a rig with its plan, its truth, how a rig with six axes holds its tip, and each
 fault read."""
-LONGEST_S = 6.0
+LONGEST_S = 5.0
 """Longest run; slow rigs are safe, and cost time."""
 
 
