@@ -48,11 +48,7 @@ def run_campaign(
     header: dict[str, object] = {
         "seed": work.seed,
         "faults": ",".join(work.kinds),
-<<<<<<< HEAD
-        "faults_per_run": work.per_run,
-=======
         "faults_per_run": work.at_once,
->>>>>>> dice
         "without": work.ablation,
         "plan": work.template.digest,
         "code": work.digest,

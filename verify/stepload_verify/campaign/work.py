@@ -21,11 +21,7 @@ class Work(NamedTuple):
     template: Plan
     seed: int
     kinds: tuple[str, ...]
-<<<<<<< HEAD
-    per_run: int = 1
-=======
     at_once: int = 1
->>>>>>> dice
     ablation: str = ""
 
     @property
@@ -44,11 +40,7 @@ class Work(NamedTuple):
         """The run of a job; its result where preflight refuses the plan of a healthy run."""
         if not self.kinds:
             return healthy(self.seed, job.series, job.index)
-<<<<<<< HEAD
-        return draw(self.template, self.seed, job.series, job.index, self.kinds, self.per_run)
-=======
         return draw(self.template, self.seed, job.series, job.index, self.kinds, self.at_once)
->>>>>>> dice
 
 
 @cache

@@ -1,10 +1,6 @@
 """Every wrong sign and axis of the force channels: the true peak force, and what was said.
 
-<<<<<<< HEAD
     python -m stepload_verify.trials.wrong_signs [--short] [--back RUNS]
-=======
-    python -m stepload_verify.trials.wrong_signs [--short]
->>>>>>> dice
 
 Dry, in virtual time. The believed plan is always the same; the simulated rig is wired otherwise.
 Rows: how the main channel is wired, how the second one is, the machine, and what proves the
@@ -12,13 +8,10 @@ channels before the approach: nothing, or a shake of the tool that the main chan
 Ends with exit code 1 where a wrong wiring was pressed beyond a quarter of F_lim, passed for sound
 or was said to be clear under load, and where a right one was stopped. Where nothing is alive and
 nothing proves it, no rule can see it: on devices such a run is refused, here it is only counted.
-<<<<<<< HEAD
 
 `--back` draws runs instead in which the arm may be turned round too, over the true distance of the
 surface, the payload's stiffness, and every phase in which something goes back. Its rows are the
 largest J = (peak - F_top)/(F_c - F_top) of each wiring and machine.
-=======
->>>>>>> dice
 """
 
 from __future__ import annotations
@@ -28,16 +21,10 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
-<<<<<<< HEAD
 from random import Random
 
 from stepload.engine.loop import run_loop
 from stepload.engine.operator import Operator, StopLevel
-=======
-
-from stepload.engine.loop import run_loop
-from stepload.engine.operator import Operator
->>>>>>> dice
 from stepload.engine.rehearse import world_for
 from stepload.engine.tick import Engine
 from stepload.envelope.envelope import Envelope, envelope_of
@@ -45,18 +32,12 @@ from stepload.plan.changed import rederived
 from stepload.plan.load import load_plan
 from stepload.plan.model import ForceSpec, Plan, SecondForce, SecondForceSource
 from stepload.plan.shipped import plan_path
-<<<<<<< HEAD
 from stepload.record.outcome import Cause
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.world import WorldFault, load_world
 from stepload.runner.interrupts import interruptible
 from stepload_verify.campaign.incidents import NullRecorder
 from stepload_verify.campaign.mounts import draw_stance, mounted
-=======
-from stepload.rig.world import WorldFault, load_world
-from stepload.runner.interrupts import interruptible
-from stepload_verify.campaign.incidents import NullRecorder
->>>>>>> dice
 
 MACHINES = {"stiff": "plastic-sphere", "soft": "ur5e-silicone-sphere"}
 WIRINGS: dict[str, tuple[str, ...]] = {
@@ -142,20 +123,12 @@ def cases() -> Iterator[Case]:
             yield Case(machine, second, main, other, proof)
 
 
-<<<<<<< HEAD
 def believed(case: Case, distance_m: float = 1e-3, uncertainty_m: float = 3e-4) -> Envelope:
-=======
-def believed(case: Case) -> Envelope:
->>>>>>> dice
     """The envelope of the plan that is run, whatever the wiring is."""
     plan = load_plan(plan_path(MACHINES[case.machine]))
     quick = replace(
         plan.procedure, tare_s=0.5, warm_up_s=0.0, touches=1, cycles=1, unload=False, hold_s=0.2,
-<<<<<<< HEAD
         settle_timeout_s=0.5, surface_distance_m=distance_m, surface_uncertainty_m=uncertainty_m,
-=======
-        settle_timeout_s=0.5, surface_distance_m=1e-3, surface_uncertainty_m=3e-4,
->>>>>>> dice
     )  # fmt: skip
     mass_kg = MASS_KG[case.machine]
     force = plan.rig.force
@@ -211,7 +184,6 @@ def _kind(prefix: str, kind: str) -> str:
     return "arm_force_deaf" if (prefix, kind) == ("arm_force_", "stuck_mean") else prefix + kind
 
 
-<<<<<<< HEAD
 WAYS = ("end", "stop", "stop now", "pause", "trip", "loop")
 """Who asks for the way back: the run itself, the operator, a rule, or an error of the program."""
 PHASES = (
@@ -338,12 +310,6 @@ def main() -> int:
     options = parser.parse_args()
     if options.back:
         return search_back(options.back)
-=======
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
-    parser.add_argument("--short", action="store_true", help="worst row of each kind only")
-    options = parser.parse_args()
->>>>>>> dice
     print(
         "| machine | second | main wired | second wired | proof | peak / F_c | stopped by | said |"
     )
