@@ -9,6 +9,7 @@ from collections.abc import Mapping as Keys
 from dataclasses import replace
 from datetime import date
 from pathlib import Path
+from typing import Any
 
 from stepload.errors import BadInputError
 from stepload.plan.load import load_plan
@@ -96,7 +97,8 @@ def keep(plan: Plan, keys: Keys[str, str | date]) -> Path | None:
 
 
 def _keep(plan: Plan, keys: Keys[str, str | date]) -> Path | None:
-    wanted = replace(load_plan(plan.path).rig, **dict(keys))
+    told: dict[str, Any] = dict(keys)
+    wanted = replace(load_plan(plan.path).rig, **told)
     found = _rig_block(plan.path, keys)
     if found is None:
         return None
