@@ -56,7 +56,7 @@ class WorldArm(Listener[ArmSample], Arm):
         self._sign = -1.0 if self._faults.turned else 1.0
         self._chance = Random(spec.seed)
         self._delay_s = spec.command_delay_s
-        self._last_target_m = self.held_m()
+        self._last_target_m = self._target_m()
         self._shift_m = NO_SHIFT
         self.can_shift = isinstance(host.world.plant, SixPlant)
         self.period_s = 1.0 / spec.arm_rate_hz

@@ -225,7 +225,7 @@ def draw_back(chance: Random) -> BackCase:
     case = Case(machine, second, main, other if second != "none" else "right",
                 chance.choice(PROOFS[:2]))  # fmt: skip
     near = chance.random() < 0.5
-    share = chance.choice((0.0, 0.5, 1.0, chance.uniform(0.0, 1.2)))
+    share = chance.choice((0.0, chance.uniform(0.0, 0.1), 0.5, 1.0, chance.uniform(0.0, 1.2)))
     return BackCase(
         case, chance.random() < 0.6, machine == "soft" and chance.random() < 0.5,
         "near" if near else "far", max(0.01, share), 10.0 ** chance.uniform(-1.0, 1.0),
