@@ -233,7 +233,7 @@ def test_what_searches_have_found_stays_below_f_c(
 
 
 def test_what_nothing_mends_is_a_named_hazard() -> None:
-    """An arm much heavier than stated bounces on something rigid; late commands are let go there."""
+    """A heavy arm bounces on something rigid; late commands are let go there."""
     heavy, _ = read_scene(ROOT / "docs/scenes/heavier-arm.json")
     assert heavy.hazard == HEAVIER
     assert judge(heavy).j > 1.0
