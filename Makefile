@@ -66,8 +66,8 @@ imports: $(READY)
 
 # Whole runs take the engine as `make` made it. What puts stand-ins into it needs its Python source.
 RUNS   := $(addprefix tests/unit/engine/test_, align_runs.py common_error.py material_range_runs.py \
-  moved_zero_runs.py nulling_runs.py proof_of_life.py run_campaign_findings.py run_loop.py \
-  run_rules.py schedule_of_runs.py slow_sensors.py standing.py unkind_worlds.py wrong_wiring.py) \
+  moved_zero_runs.py nulling_runs.py retract_guard.py run_campaign_findings.py run_loop.py \
+  run_rules.py schedule_of_runs.py slow_sensors.py unkind_worlds.py wrong_wiring.py) \
   tests/unit/verify
 MADE   := tests/system $(RUNS) tests/wire
 SOURCE := tests/contract tests/unit tests/helpers tests/system/test_breakage.py

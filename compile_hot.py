@@ -24,7 +24,7 @@ ROOT = Path(__file__).resolve().parent
 HOT = {
     "src/stepload/engine": (
         "anchor", "answers", "cadence", "controller", "course", "cross_check", "follow",
-        "force_filter", "motion",
+        "force_filter", "motion", "retract_guard",
         "settle", "steps", "supervisor", "tare", "tick", "watch", "wrench",
     ),
     "src/stepload/record": ("ring",),
