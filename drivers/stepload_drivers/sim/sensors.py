@@ -39,7 +39,6 @@ class Listener(Generic[SampleT]):
                     message = f"{self._name}: the simulated rig has no such sensor"
                     raise DeviceError(message, code=FaultCode.NOT_CONNECTED)
                 self._stream = Stream(self._name, host, channel, timeout_s)
-                self.drain = self._stream.drain  # type: ignore[method-assign]
                 self._begin(host, channel)
             except BaseException:
                 self._place.give_back()
@@ -47,7 +46,7 @@ class Listener(Generic[SampleT]):
         return self._identity
 
     def drain(self) -> list[SampleT]:
-        return []
+        return self._stream.drain() if self._stream else []
 
     def health(self) -> Health:
         return self._stream.health() if self._stream else NO_HEALTH
@@ -58,7 +57,6 @@ class Listener(Generic[SampleT]):
     def close(self) -> None:
         if self._stream:
             self._stream.close()
-            del self.drain
         self._stream = None
         self._place.give_back()
 
