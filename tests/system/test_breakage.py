@@ -148,7 +148,7 @@ def test_safing_that_breaks_in_contact_still_retracts(breaking: Breaking) -> Non
 def test_an_arm_that_does_nothing_any_more_is_told_as_such(breaking: Breaking) -> None:
     breaking.run("arm command", "arm retract", "arm safe")
     why = results(breaking.out)["why_it_ended"]
-    assert "could not confirm a retract" in why
+    assert "No retract is confirmed" in why
     assert why.count("broken on purpose") == 3
     assert not read_recording(breaking.out / "run.mcap").partial
 
@@ -188,4 +188,5 @@ def test_a_bug_after_the_run_ends_in_text(
     assert said.returncode == 1
     assert "error: the evaluation failed: RuntimeError: broken on purpose" in text
     assert "Traceback" not in text
-    assert f"record: {tmp_path / 'run' / 'run.mcap'}" in text
+    assert f"report   {out / 'report.html'}" in text
+    assert not read_recording(out / "run.mcap").partial

@@ -97,7 +97,9 @@ def test_the_loop_delay_is_measured_against_a_spring():
 
 
 def test_a_device_that_is_not_there_fails_its_line(changed):
-    plan = changed((("force", "options"), {"port": "/dev/nowhere"}))
+    plan = changed(
+        (("arm", "options", "host"), "127.0.10.77"), (("force", "options"), {"port": "/dev/nowhere"})
+    )
     result = CliRunner().invoke(app, ["doctor", str(plan), "--yes", "--json"])
     assert result.exit_code == 4
     line = lines_of(json.loads(result.stdout))["open"]
