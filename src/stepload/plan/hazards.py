@@ -33,8 +33,8 @@ HAZARDS = (
     "An emergency stop within reach of whoever starts a run is what helps when the software"
     " does not. It leaves the force on: know how the arm is freed by hand.",
     "A payload beyond its strength can break and throw splinters: goggles, a screen.",
-    "The start pose must have free way behind it and in front of it as far as the plan says:"
-    " the arm moves back before it moves forth.",
+    "The start pose must have free way behind it and in front of it: the arm moves back before it"
+    " moves forth.",
     "A wrong number in the plan (strength, sign, range, stiffness) makes every limit wrong.",
 )
 """Shown before the first motion of a rig; docs/risk-assessment.md has them with what to do."""

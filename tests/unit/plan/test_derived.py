@@ -72,7 +72,8 @@ def test_a_plan_is_called_after_its_file(tmp_path: Path) -> None:
     ("steps", "levels", "step"),
     [
         ("step: 100 N, top_force: 300 N", (100.0, 200.0, 300.0), 100.0),
-        ("step: 100 N, top_force: 301 N", (100.0, 200.0, 300.0, 301.0), 100.0),
+        ("step: 100 N, top_force: 302 N", (100.0, 200.0, 300.0, 302.0), 100.0),
+        ("step: 100 N, top_force: 301 N", (100.0, 200.0, 301.0), 100.0),
         ("step: 300 N, top_force: 300 N", (300.0,), 300.0),
         ("step: 111.1 N, top_force: 333.3 N", (111.1, 222.2, 333.3), 111.1),
         ("levels: [50 N, 150 N, 300 N], top_force: 300 N", (50.0, 150.0, 300.0), 150.0),
