@@ -43,6 +43,7 @@ def hazards(
     """
     from stepload.envelope.hazards import hazards_of
     from stepload.plan.hazards import HAZARDS, read_by, read_words, rows_of
+    from stepload.plan.references import names_a_file
 
     out = Output(as_json=as_json)
     plan = _plan_of(rig)
@@ -51,7 +52,8 @@ def hazards(
     for line in _lines(plan):
         out.line(line, hang="    ")
     out.line("\nTo sign, below `rig:` in the rig file or plan:")
-    for row in rows_of(read_by("NAME", date.today())):
+    rows = rows_of(read_by("NAME", date.today()))
+    for row in rows if names_a_file(rig) else [f"profile: {rig}", *rows]:
         out.line(f"  {row}")
     out.result(
         {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -163,6 +164,6 @@ def init(
         given.preset = preset(start)
     text, envelope = first_plan(given, named, plan)
     write_plan(plan, text, force)
-    show_preflight(envelope, out)
+    show_preflight(replace(envelope, plan=replace(envelope.plan, path=plan)), out)
     out.line(f"written: {plan}")
     out.result({"plan": plan, "verdict": envelope.verdict})

@@ -58,7 +58,7 @@ def _above(plan: Plan, safe_n: float, counted: CountedLimit) -> str:
     top, used = format_quantity(top_n, "N"), format_quantity(counted.lower_n, "N")
     if top_n > counted.value_n:
         return (
-            f"{top} is {top_n / counted.value_n:.3g} times the elastic limit of the payload,"
+            f"{top} is {top_n / counted.value_n:.3g} times the elastic limit of the contact,"
             f" {format_quantity(counted.value_n, 'N')}."
         )
     capacity_n = min(plan.rig.arm.max_push_n, 0.95 * plan.rig.force.range_n)
