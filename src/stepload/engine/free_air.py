@@ -82,7 +82,9 @@ class FreeAir:
              "second_change_n": second_n, "before": asdict(before), "after": asdict(after)},
         )  # fmt: skip
         apart_s = after.time_s - before.time_s
-        self._share = max(ALLOWED_SHARE, min(1.0, apart_s / course.plan.tare_s))
+        self._share = ALLOWED_SHARE
+        if self._touching is None:
+            self._share = max(ALLOWED_SHARE, min(1.0, apart_s / course.plan.tare_s))
         error_n = math.hypot(after.mean_error_n, before.mean_error_n)
         second_error_n = math.hypot(after.second_mean_error_n, before.second_mean_error_n)
         drift_n, tolerance_n = course.plan.max_drift_n, limits.cross_tolerance_n

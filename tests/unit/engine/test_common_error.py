@@ -6,10 +6,11 @@ import math
 from dataclasses import replace
 
 import pytest
-from run_bench import bench_for, run, spec_for
+from run_bench import bench_for, run, run_to, spec_for
 from run_plans import envelope_for, stvf_plan
 
 from stepload.plan.model import Plan
+from stepload.record.rows import Phase
 from stepload.rig.world import WorldFault
 
 F_C = 300.0
@@ -65,8 +66,9 @@ def test_what_the_cross_check_lets_pass_comes_on_top_of_what_the_second_channel_
     wrong = [
         WorldFault("force_gain", 0.0, math.inf, (second_reads_n - tolerance_n + 0.5) / F_C),
         WorldFault("arm_force_gain", 0.0, math.inf, 1.0 - common),
-        WorldFault("arm_force_bias", 1.95, math.inf, offset_n),  # after the look at the zeros
     ]
+    looked_s = run_to(bench_for(plan, F_C, spec_for(plan, faults=wrong)), Phase.FAST_APPROACH, 0)
+    wrong.append(WorldFault("arm_force_bias", looked_s, math.inf, offset_n))
     bench = bench_for(plan, F_C, spec=spec_for(plan, faults=wrong))
     engine = run(bench)
     assert engine.cause is None

@@ -55,7 +55,7 @@ def test_nothing_goes_back_beyond_the_free_way_before_the_first_touch(make: Any)
     bench = bench_for(plan, 727.0)
     rows: list[Any] = []
     while bench.engine.course.phase != Phase.TARE:
-        run(bench, 0.5, rows)
+        run(bench, 0.05, rows)
     targets_m = [row.target_m for row in rows if row.target_m == row.target_m]
     course, limits = bench.engine.course, bench.limits
     assert course.surface_m != course.surface_m

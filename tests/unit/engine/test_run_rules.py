@@ -82,7 +82,7 @@ def test_faults_in_motion_stay_below_the_elastic_limit(
     for start_s in (3.45, 5.65):
         fault = WorldFault(kind, start_s, 30.0, magnitude)
         bench = bench_for(plan, F_C, spec_for(plan, 5, [fault]))
-        engine = run(bench, 10.5)
+        engine = run(bench, 30.0)
         assert engine.cause is None or engine.cause.rule in rules
         unseen = kind == "command_latency"  # smaller than R7 can tell: harmless
         assert engine.cause is not None or unseen
@@ -215,8 +215,8 @@ def test_a_hidden_hard_stop_stays_below_the_elastic_limit(make: object) -> None:
         depth_m = share * (150.0 / spec.payload.k) ** (1.0 / spec.payload.n)
         spec = replace(spec, payload=replace(spec.payload, hard_stop_m=depth_m))
         bench = bench_for(plan, F_C, spec)
-        run(bench, 20.0)
-        assert bench.peak_n < F_C
+        run(bench, 60.0)
+        assert 10.0 < bench.peak_n < F_C
 
 
 def test_no_surface_ends_the_search() -> None:

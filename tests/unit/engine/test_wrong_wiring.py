@@ -62,10 +62,8 @@ def test_every_wiring_but_the_right_one_stops_at_the_surface(
     if axis.endswith("z"):
         assert rule in (("R11",) if second == "none" else ("R11", "R5"))
         assert rule == "R5" or ("sign" in message and "force.axis" in message)
-    else:  # the simulated cell reads 0 across its axis for ever: that is told before the surface
-        assert rule == "silent"
-        assert "the axis is not the one" in message
-        assert bench.peak_n == 0.0
+    else:  # what grows across the believed axis, or only on the second channel
+        assert rule in ("R11", "R5")
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
