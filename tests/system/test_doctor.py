@@ -98,7 +98,8 @@ def test_the_loop_delay_is_measured_against_a_spring():
 
 def test_a_device_that_is_not_there_fails_its_line(changed):
     plan = changed(
-        (("arm", "options", "host"), "127.0.10.77"), (("force", "options"), {"port": "/dev/nowhere"})
+        (("arm", "options", "host"), "127.0.10.77"),
+        (("force", "options"), {"port": "/dev/nowhere"}),
     )
     result = CliRunner().invoke(app, ["doctor", str(plan), "--yes", "--json"])
     assert result.exit_code == 4

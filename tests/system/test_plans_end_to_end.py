@@ -32,7 +32,6 @@ VERDICTS: dict[str, tuple[str, set[str]]] = {
     "aluminium-sphere": ("refused", {UNSAFE, UNIDENTIFIABLE}),
     "campaign": ("go", set()),
     "demo-wire": ("warn", {"patient"}),
-    "falsify": ("go", set()),
     "plastic-cone": ("refused", {UNSAFE}),
     "plastic-pyramid": ("refused", {UNSAFE, "tip_exceeded"}),
     "plastic-sphere": ("go", set()),
@@ -169,7 +168,7 @@ def test_refused_plans_do_not_run(
 )
 def test_the_others_run(name: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     path = PROCEDURES / f"{name}.yaml"
-    if name not in ("plastic-sphere", "falsify"):  # one is as patient as it is meant to be
+    if name not in ("plastic-sphere", "campaign"):  # one is as patient as it is meant to be
         path = _sooner(path, tmp_path / path.name)
     ran = command(capsys, "run", path, "--dry-run", "--json", "--quiet", "--out", tmp_path / "run")
     data = ran.data
@@ -200,8 +199,8 @@ def test_the_others_run(name: str, capsys: pytest.CaptureFixture[str], tmp_path:
     _holds(headline, true_chord(truth, headline["from_n"], headline["to_n"]))
     if name == "plastic-sphere":  # `make demo`
         low, high = (each / 1e6 for each in headline["interval_n_per_m"])
-        told = f"Chord stiffness {headline['value_n_per_m'] / 1e6:.2f} MN/m from 29.9 N to 299 N,"
-        told += f" 95 % interval [{low:.2f}, {high:.2f}] MN/m"
+        told = f"Chord stiffness {headline['value_n_per_m'] / 1e6:.2f} MN/m, 95 %"
+        told += f" [{low:.2f}, {high:.2f}] MN/m, from"
         assert told in (PROCEDURES.parent / "README.md").read_text()
     if (mean_plane := data["quantities"].get("secant_from_mean_plane")) is not None:
         _holds(mean_plane, true_secant(truth, mean_plane["to_n"]))

@@ -47,7 +47,7 @@ def test_init_writes_a_plan_that_preflight_lets_through(rig_file, tmp_path):
     plan.parent.mkdir()
     code, told = stepload("init", rig_file, "--plan", plan, *BALL)
     assert code == 0, told
-    assert "preflight: WARN" in told
+    assert told.startswith("GO  ")
     assert load_plan(plan, today=DAY).rig.name == "bench"
     assert stepload("preflight", plan)[0] == 0
     with pytest.raises(BadInputError, match="is there already"):
@@ -55,7 +55,7 @@ def test_init_writes_a_plan_that_preflight_lets_through(rig_file, tmp_path):
     code, told = stepload(
         "init", rig_file, "--plan", plan, *BALL, "--force", "--top-force", "30 N", "--json"
     )
-    assert json.loads(told[told.index("{") :])["verdict"] == "warn"
+    assert json.loads(told[told.index("{") :])["verdict"] == "go"
     assert load_plan(plan, today=DAY).procedure.top_force_n == 30.0
 
 

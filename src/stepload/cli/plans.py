@@ -56,10 +56,10 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
         "fast_speed_m_s": envelope.fast_speed_m_s,
         "force_budget": [data(fields.FORCE_TERM, term) for term in envelope.force_budget],
         "chance_of_yield": chance_of_yield(
-            envelope.plan.payload, envelope.theory, envelope.force_limit_n
-        )
-        if envelope.force_limit_n > 0.0
-        else None,
+            envelope.plan.payload,
+            envelope.theory,
+            max(envelope.plan.procedure.top_force_n, envelope.force_limit_n),
+        ),
         "expected": None if expected is None else data(fields.QUANTITY, expected),
         "schedule": [data(fields.STAGE, stage) for stage in envelope.stages],
         "duration_s": envelope.duration_s if envelope.stages else None,
