@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from stepload.engine.supervisor import ACROSS_SIGMAS, Supervisor
+from stepload.engine.supervisor import Supervisor
 from stepload.engine.watch import Breach
 from stepload.envelope.limits import RunLimits
 
@@ -38,7 +38,7 @@ class _Channel:
     def begin(self) -> None:
         """A way back begins here."""
         self.first_n = self.least_n = math.nan
-        self.least_m = self.least_at_m = 0.0
+        self.least_m = 0.0
         self.mean_n = self.rose_n = self._way_m = 0.0
 
     def read(self, raw_n: float) -> None:
@@ -48,14 +48,14 @@ class _Channel:
             self.smooth_n = raw_n
         self.smooth_n += self._alpha * (raw_n - self.smooth_n)
 
-    def go(self, zero_n: float, target_m: float, at_m: float, way_m: float) -> None:
-        """Follow to the measured position `at_m`, `way_m` further back than ever before."""
+    def go(self, zero_n: float, target_m: float, way_m: float) -> None:
+        """Follow `way_m` further back than ever before."""
         force_n = self.smooth_n - zero_n
         if self.first_n != self.first_n:
             self.first_n = self.least_n = force_n
-            self.least_m, self.least_at_m = target_m, at_m
+            self.least_m = target_m
         elif abs(force_n) < abs(self.least_n) - 0.5 * self.tolerance_n:
-            self.least_n, self.least_m, self.least_at_m = force_n, target_m, at_m
+            self.least_n, self.least_m = force_n, target_m
         self.rose_n = force_n - self.first_n
         if way_m > 0.0:
             self._way_m += way_m
@@ -89,9 +89,8 @@ class _Channel:
 class RetractGuard:
     """Watches the target; a way back lasts until the target goes forward again, or has rested.
 
-    Its channels are the force sensor across the pressing axis, the same along it, and the second
-    channel. Once the direction is proven, one channel alone may be the fault, and the way back goes
-    on: both along the axis must have grown.
+    Every force channel must have grown: one alone may be late, and a way back that is right must
+    not be turned round. Once the direction is proven nothing turns it round.
 
     `proven` says that the arm's direction is: a touch pushed back, or a contact was left.
     `found` is the breach of the first force that grew, `goal_m` the target of the least force then.
@@ -100,16 +99,15 @@ class RetractGuard:
     def __init__(self, limits: RunLimits) -> None:
         alpha = limits.period_s / (max(0.25 * limits.reaction_s, 2.0 * limits.period_s))
         touch_n = limits.touch_force_n
-        across_n = max(touch_n, ACROSS_SIGMAS * limits.noise_n)
-        self._channels = [_Channel(across_n, alpha), _Channel(touch_n, alpha)]
+        self._channels = [_Channel(touch_n, alpha)]
         if limits.cross_check:
             self._channels.append(_Channel(max(touch_n, limits.cross_tolerance_n), alpha))
         self._largest_n = UNZEROED_SHARE * limits.force_limit_n
-        self._settled_s, self._still_m = SETTLED * limits.reaction_s, limits.still_m
+        self._settled_s = SETTLED * limits.reaction_s
         self._alpha = alpha
         self._last_m = self._from_m = self._at_m = self._farthest_m = math.nan
         self._forward_s, self._back_s, self._back = -math.inf, math.inf, False
-        self._zeros_n = 0.0, 0.0, 0.0
+        self._zeros_n = 0.0, 0.0
         self.proven = False
         self.found: Breach | None = None
         self.goal_m = math.nan
@@ -132,7 +130,7 @@ class RetractGuard:
         `target_m` is the target in force until now, `touched` whether there has been a touch.
         """
         self.proven = self.proven or touched
-        readings_n = sup.force.across_n, sup.force.raw_n, sup.second_raw_n
+        readings_n = sup.force.raw_n, sup.second_raw_n
         for channel, raw_n in zip(self._channels, readings_n, strict=False):
             channel.read(raw_n)
         at_m = sup.arm.position_m
@@ -140,7 +138,7 @@ class RetractGuard:
             self._at_m = at_m
         self._at_m += self._alpha * (at_m - self._at_m)  # as late as the forces
         way_m, self._last_m = self._last_m - target_m, target_m
-        zeros_n = 0.0, sup.zero_n, sup.second_zero_n
+        zeros_n = sup.zero_n, sup.second_zero_n
         if way_m < 0.0:
             self._forward_s, self._back = now_s, False
         elif way_m > 0.0:
@@ -159,13 +157,11 @@ class RetractGuard:
         way_m = max(0.0, self._farthest_m - at_m)
         self._farthest_m = min(self._farthest_m, at_m)
         for channel, zero_n in zip(self._channels, zeros_n, strict=False):
-            channel.go(zero_n, target_m, at_m, way_m)
+            channel.go(zero_n, target_m, way_m)
             grown_n, limit_n = channel.grown_n(zero_n, sup.tared, self._largest_n)
-            came_m = channel.least_at_m - at_m
-            if grown_n > limit_n and (came_m > self._still_m or not self.proven):
+            if grown_n > limit_n:
                 grown.append((grown_n / limit_n, grown_n, limit_n, channel))
-        along = [row for row in grown if row[3] is not self._channels[0]]
-        if not grown or (self.proven and len(along) < 2):
+        if self.proven or len(grown) < len(self._channels):
             return None
         _, grown_n, limit_n, channel = max(grown, key=lambda one: one[0])
         return self.turn(grown_n, limit_n, channel.least_m if sup.tared else self._from_m)
@@ -173,10 +169,10 @@ class RetractGuard:
     def turn(self, grown_n: float, limit_n: float, goal_m: float) -> Breach:
         """The breach of a wrong way back: the arm must go to `goal_m`."""
         self.goal_m = goal_m
-        across, along = self._channels[:2]
+        along = self._channels[0]
         whose = (
             "the arm's direction (approach)"
-            if across.change_n < across.tolerance_n and along.rose_n > -0.5 * along.tolerance_n
+            if along.rose_n > -0.5 * along.tolerance_n
             else "the arm's direction (approach) and the sensor's sign (force.axis)"
         )
         self.found = Breach(

@@ -275,7 +275,7 @@ class Engine:
         self.still_closed = self.supervisor.still_closed(now_s)
         if self.still_closed and self._further_back():
             return False
-        self.safe_reached = True
+        self.safe_reached = not (turned and self.still_closed)
         return True
 
     def _further_back(self) -> bool:

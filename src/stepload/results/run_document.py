@@ -124,8 +124,13 @@ def _reasons(run: Evaluation) -> list[str]:
 def _doubts(run: Evaluation, reasons: Sequence[str]) -> list[str]:
     """The reasons without those that only confirm the result."""
     found, confirming = run.identification, {*alive(run.recording.events)}
-    if found is not None and found.judgement.verdict is ResultVerdict.IDENTIFIED:
-        confirming.update(found.judgement.reasons)
+    if found is not None and (headline := found.headline) is not None:
+        narrow = headline.half_width <= 1.0 / found.conditions.t
+        confirming.update(
+            each
+            for each in found.judgement.reasons
+            if each not in headline.why and (narrow or not each.startswith("the 95 % interval"))
+        )
     return [each for each in reasons if each not in confirming]
 
 

@@ -203,7 +203,6 @@ def test_a_rig_that_cannot_push_as_hard_as_the_papers_is_mapped_at_what_it_can()
         ("stfv", None, "no rig profile is named 'stfv'"),
         ("nowhere/rig.yaml", None, "there is no such rig file"),
         ("stvf", 2000.0, "can press with 1000 N at most"),
-        ("stvf", 10.0, "contact threshold"),
         ("stvf", -1.0, "can press with"),
     ],
 )
