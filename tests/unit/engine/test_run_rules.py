@@ -47,6 +47,8 @@ ARM_UNSEEN = {"arm_lost", "arm_nan", "position_drift", "position_jump", "protect
 @cache
 def begun_s(make: Any, phase: Phase, step: int) -> float:
     """When a healthy run is in this phase and step, a little after its beginning."""
+    if phase == Phase.WARM_UP:
+        return 0.1
     plan = make(**QUICK)
     return 0.05 + run_to(bench_for(plan, F_C, spec_for(plan, 3)), phase, step)
 

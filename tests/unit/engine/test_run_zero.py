@@ -172,7 +172,8 @@ def test_between_cycles_the_new_zero_counts() -> None:
     assert engine.cause is None
     tares = engine.course.tares
     assert len(tares) == 3
-    assert engine.supervisor.zero_n == tares[1].mean_n > tares[0].mean_n + 0.5
+    assert engine.supervisor.zero_n == tares[2].mean_n
+    assert tares[2].mean_n > tares[1].mean_n + 0.5 > tares[0].mean_n + 1.0
 
 
 def test_a_zero_that_moves_too_far_within_a_cycle_ends_the_run() -> None:

@@ -23,7 +23,7 @@ def test_garbage_of_before_is_gone_inside() -> None:
             self.own = self
 
     gone = weakref.ref(Ring())
-    with undisturbed(virtual=True):
+    with undisturbed(virtual=False):
         assert gone() is None
 
 
