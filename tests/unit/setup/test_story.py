@@ -94,7 +94,7 @@ def test_killed_between_the_two_files_of_a_step_it_goes_on(rig_file):
     older = rig_file.read_bytes()
     go(rig_file, rig, until="push")
     rig_file.write_bytes(older)
-    assert go(rig_file, rig, until="push")[0][0] == "start"
+    assert go(rig_file, rig, until="start")[0][0] == "way"
     assert 'axis: "-fz"' in rig_file.read_text()
 
 
