@@ -18,7 +18,7 @@ stepload: 1
 payload: payloads/silicone-sphere.yaml
 rig:
   profile: ur5e
-  force: {options: {port: none.tty}, tool_mass: 1 kg, rated_force: [500 N, 500 N, 1 kN]}
+  force: {options: {port: none.tty}, rated_force: [500 N, 500 N, 1 kN]}
   arm: {options: {host: 127.0.10.1}, structure: machine}
   system_stiffness: {value: 1.2e5 N/m, sigma: 2e3 N/m, damping: 100 N s/m, msde: 20 µm}
   second_force: {source: arm, tolerance: 11 N, tolerance_relative: 3 %, time: 100 ms, noise: 1 N}

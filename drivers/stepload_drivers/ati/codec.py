@@ -58,10 +58,7 @@ class Op(IntEnum):
     CALIBRATION = 0x6
     COUNTS = 0x7
     UNITS = 0x8
-    DIAGNOSTIC = 0x9
     RESET = 0xC
-    BASE_ID = 0xD
-    BAUD = 0xE
     FIRMWARE = 0xF
 
 

@@ -12,7 +12,6 @@ from stepload_drivers.canframe import CanFrame, together
 from stepload_drivers.resync import FrameDecoder
 from stepload_drivers.robotous.models import Model
 
-PAYLOAD_BYTES = 16
 UART_START, UART_END = 0x55, 0xAA
 UART_FRAME_BYTES = 19
 _SAMPLE = struct.Struct(">x6hB")
@@ -32,10 +31,7 @@ class Command(IntEnum):
     MODEL = 0x01
     SERIAL = 0x02
     FIRMWARE = 0x03
-    SET_CAN_IDS = 0x04
-    GET_CAN_IDS = 0x05
     SET_BAUD = 0x06
-    GET_BAUD = 0x07
     SET_FILTER = 0x08
     GET_FILTER = 0x09
     READ_ONCE = 0x0A

@@ -26,7 +26,6 @@ class ArmAcross:
     def __init__(self, plant: SixPlant, spec: WorldSpec, faults: Schedule) -> None:
         self._plant = plant
         self._lag = Lag(faults, 1.0 / spec.arm_rate_hz, "arm_force_")
-        self._mass = spec.second_tool_mass_kg
         self._noise_x = normal_source(spec.seed, 13, spec.arm_force_noise_n)
         self._noise_y = normal_source(spec.seed, 14, spec.arm_force_noise_n)
         chance = np.random.default_rng([spec.seed, 15])
@@ -49,9 +48,6 @@ class ArmAcross:
 
     def _estimate(self, active: Mapping[str, float]) -> tuple[float, float]:
         x_n, y_n = self._lag.shown(self._plant.load[:2], active)
-        if self._mass:
-            ax, ay, _ = self._plant.acceleration_m_s2
-            x_n, y_n = x_n + self._mass * ax, y_n + self._mass * ay
         if "arm_force_deaf" in active:
             x_n = y_n = 0.0
         gain = active.get("arm_force_gain", 1.0) * (-1.0 if "arm_force_reversed" in active else 1.0)

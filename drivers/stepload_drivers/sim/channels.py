@@ -275,7 +275,6 @@ class ArmChannel(Channel):
         self._has_force = spec.arm_has_force
         self._force_noise = normal_source(spec.seed, 12, spec.arm_force_noise_n)
         self._force_offset = force_offset_n
-        self._mass = spec.second_tool_mass_kg
         self.arm_force_n = math.nan
         self._drift_m = 0.0
 
@@ -290,8 +289,6 @@ class ArmChannel(Channel):
         value = _quantised(value, self._quantum)
         if self._has_force:
             self.arm_force_n = plant.force_n + self._force_offset + self._force_noise()
-            if self._mass:
-                self.arm_force_n += self._mass * plant.tip_acceleration_m_s2
         self.sequence += 1
         if self.disturbed or time_s >= self._faults.next_s:
             self._disturb(time_s, plant.force_n, value, 0)
@@ -319,7 +316,7 @@ class ArmChannel(Channel):
         shown = self._lag.shown((truth,), active)[0]
         force = (self.arm_force_n + (shown - truth)) * active.get("arm_force_gain", 1.0)
         if "arm_force_deaf" in active:
-            force -= self._plant.force_n + self._mass * self._plant.tip_acceleration_m_s2
+            force -= self._plant.force_n
         if "arm_force_reversed" in active:
             force = -force
         force += active.get("arm_force_bias", 0.0)

@@ -62,13 +62,12 @@ class LiveState(NamedTuple):
     """State of a world that a server process may report, all at `time_s` of the monotonic clock.
 
     `position_m` as the arm measures it; `drive_m`, `tip_m` true; `force_n` the true contact force
-    (a sensor's emulator adds its own noise and quantum), `acceleration_m_s2` that of the tip, which
-    a sensor that carries a tool feels too; `arm_force_n` the arm's estimate, NaN for
+    (a sensor's emulator adds its own noise and quantum); `arm_force_n` the arm's estimate, NaN for
     none; `deformation_m` the true approach of the bodies, negative apart.
 
     Of a rig with six axes also `load_n`, the contact force in the pressing frame, `shift_m`, where
-    the drives across the press are, and `felt`, what the main sensor feels without its noise, zero
-    and the tool's constant weight; `felt` is None with one axis.
+    the drives across the press are, and `felt`, what the main sensor feels without its noise and
+    zero; `felt` is None with one axis.
     """
 
     time_s: float
@@ -80,7 +79,6 @@ class LiveState(NamedTuple):
     arm_force_n: float
     deformation_m: float
     peak_force_n: float
-    acceleration_m_s2: float
     load_n: Vector3 = ZERO
     shift_m: tuple[float, float] = (0.0, 0.0)
     felt: SixFloats | None = None
@@ -107,9 +105,8 @@ class LiveWorld:
         plant = self.world.plant
         self._six = plant if isinstance(plant, SixPlant) else None
         self._felt: Felt | None = None
-        if self._six is not None:  # the emulator of the sensor adds the tool's weight itself
-            sensor, mass_kg = self._six.mount.sensor, spec.force_tool_mass_kg
-            self._felt = Felt(self._six, sensor, spec.force_axis, mass_kg, weighs=False)
+        if self._six is not None:
+            self._felt = Felt(self._six, self._six.mount.sensor, spec.force_axis)
         self._lock = threading.Lock()
         steps = round(_HISTORY_S / self.world.plant.step_s)
         self._states = deque([self._state()], maxlen=steps)
@@ -162,7 +159,6 @@ class LiveWorld:
             arm_force_n=self.world.arm.arm_force_n,
             deformation_m=plant.closed_m,
             peak_force_n=plant.peak_n,
-            acceleration_m_s2=plant.tip_acceleration_m_s2,
         )
         if self._six is None or self._felt is None:
             return state

@@ -52,7 +52,7 @@ class Plant:
     ) -> None:
         self.step_s = step_s
         self.time_s = 0.0
-        self.tip_m = self.tip_speed = self.last_tip_speed = 0.0
+        self.tip_m = self.tip_speed = 0.0
         self.force_n = self.last_force_n = self.peak_n = self._tangent = 0.0
         self.braked = self._resting = False
         self.sub_steps = self._steps = 0
@@ -112,11 +112,6 @@ class Plant:
         return closed_m
 
     @property
-    def tip_acceleration_m_s2(self) -> float:
-        """Mean acceleration of the tip over the last base step, positive towards the payload."""
-        return (self.tip_speed - self.last_tip_speed) / self.step_s
-
-    @property
     def measured_m(self) -> float:
         """Travel where the arm measures it: before what slips."""
         return self._axis.measured_m
@@ -150,7 +145,6 @@ class Plant:
         """Go on by `step_s`."""
         h = self.step_s
         self.last_force_n = self.force_n
-        self.last_tip_speed = self.tip_speed
         axis = self._axis
         axis.take_commands(self.time_s)
         drive, actual = axis.position_m, 0.0

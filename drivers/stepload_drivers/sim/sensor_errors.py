@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from stepload.rig.world import WorldSpec
 from stepload_drivers.sim.channels import WRENCHES, Wrench
-from stepload_drivers.sim.mechanics import Mechanics, Pressed
+from stepload_drivers.sim.mechanics import Pressed
 
 
 class Bent:
@@ -31,23 +31,6 @@ class Bent:
     @property
     def last_force_n(self) -> float:
         return self._felt(self._pressed.last_force_n)
-
-
-class Carrying:
-    """A reading to which the mass on the measured side adds m ẍ, positive as pressing is."""
-
-    def __init__(self, pressed: Pressed, plant: Mechanics, mass_kg: float) -> None:
-        self._pressed = pressed
-        self._plant = plant
-        self._mass_kg = mass_kg
-
-    @property
-    def force_n(self) -> float:
-        return self._pressed.force_n + self._mass_kg * self._plant.tip_acceleration_m_s2
-
-    @property
-    def last_force_n(self) -> float:
-        return self._pressed.last_force_n + self._mass_kg * self._plant.tip_acceleration_m_s2
 
 
 def sideways(

@@ -18,7 +18,7 @@ class SensorTruth(NamedTuple):
     """One force sensor as it really is.
 
     `offset_n` is its reading in free air; `stream` and `stream` + 1 are its streams of noise from
-    `seed`; `tool_mass_kg` hangs on its measured side.
+    `seed`.
     """
 
     axis: str
@@ -29,7 +29,6 @@ class SensorTruth(NamedTuple):
     range_n: float
     offset_n: float
     drift_n_per_s: float
-    tool_mass_kg: float
     clock_s: float
     seed: int
     stream: int
@@ -47,7 +46,6 @@ def main_sensor(spec: WorldSpec) -> SensorTruth:
         range_n=spec.force_range_n,
         offset_n=spec.start_force_bias_n,
         drift_n_per_s=spec.force_drift_n_per_s,
-        tool_mass_kg=spec.force_tool_mass_kg,
         clock_s=_MAIN_CLOCK_S,
         seed=spec.seed,
         stream=_MAIN_STREAM,
@@ -66,7 +64,6 @@ def second_sensor(spec: WorldSpec, offset_n: float) -> SensorTruth:
         range_n=spec.second_force_range_n,
         offset_n=offset_n,
         drift_n_per_s=0.0,
-        tool_mass_kg=spec.second_tool_mass_kg,
         clock_s=_SECOND_CLOCK_S,
         seed=spec.seed,
         stream=_SECOND_STREAM,

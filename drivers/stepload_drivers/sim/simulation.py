@@ -13,7 +13,7 @@ from stepload_drivers.sim.contact import contact_of
 from stepload_drivers.sim.faults import ARM, Schedule, check_kinds
 from stepload_drivers.sim.mechanics import Pressed
 from stepload_drivers.sim.noise import normal_source
-from stepload_drivers.sim.sensor_errors import Bent, Carrying, sideways
+from stepload_drivers.sim.sensor_errors import Bent, sideways
 from stepload_drivers.sim.sensor_truth import SensorTruth, main_sensor, second_sensor
 from stepload_drivers.sim.six_plant import SixPlant
 from stepload_drivers.sim.six_world import SixArmChannel, mechanics_of, sensor_of
@@ -100,8 +100,6 @@ class World:
     def _sensor(self, truth: SensorTruth, pressed: Pressed) -> ForceChannel:
         """A force sensor of such a rig."""
         spec = self.spec
-        if truth.tool_mass_kg:
-            pressed = Carrying(pressed, self.plant, truth.tool_mass_kg)
         across = normal_source(truth.seed, truth.stream + 1, truth.noise_n)
         wrench = sideways(
             self.plant, truth.axis, share=spec.lateral, noise=across, six=spec.six_components

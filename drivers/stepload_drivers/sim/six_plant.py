@@ -75,7 +75,6 @@ class SixPlant:
         )
         if self.tip.depth_m > self.tip.touching_m:
             self._begin_in_contact(contact)
-        self._last_speed = self.tip.speed
         self.load: Vector3 = self._load()
         """Contact force on the plate, pressing frame."""
         self.last_load = self.load
@@ -112,7 +111,6 @@ class SixPlant:
     def step(self) -> None:
         """Go on by `step_s`: what moves by itself, the drives at constant speed, then the tip."""
         self.last_load = self.load
-        self._last_speed = self.tip.speed
         self._axial.take_commands(self.time_s)
         for drive in self._across:
             self._shifted = drive.take_commands(self.time_s) or self._shifted
@@ -227,11 +225,6 @@ class SixPlant:
         return times(self._held.to_press, self.tip.speed)[2]
 
     @property
-    def tip_acceleration_m_s2(self) -> float:
-        """Mean acceleration of the tip along the press over the last base step."""
-        return self.acceleration_m_s2[2]
-
-    @property
     def closed_m(self) -> float:
         """Approach of payload and plate where the gauge sits, without the give of the load path."""
         closed_m = self.tip.depth_m / self._steep
@@ -260,12 +253,6 @@ class SixPlant:
         """How far the tip is across the press from where it began."""
         x_m, y_m, _ = times(self._held.to_press, self.tip.at)
         return x_m, y_m
-
-    @property
-    def acceleration_m_s2(self) -> Vector3:
-        """Mean acceleration of the tip over the last base step, pressing frame."""
-        (a, b, c), (x, y, z), h = self.tip.speed, self._last_speed, self.step_s
-        return times(self._held.to_press, ((a - x) / h, (b - y) / h, (c - z) / h))
 
     @property
     def friction_n(self) -> float:

@@ -31,7 +31,7 @@ def sensor_of(
     bend: tuple[float, float] = (0.0, 0.0),
 ) -> WrenchChannel:
     """A force sensor where it sits."""
-    felt = Felt(plant, sensor, truth.axis, truth.tool_mass_kg)
+    felt = Felt(plant, sensor, truth.axis)
     return WrenchChannel(felt, sensor, truth, bend=bend)
 
 

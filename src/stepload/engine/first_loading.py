@@ -49,18 +49,6 @@ def true_secant(payload: PayloadTruth, force_n: float) -> float:
     return force_n / deformation_m
 
 
-def true_chord(payload: PayloadTruth, from_n: float, to_n: float) -> float:
-    """Chord stiffness in N/m of the simulated payload between two forces.
-
-    Raises:
-        DomainError: the forces do not rise, or are outside the law.
-    """
-    if not from_n < to_n:
-        raise DomainError(f"no chord from {from_n:g} N to {to_n:g} N")
-    travel_m = true_deformation(payload, to_n) - true_deformation(payload, from_n)
-    return (to_n - from_n) / travel_m
-
-
 def _surface(payload: PayloadTruth, force_n: float) -> float:
     """Deformation of the body itself with its adhesion, without pad, stop and seating."""
     if payload.adhesion_n > 0.0:

@@ -105,8 +105,6 @@ def world_for(
         cross_talk=simulation.cross_talk,
         sensor_quadratic=simulation.sensor_quadratic,
         sensor_cubic=simulation.sensor_cubic,
-        force_tool_mass_kg=force.tool_mass_kg or 0.0,
-        second_tool_mass_kg=second.tool_mass_kg or 0.0,
         six_components=force.components == "six" and arm.structure is Structure.ARM,
         mount=mount_of(simulation, stiffness),
     )

@@ -71,7 +71,6 @@ def _sensor(told: Mounting) -> SensorMount:
     return SensorMount(
         rotation_rad=(told.sensor_turn_x_rad, told.sensor_turn_y_rad, told.sensor_turn_z_rad),
         lever_m=(told.eccentricity_x_m, told.eccentricity_y_m, told.sensor_lever_m),
-        tool_cog_m=(0.0, 0.0, told.tool_cog_m),
         cross_talk=_cross_talk(told.cross_talk) if told.cross_talk else None,
         torque_noise_nm=told.torque_noise_n_m,
         torque_quantum_nm=told.torque_resolution_n_m,

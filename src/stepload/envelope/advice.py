@@ -42,8 +42,8 @@ def advised(plan: Plan, reasons: tuple[Reason, ...], judge: Judge) -> tuple[Reas
 def _with_remedy(reason: Reason, changes: list[Change]) -> Reason:
     if not changes:
         return replace(reason, remedy=NONE_HELPS)
-    texts = {change.key or change.text: change.text for change in changes}  # the last of a key
-    return replace(reason, remedy=", and ".join(texts.values()), key=changes[0].key)
+    remedy = ", and ".join(change.text for change in changes)
+    return replace(reason, remedy=remedy, key=changes[0].key)
 
 
 def _changes_for(
@@ -56,7 +56,8 @@ def _changes_for(
         if reason.code not in codes:  # lifted by what lifts another one
             return [way[0][1]]
         at = codes.index(reason.code)
-        end = next((i for i in range(at + 1, len(way)) if codes[i] in refused), len(way))
+        others = refused - {reason.code}  # its own may come back, and is lifted again
+        end = next((i for i in range(at + 1, len(way)) if codes[i] in others), len(way))
         return [change for _, change in way[at:end]]
     change = lifting(plan, reason, reasons, judge)
     return [] if change is None else [change]
@@ -84,9 +85,12 @@ class _Search:
         self._trials = MOST_TRIALS
 
     def way(
-        self, plan: Plan, reasons: tuple[Reason, ...], depth: int, used: tuple[Family, ...]
+        self, plan: Plan, reasons: tuple[Reason, ...], depth: int, used: tuple[Family | str, ...]
     ) -> Way | None:
-        """The changes from here on; None where there are none, or too many to try."""
+        """The changes from here on; None where there are none, or too many to try.
+
+        None changes a key again: a force that was lowered is not raised.
+        """
         refusal = next((r for r in reasons if r.severity is Severity.REFUSE), None)
         if refusal is None:
             return ()
@@ -95,12 +99,14 @@ class _Search:
             for change in family(plan, refusal):
                 if self._trials <= 0:
                     return None
+                if change.key and change.key in used:
+                    break
                 self._trials -= 1
                 changed = change.make()
                 after = _judged(changed, self._judge)
                 if after is None or refusal.code in _codes(after):
                     continue
-                rest = self.way(changed, after, depth - 1, (*used, family))
+                rest = self.way(changed, after, depth - 1, (*used, family, change.key))
                 if rest is not None:
                     return ((refusal.code, change), *rest)
         return None

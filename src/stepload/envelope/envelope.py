@@ -24,7 +24,6 @@ from stepload.envelope.limits import RunLimits, limits_of
 from stepload.envelope.one_channel import one_channel_reasons
 from stepload.envelope.press import PressRig, Term
 from stepload.envelope.pressing import Pressing, largest_top_force, pressing_for
-from stepload.envelope.proof import heavy_tool_reasons
 from stepload.envelope.ranges import range_reasons
 from stepload.envelope.reason import PlanVerdict, Reason, Severity, verdict_of
 from stepload.envelope.reasons import (
@@ -193,7 +192,6 @@ def _derived(plan: Plan, measured: Measured | None) -> Envelope:
         *cycle_reasons(plan),
         *stiffness_reasons(plan),
         *friction_reasons(plan, theory),
-        *heavy_tool_reasons(plan),
         *sideways_reasons(plan),
         *way_back_reasons(plan, theory.counted.lower_n),
         *aligning_reasons(plan, limits),

@@ -271,7 +271,7 @@ def _budgeted_speeds(
     return guarded, fast
 
 
-def rigid_coefficient(rig: PressRig, limit_n: float, impact_factor: float = IMPACT_FACTOR) -> float:
+def rigid_coefficient(rig: PressRig, limit_n: float) -> float:
     """Force per speed, in N s/m, where a hidden hard stop is met at a force up to `limit_n`.
 
     A single hit is v sqrt(m k). On a soft payload an arm bounces off the stop as it does in free
@@ -279,7 +279,7 @@ def rigid_coefficient(rig: PressRig, limit_n: float, impact_factor: float = IMPA
     main force channel that is dead is seen by the second one only, and later: that time counts too.
     """
     travel = rig.stiffness_n_per_m * (rig.reaction_s + rig.cross_check_s)
-    impact = impact_factor * math.sqrt(rig.mass_kg * HARD_STOP_N_PER_M)
+    impact = IMPACT_FACTOR * math.sqrt(rig.mass_kg * HARD_STOP_N_PER_M)
     linear = 1.1 * travel + rig.damping_n_s_per_m + impact
     braking = rig.stiffness_n_per_m * (limit_n / linear) / (2.0 * rig.acceleration_m_s2)
     return linear + braking

@@ -147,14 +147,6 @@ def _second_channel(second: SecondForce) -> Iterator[Impossibility]:
             "a second channel with a tolerance of 0 N would stop every run",
             "give the difference that its noise and gain error explain",
         )
-    if source is SecondForceSource.NONE:
-        return
-    if sensor is not None and sensor.tool_mass_kg is not None:
-        yield Impossibility(
-            ("sensor", "tool_mass"),
-            "tool_mass of the second channel stands in its sensor",
-            "write it one level up: rig.second_force.tool_mass",
-        )
 
 
 def _stiffness_is_known(stiffness: SystemStiffness) -> Iterator[Impossibility]:

@@ -77,22 +77,18 @@ def _largest_step(plan: Plan) -> float:
 
 TOUCH_SHARE = 0.8
 """Touch force over the first level, where that lies lower than the usual touch force."""
-TOOL_SHARE = 1.5
-"""Least ratio of the touch force to the inertia of the tool at the arm's largest acceleration."""
 
 
 def _touch_force(plan: Plan) -> float:
     """The default touch force in N: at least six times the scatter of a quantised reading.
 
-    It also exceeds the force that accelerates the tool, by half, for the noise that comes on top.
     Below low levels it is as much less as the noise of the force allows.
     """
     force = plan.rig.force
-    tool_n = TOOL_SHARE * (force.tool_mass_kg or 0.0) * plan.rig.arm.max_acceleration_m_s2
     scatter_n = math.hypot(force.noise_n, force.resolution_n / math.sqrt(12.0))
     top_n = plan.procedure.top_force_n
-    touch_n = max(0.01 * top_n, 1.0, 2.0 * force.resolution_n, 6.0 * scatter_n, tool_n)
-    least_n = max(force.resolution_n, 6.0 * scatter_n, tool_n)
+    touch_n = max(0.01 * top_n, 1.0, 2.0 * force.resolution_n, 6.0 * scatter_n)
+    least_n = max(force.resolution_n, 6.0 * scatter_n)
     first_n = top_n
     with suppress(UnknownError, IndexError):
         first_n = plan.procedure.levels_n[0]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import pi
 from typing import Annotated
 
-from stepload.plan.leaves import Length, LengthOrZero, Number, Offset, Quantity, ShareAcross
+from stepload.plan.leaves import LengthOrZero, Number, Offset, Quantity, ShareAcross
 from stepload.plan.sections import Key
 
 _Tilt = Annotated[float, Quantity("rad", -pi / 6, pi / 6)]
@@ -79,7 +79,3 @@ class Mounting:
         Offset, Key("How far the displacement gauge is off the contact, along x.")
     ] = 0.0
     gauge_offset_y_m: Annotated[Offset, Key("The same along y.")] = 0.0
-    tool_cog_m: Annotated[
-        Length,
-        Key("Distance from the force sensor's origin to the centre of gravity of the tool on it."),
-    ] = 0.06

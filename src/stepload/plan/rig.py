@@ -45,14 +45,9 @@ _Age = Annotated[float, Quantity("s", 0.002, 2.0)]
 _Drift = Annotated[float, Quantity("N/s", 0.0, 100.0)]
 _Misalignment = Annotated[float, Quantity("rad", 0.0, 0.175)]
 _StuckRatio = Annotated[float, Number(1.0, 100.0)]
-_Mass = Annotated[float, Quantity("kg", 0.0, 100.0, above=True)]
 _AXIS = (
     "Wrench component, with the sign that is positive when pressing. A push by hand on the tool, "
     "as the plate will push, tells it."
-)
-_TOOL_MASS = (
-    "Mass on the measured side of {}: tool, and payload where the arm carries it. A small shake "
-    "in free air then proves sign, axis and rough gain before every approach."
 )
 _LoopDelay = Annotated[float, Quantity("s", 1e-5, 10.0)]
 """No loop is quicker than one sample of the fastest arm."""
@@ -235,7 +230,6 @@ class ForceSpec:
             "none: 2 deg for an arm, 0 for a machine."
         ),
     ] = None
-    tool_mass_kg: Annotated[_Mass | None, Key(_TOOL_MASS.format("the sensor"))] = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -283,13 +277,6 @@ class SecondForce:
         Key(
             "How far the zero of a sound second channel may be off while the payload is pressed. "
             "Taken off F_allowed. None: half of `tolerance`, as much as a look at its zero accepts."
-        ),
-    ] = None
-    tool_mass_kg: Annotated[
-        _Mass | None,
-        Key(
-            _TOOL_MASS.format("the second channel")
-            + " Leave it out where an arm's own force is compensated for its payload."
         ),
     ] = None
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stepload.results.analyse import Evaluation, beyond_theory
-from stepload.results.remarks import alive, levels, remarks, sideways
+from stepload.results.remarks import levels, remarks, sideways
 from stepload.results.until import loaded
 
 
@@ -15,7 +15,7 @@ def reasons_of(run: Evaluation) -> list[str]:
         reasons.append(until.text)
     if run.data is not None:
         reasons += [
-            *remarks(run.data), *alive(events), *levels(events), *sideways(events),
+            *remarks(run.data), *levels(events), *sideways(events),
             *beyond_theory(run),
         ]  # fmt: skip
     if resumed := run.recording.metadata.get("resumed"):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -58,19 +57,6 @@ def reopened(data: PressData) -> str:
     return (
         f"the contact was opened by a pause and touched again at {told} from the zero of the run: "
         "drift over the pause, and a quantum for each touch, are in the steps after it"
-    )
-
-
-def alive(events: Sequence[Event]) -> tuple[str, ...]:
-    """Force channels that were proven to respond before the approach; none in most records."""
-    told = [event.data for event in events if event.kind == "proof_of_life"]
-    channels: Any = told[-1].get("channels", ()) if told else ()
-    return tuple(
-        f"{each['channel']}: when the arm shook in free air it felt {each['felt_kg']:.3g} ±"
-        f" {each['half_width_kg']:.2g} kg of the {each['tool_mass_kg']:.3g} kg that it carries, so"
-        " its sign, axis and rough gain are proven"
-        for each in channels
-        if each["proven"]
     )
 
 

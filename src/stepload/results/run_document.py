@@ -42,7 +42,6 @@ from stepload.results.levels import Level, levels_of
 from stepload.results.model import Card, Document, Mood, Table, Verdict, interval, table
 from stepload.results.provenance import provenance_table
 from stepload.results.reasons import reasons_of
-from stepload.results.remarks import alive
 from stepload.results.run_figures import figures_of, law_figure
 from stepload.results.snippets import SIMULATORS, snippet, spring_of
 from stepload.results.until import levels_to_load, loaded, until_table
@@ -123,7 +122,7 @@ def _reasons(run: Evaluation) -> list[str]:
 
 def _doubts(run: Evaluation, reasons: Sequence[str]) -> list[str]:
     """The reasons without those that only confirm the result."""
-    found, confirming = run.identification, {*alive(run.recording.events)}
+    found, confirming = run.identification, set[str]()
     if found is not None and (headline := found.headline) is not None:
         narrow = headline.half_width <= 1.0 / found.conditions.t
         confirming.update(

@@ -15,8 +15,6 @@ Matrix6 = tuple[tuple[float, float, float, float, float, float], ...]
 
 ZERO: Vector3 = (0.0, 0.0, 0.0)
 NO_TURN: Matrix3 = (ZERO, ZERO, ZERO)
-STANDARD_GRAVITY: Vector3 = (0.0, 0.0, 9.80665)
-"""Gravity in the pressing frame, for a tool that points down."""
 MINDLIN_RATIO = 0.8
 """2 (1 − ν)/(2 − ν), tangential over normal contact stiffness, for ν between 0.3 and 0.35."""
 
@@ -33,7 +31,6 @@ class SensorMount:
         rotation_rad: rotation vector of the sensor against the pressing frame, unknown to the run.
         lever_m: contact point seen from the sensor's origin, pressing frame, with what the contact
             is off the tool's axis.
-        tool_cog_m: centre of gravity of what the sensor carries, likewise.
         cross_talk: share of each component (columns) in the reading of each (rows), in N and N·m,
             beside the component itself; None for none.
         torque_noise_nm, torque_quantum_nm: standard deviation and resolution of the torques.
@@ -43,7 +40,6 @@ class SensorMount:
 
     rotation_rad: Vector3 = ZERO
     lever_m: Vector3 = (0.0, 0.0, 0.12)
-    tool_cog_m: Vector3 = (0.0, 0.0, 0.06)
     cross_talk: Matrix6 | None = None
     torque_noise_nm: float = 0.0
     torque_quantum_nm: float = 0.0
@@ -65,7 +61,6 @@ class Mount:
         tangential_ratio: tangential over normal stiffness of the contact while it sticks.
         plate_tilt_rad: the plate is turned about axes 1 and 2 by these angles.
         gauge_offset_m: where the gauge measures, seen from the contact along axes 1 and 2.
-        gravity_m_s2: in the pressing frame.
         sensor, second_sensor: where the force sensors sit.
     """
 
@@ -77,6 +72,5 @@ class Mount:
     tangential_ratio: float = MINDLIN_RATIO
     plate_tilt_rad: tuple[float, float] = (0.0, 0.0)
     gauge_offset_m: tuple[float, float] = (0.0, 0.0)
-    gravity_m_s2: Vector3 = STANDARD_GRAVITY
     sensor: SensorMount = SensorMount()
     second_sensor: SensorMount = SensorMount()

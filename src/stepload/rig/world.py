@@ -87,9 +87,7 @@ class WorldSpec:
     1/K_s (1 + `softness` exp(−F/`softness_force_n`)). `lateral` is the force across the axis over
     the force along it; the force sensor reads `cross_talk` of it along the axis, and besides
     errors of `sensor_quadratic` and `sensor_cubic` of full scale at full scale.
-    `force_tool_mass_kg` hangs on the measured side of the force sensor, which feels it being
-    accelerated; `second_tool_mass_kg` is the same of the second channel, also where that is the
-    arm's own force. Force sensors of `six_components` have noise across the axis too. `mount` gives
+    Force sensors of `six_components` have noise across the axis too. `mount` gives
     the rig six axes; without it, it has the pressing axis alone.
     """
 
@@ -138,8 +136,6 @@ class WorldSpec:
     cross_talk: float = 0.0
     sensor_quadratic: float = 0.0
     sensor_cubic: float = 0.0
-    force_tool_mass_kg: float = 0.0
-    second_tool_mass_kg: float = 0.0
     six_components: bool = False
     mount: Mount | None = None
 

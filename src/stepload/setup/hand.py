@@ -1,4 +1,4 @@
-"""Axis and sign of the force channels by a guided push by hand, and the mass of the tool."""
+"""Axis and sign of the force channels by a guided push by hand."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from stepload.setup.bench import FORCE, SECOND, Bench, Heard, listen
 from stepload.setup.context import Setup, say_hazards
 from stepload.setup.devices import second_is_arm
 from stepload.setup.flat import Value
-from stepload.setup.judge import Channel, Proven, agreed, judged, weighed
+from stepload.setup.judge import Channel, Proven, agreed, judged
 from stepload.setup.state import Found
-from stepload.units import format_quantity, parse_quantity
+from stepload.units import parse_quantity
 
 ARM = "second_force"
 REST_S, LOOK_S = 2.0, 0.1
@@ -125,37 +125,3 @@ def _look(bench: Bench, rest: dict[str, Channel]) -> dict[str, FloatArray]:
 
 def _size(change: FloatArray) -> float:
     return float(np.abs(change).max())
-
-
-def weigh(setup: Setup) -> Found:
-    """The mass on the measured side, from the sensor's reading in two poses led by hand."""
-    answer, values = setup.answers.text("tool_mass"), setup.state.values
-    if answer == "none":
-        return Found({}, ("no tool mass: sign and axis rest on the push by hand alone",))
-    if answer != "weigh":
-        mass = Value(answer, setup.you)
-        return Found({"force.tool_mass": mass}, (f"tool mass {answer}, not weighed",))
-    axis = values["force.axis"].text.strip('"')
-    poses, forces_n, sigma_n = [], [], 0.0
-    for question in ("led_down", "led_aside"):
-        setup.tell(
-            "lead the arm by hand (local control, freedrive) so that the tool points "
-            + ("straight down" if question == "led_down" else "sideways, level")
-            + ", let go, and give it back to the program (remote control)"
-        )
-        setup.answers.consent(question)
-        with setup.opened(values, True) as bench:
-            heard = listen(bench, REST_S)
-        force_n = heard.forces_n(FORCE)
-        poses.append(heard.arm[-1].pose)
-        forces_n.append(force_n.mean(axis=0))
-        halves = np.array_split(force_n, 2)
-        wander_n = float(np.abs(halves[0].mean(axis=0) - halves[1].mean(axis=0)).max())
-        sigma_n = max(sigma_n, wander_n, float(force_n.std(axis=0).max()) / len(force_n) ** 0.5)
-    found = weighed((poses[0], poses[1]), (forces_n[0], forces_n[1]), sigma_n, axis)
-    if found is None:
-        return Found({}, ("the tool is too light for its weight to be told: no tool mass",))
-    shown = format_quantity(found.mass_kg, "kg")
-    note = f"the tool weighs {shown} ± {format_quantity(found.sigma_kg, 'kg')}, the sign agrees"
-    setup.tell(note)
-    return Found({"force.tool_mass": Value(shown, f"{setup.measured}: two poses")}, (note,))

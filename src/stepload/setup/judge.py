@@ -1,4 +1,4 @@
-"""Judges a force channel by a push by hand and by the weight of the tool; pure functions.
+"""Judges a force channel by a push by hand; pure functions.
 
 A push by hand stands in for the plate: it pushes the tool away from where the plate is, so whatever
 a channel reads during it is what it will read when the arm presses.
@@ -24,9 +24,6 @@ CROSS_TALK = 0.5
 """Share of the largest component that another may have: a push within 27 degrees of the axis."""
 AGREE = 0.3
 """Share by which two channels may differ in what they read of one push."""
-GRAVITY_M_S2 = 9.80665
-TELLING_TILT = 0.5
-"""Least change of the cosine between tool and gravity from which a mass is computed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,58 +149,3 @@ def turned_rad(one: SixFloats, other: SixFloats) -> float:
     """
     cosine = 0.5 * (float(np.sum(rotation(one) * rotation(other))) - 1.0)
     return math.acos(float(np.clip(cosine, -1.0, 1.0)))
-
-
-@dataclass(frozen=True, slots=True)
-class Weighed:
-    """Mass on the measured side of a sensor in kg, and its standard uncertainty."""
-
-    mass_kg: float
-    sigma_kg: float
-
-
-def weighed(
-    poses: tuple[SixFloats, SixFloats],
-    forces_n: tuple[FloatArray, FloatArray],
-    sigma_n: float,
-    axis: str,
-) -> Weighed | None:
-    """The mass of the tool from a sensor's reading in two poses; None: too light to determine.
-
-    The weight acts along gravity, whose direction in the tool follows from the poses; the base
-    stands upright. Computed from the component `axis`, whose sign it proves once more, and compared
-    with the change of the whole vector, which does not depend on how the sensor is mounted.
-
-    Args:
-        forces_n: mean reading (3,) in each pose.
-        sigma_n: standard uncertainty of each mean.
-
-    Raises:
-        RefusedError: the poses are too much alike, or the weight contradicts `axis`.
-    """
-    down = np.array([0.0, 0.0, -1.0])
-    in_tool = [rotation(pose).T @ down for pose in poses]
-    change = float(in_tool[0][2] - in_tool[1][2])
-    if abs(change) < TELLING_TILT:
-        raise RefusedError(
-            f"the tool hangs nearly alike in both poses: its axis changes by {abs(change):.2f} of"
-            f" the weight, {TELLING_TILT:g} are needed",
-            hint="lead the tool from pointing down to pointing sideways",
-        )
-    sign, index = (-1.0 if axis[0] == "-" else 1.0), AXES.index(axis[1:])
-    felt = sign * float(forces_n[0][index] - forces_n[1][index])
-    least_n = max(0.5, 10.0 * sigma_n)
-    whole_n = float(np.linalg.norm(forces_n[0] - forces_n[1]))
-    if whole_n < least_n:
-        return None
-    mass_kg = -felt / (GRAVITY_M_S2 * change)
-    whole_kg = whole_n / (GRAVITY_M_S2 * float(np.linalg.norm(in_tool[0] - in_tool[1])))
-    sigma_kg = math.sqrt(2.0) * sigma_n / (GRAVITY_M_S2 * abs(change))
-    if abs(mass_kg - whole_kg) > 0.25 * whole_kg + 5.0 * sigma_kg:
-        raise RefusedError(
-            f"the weight of the tool does not fit the axis {axis}: along it {mass_kg:+.2f} kg, by"
-            f" the whole vector {whole_kg:.2f} kg",
-            hint="a negative mass means that the push went the wrong way; else the sensor's axis is"
-            " not the tool's, or the base does not stand upright (then: tool_mass none)",
-        )
-    return Weighed(mass_kg, sigma_kg)

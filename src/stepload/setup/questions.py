@@ -110,15 +110,11 @@ _ALL = (
     Question("second_sensor", "Data sheet of the second sensor: a name, or a file"),
     Question("second_options", "Options of its driver", "", many=True),
     Question("keys", "Further keys of the rig, arm.max_age=20 ms and the like", "", many=True),
-    # push and weight
+    # push
     _consent(
         "may_push",
         "Free air around the tool, and you stand where the arm cannot pinch you: may it begin?",
     ),
-    Question("tool_mass", "Mass on the measured side: weigh, none, or a mass", "weigh",
-             _in("kg", "weigh", "none")),
-    _consent("led_down", "Is the arm led to where the tool points down, and in remote control?"),
-    _consent("led_aside", "Is the tool led to point sideways, and the arm in remote control?"),
     # the start
     _consent("led_to_start", "Is the arm led to its start pose, and in remote control?"),
     _consent("towards_plate", "Does this direction lead from the tool to the plate?", fact=True),
@@ -165,7 +161,6 @@ ASKED_IN: dict[str, tuple[str, ...]] = {
     "arm": ("name", "arm", "host", "approach", "arm_options", "arm_profile", "limits_set"),
     "sensor": ("sensor", "sensor_options", "second", "second_sensor", "second_options", "keys"),
     "push": ("may_push",),
-    "weigh": ("tool_mass", "led_down", "led_aside"),
     "start": ("led_to_start", "towards_plate"),
     "way": ("hazards_read_by", "may_back", "back"),
     "plan": ("plan", *OF_THE_PLAN),

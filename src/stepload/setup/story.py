@@ -28,7 +28,6 @@ STEPS: dict[str, tuple[str, Step]] = {
     "arm": ("the arm answers and is set up", devices.arm),
     "sensor": ("the force sensor answers", devices.sensor),
     "push": ("axis and sign of the force, by a push by hand", hand.push),
-    "weigh": ("the mass of the tool, by its weight in two poses", hand.weigh),
     "start": ("the start pose, as the arm is led there", way.start),
     "way": ("the way is free: the first motion", way.way),
     "plan": ("the plan of the first payload", proof.plan),

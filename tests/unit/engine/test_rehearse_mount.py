@@ -55,7 +55,6 @@ def test_every_word_arrives():
             torque_range_n_m=2.5,
             gauge_offset_x_m=0.02,
             gauge_offset_y_m=-0.01,
-            tool_cog_m=0.07,
         ),
         1e5,
     )
@@ -67,7 +66,6 @@ def test_every_word_arrives():
     sensor = mount.sensor
     assert sensor.rotation_rad == (0.03, 0.04, 0.05)
     assert sensor.lever_m == (1e-3, -2e-3, 0.2)
-    assert sensor.tool_cog_m == (0.0, 0.0, 0.07)
     assert (sensor.torque_noise_nm, sensor.torque_quantum_nm) == (0.003, 0.004)
     assert sensor.torque_range_nm == 2.5
     assert sensor.cross_talk is None

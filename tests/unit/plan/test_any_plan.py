@@ -83,7 +83,6 @@ rig:
     rated_torque: [20 N m, 20 N m, 20 N m]
     lever: 80 mm
     misalignment: 1 deg
-    tool_mass: 1.2 kg
   displacement:
     driver: sim
     rate: 100 Hz
@@ -97,7 +96,6 @@ rig:
     time: 20 ms
     noise: 1 N
     zero_error: 3 N
-    tool_mass: 1.2 kg
     sensor:
       axis: "+fz"
       driver: sim
@@ -195,7 +193,6 @@ rig:
       torque_range: 10 N m
       gauge_offset_x: 20 mm
       gauge_offset_y: 5 mm
-      tool_cog: 80 mm
 procedure:
   alignment:
     radius: 8 mm

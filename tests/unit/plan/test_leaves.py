@@ -32,7 +32,6 @@ from stepload.plan.sections import Kind, OneOf, nested_kinds, written_entries
 
 RANGES = {
     "above 0 to 10 m": """
-        rig.simulation.mount.tool_cog
         payload.geometry.sphere.radius payload.geometry.sphere.counter_radius
         payload.geometry.cone_tip.radius payload.geometry.pyramid_tip.radius
         payload.geometry.flat_punch.radius payload.geometry.power.gap
@@ -81,9 +80,6 @@ RANGES = {
     "above 0 to 100 m/s^2": "rig.arm.max_acceleration",
     "above 0 to 10000 kg": "rig.arm.effective_mass",
     "above 0 to 1e6 N m": "rig.force.rated_torque rig.second_force.sensor.rated_torque",
-    "above 0 to 100 kg": """
-        rig.force.tool_mass rig.second_force.tool_mass rig.second_force.sensor.tool_mass
-    """,
     "0 to 10 s": """
         rig.arm.command_delay rig.arm.lag rig.force.delay rig.second_force.sensor.delay
     """,

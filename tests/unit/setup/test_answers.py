@@ -157,7 +157,7 @@ def test_texts_are_read_back_as_they_were():
 def test_what_moves_the_arm_or_lets_a_hand_near_it_is_a_consent_each_time():
     consents = {name for name, question in QUESTIONS.items() if question.consent}
     assert consents == {
-        "limits_set", "may_push", "led_down", "led_aside", "led_to_start", "towards_plate",
+        "limits_set", "may_push", "led_to_start", "towards_plate",
         "may_back", "may_move", "may_touch",
     }  # fmt: skip
     assert all(QUESTIONS[name].default is None for name in consents)

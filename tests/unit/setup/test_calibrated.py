@@ -22,7 +22,7 @@ GIVEN = {
     "sensor_options": "port=/dev/null", "hazards_read_by": "A. Tester", "payload_name": "ball",
     "shape": "sphere", "radius": "25 mm", "material": "silicone rubber, 50 Shore A",
     "force_limit": "100 N", "surface_distance": "3 mm", "procedure": "retract=8 mm",
-    "tool_mass": "0.8 kg", "keys": "system_stiffness.sigma=2e3 N/m",
+    "keys": "system_stiffness.sigma=2e3 N/m",
 }  # fmt: skip
 RECORD = CalibrationRecord(
     rig="bench", direction="-fz", measured_on=DAY, valid_until=date(2027, 5, 21),

@@ -1,4 +1,4 @@
-"""Limits of a push and of a weight, from either side."""
+"""Limits of a push, from either side."""
 
 from __future__ import annotations
 
@@ -9,13 +9,11 @@ import pytest
 
 from stepload.errors import RefusedError
 from stepload.setup.judge import (
-    GRAVITY_M_S2,
     Channel,
     agreed,
     judged,
     off_the_tool_rad,
     turned_rad,
-    weighed,
 )
 
 QUIET = Channel("the sensor", np.zeros(3), np.full(3, 0.01))
@@ -55,31 +53,6 @@ def test_two_channels_read_the_same_of_one_push():
     agreed(("one", 30.0), ("other", 18.0), 5.0)
     with pytest.raises(RefusedError, match="of the same push, which differ"):
         agreed(("one", 30.0), ("other", 20.0), 0.0)
-
-
-def felt(mass_kg, angle_rad, axis_share=1.0):
-    """Weight in the tool's frame; the sensor shows `axis_share` of what is along the tool."""
-    weight_n = mass_kg * GRAVITY_M_S2
-    along_n = axis_share * weight_n * math.cos(angle_rad)
-    return np.array([weight_n * math.sin(angle_rad), 0.0, along_n])
-
-
-def test_poses_differ_enough_to_weigh_a_tool():
-    def weigh(angle_rad):
-        poses = DOWN, at(angle_rad)
-        return weighed(poses, (felt(1.0, 0.0), felt(1.0, angle_rad)), 1e-3, "-fz")
-
-    found = weigh(math.radians(65.0))
-    assert found is not None
-    assert found.mass_kg == pytest.approx(1.0)
-    with pytest.raises(RefusedError, match="nearly alike in both poses"):
-        weigh(math.radians(55.0))
-
-
-def test_the_weight_along_the_axis_is_that_of_the_whole_vector():
-    poses = DOWN, at(math.pi / 2)
-    with pytest.raises(RefusedError, match="does not fit the axis"):
-        weighed(poses, (felt(1.0, 0.0, 0.5), felt(1.0, math.pi / 2, 0.5)), 1e-3, "-fz")
 
 
 def test_the_approach_away_from_the_plate_is_half_a_circle_off():

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from bench_fakes import DAY, Hands, Rig, setup_of
+from bench_fakes import Hands, Rig, setup_of
 
 from stepload.errors import RefusedError
 from stepload.setup import hand
-from stepload.setup.bench import FORCE
-from stepload.setup.flat import Value
-from stepload.setup.state import Done, Found
 
 
 def texts(found):
@@ -107,49 +104,3 @@ def test_jerks_are_no_push():
     rig.feel = lambda f: f if rig.clock.now_s() % 1.0 < 0.7 else (0.0, 0.0, 0.0)
     with pytest.raises(RefusedError, match="no push was seen"):
         hand.push(setup_of(rig, second="none"))
-
-
-def weighing(rig, axis='"-fz"', person=None, **answers):
-    setup = setup_of(rig, person, **answers)
-    pushed = Found({f"{FORCE}.axis": Value(axis, "")})
-    setup.state.done["push"] = Done(DAY.isoformat(), pushed)
-    return setup
-
-
-def test_the_tool_is_weighed_in_two_poses():
-    found = hand.weigh(weighing(Rig()))
-    assert float(texts(found)["force.tool_mass"].removesuffix(" g")) == pytest.approx(800, rel=0.02)
-
-
-def test_a_weight_that_contradicts_the_push_is_refused():
-    with pytest.raises(RefusedError, match="does not fit the axis"):
-        hand.weigh(weighing(Rig(), axis='"+fz"'))
-
-
-def test_two_poses_alike_weigh_nothing():
-    rig = Rig()
-
-    class Idle(Hands):
-        def tell(self, line):
-            self.said.append(line)
-
-    with pytest.raises(RefusedError, match="nearly alike in both poses"):
-        hand.weigh(weighing(rig, person=Idle(rig)))
-
-
-def test_a_light_tool_has_no_mass_that_could_be_told():
-    rig = Rig()
-    rig.tool.mass_kg = 0.01
-    assert hand.weigh(weighing(rig)).values == {}
-
-
-def test_a_mass_may_be_stated_or_left_out():
-    assert texts(hand.weigh(weighing(Rig(), tool_mass="1.2 kg"))) == {"force.tool_mass": "1.2 kg"}
-    assert hand.weigh(weighing(Rig(), tool_mass="none")).values == {}
-
-
-def test_a_sensor_that_wanders_weighs_no_light_tool():
-    rig = Rig()
-    rig.tool.mass_kg = 0.01
-    rig.feel = lambda f: (f[0], f[1], f[2] + 0.3 * rig.clock.now_s())
-    assert hand.weigh(weighing(rig)).values == {}

@@ -19,7 +19,7 @@ from stepload.setup.story import STEPS, set_up
 
 GIVEN = {
     "name": "bench", "host": "127.0.0.1", "sensor": "bota-sensone-serial",
-    "sensor_options": "port=/dev/null", "hazards_read_by": "A. Tester", "tool_mass": "0.8 kg",
+    "sensor_options": "port=/dev/null", "hazards_read_by": "A. Tester",
 }  # fmt: skip
 LATER = date(2026, 12, 24)
 
@@ -71,7 +71,7 @@ def test_a_push_that_finds_the_same_leaves_the_later_steps_done(rig_file, rig):
 
 def test_a_push_that_finds_another_axis_does_not(rig_file, rig):
     rig.feel = lambda f: (f[0], f[1], -f[2])
-    assert go(rig_file, rig, {}, redo="push", today=LATER, until="push")[0] == "weigh"
+    assert go(rig_file, rig, {}, redo="push", today=LATER, until="push")[0] == "start"
 
 
 class Elsewhere(Hands):
@@ -106,7 +106,7 @@ def test_a_later_redo_does_not_outrun_one_that_is_still_to_come(rig_file, rig):
     with pytest.raises(DeviceError):
         go(rig_file, rig, {}, redo="push", open_devices=failing)
     rig.feel = lambda f: (f[0], f[1], -f[2])
-    assert go(rig_file, rig, {}, redo="start", today=LATER, until="push")[0] == "weigh"
+    assert go(rig_file, rig, {}, redo="start", today=LATER, until="push")[0] == "start"
     assert 'axis: "+fz"' in rig_file.read_text()
 
 
@@ -119,7 +119,7 @@ def test_both_steps_that_somebody_wants_done_again_are(rig_file, rig, first, sec
     state = read_state(rig_file)
     days = {name: step.on for name, step in state.done.items()}
     assert {name for name, day in days.items() if day == LATER.isoformat()} == {"push", "start"}
-    assert list(days) == ["arm", "sensor", "push", "weigh", "start", "way"]
+    assert list(days) == ["arm", "sensor", "push", "start", "way"]
     assert not state.redoing
     assert "to be done again" not in rig_file.read_text()
 
@@ -130,7 +130,7 @@ def test_a_set_up_left_between_two_steps_to_be_done_again_keeps_the_later(rig_fi
     before = read_state(rig_file).done
     go(rig_file, rig, {}, redo="start", until="push")
     state = read_state(rig_file)
-    assert list(state.done) == ["arm", "sensor", "push", "weigh", "start", "way"]
+    assert list(state.done) == ["arm", "sensor", "push", "start", "way"]
     assert [state.done[name] for name in ("start", "way")] == [before["start"], before["way"]]
     assert state.redoing == {"start"}
 
@@ -149,7 +149,7 @@ def test_a_redo_that_nobody_answers_leaves_the_values_and_is_not_forgotten(rig_f
     assert below_the_head(rig_file) == before
     assert "to be done again: push" in rig_file.read_text()
     rig.feel = lambda f: (f[0], f[1], -f[2])
-    assert go(rig_file, rig, {}, today=LATER, until="push")[0] == "weigh"
+    assert go(rig_file, rig, {}, today=LATER, until="push")[0] == "start"
     assert "to be done again" not in rig_file.read_text()
 
 

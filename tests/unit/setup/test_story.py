@@ -46,7 +46,6 @@ def test_the_rig_file_loads_in_its_plan_and_every_value_says_where_it_is_from(ri
     plan = load_plan(rig_file.parent / "first-payload.yaml", today=DAY)
     assert plan.rig.force.axis == "-fz"
     assert plan.rig.wiring_checked_on == DAY
-    assert plan.rig.force.tool_mass_kg == pytest.approx(0.8, rel=0.02)
     assert plan.rig.force.driver.options["port"] == "/dev/null"
     assert plan.rig.hazards_read_by == "A. Tester"
     assert plan.rig.arm.driver.options["serial_number"] == "2023"
@@ -60,11 +59,11 @@ def test_the_rig_file_loads_in_its_plan_and_every_value_says_where_it_is_from(ri
 
 def test_a_later_start_goes_on_and_asks_nothing_twice(rig_file):
     rig = Rig()
-    assert go(rig_file, rig, until="push")[0][0] == "weigh"
+    assert go(rig_file, rig, until="push")[0][0] == "start"
     done = rig.openings
     left, said = go(rig_file, rig, given={"hazards_read_by": "A. Tester"}, until="way")
     assert left[0] == "plan"
-    assert rig.openings == done + 4
+    assert rig.openings == done + 2
     assert "done: arm (2026-11-22), sensor (2026-11-22), push (2026-11-22)" in said[0]
 
 
@@ -86,7 +85,7 @@ def test_killed_in_a_step_only_that_step_is_lost(rig_file):
         set_up(rig_file, answers, press=press_nothing, today=DAY, open_devices=opener(rig))
     assert list(read_state(rig_file).done) == ["arm", "sensor"]
     rig.tool.hand_n = (0.0, 0.0, 0.0)
-    assert go(rig_file, rig, until="push")[0][0] == "weigh"
+    assert go(rig_file, rig, until="push")[0][0] == "start"
 
 
 def test_killed_between_the_two_files_of_a_step_it_goes_on(rig_file):
@@ -95,8 +94,8 @@ def test_killed_between_the_two_files_of_a_step_it_goes_on(rig_file):
     older = rig_file.read_bytes()
     go(rig_file, rig, until="push")
     rig_file.write_bytes(older)
-    assert go(rig_file, rig, until="weigh")[0][0] == "start"
-    assert "tool_mass" in rig_file.read_text()
+    assert go(rig_file, rig, until="start")[0][0] == "way"
+    assert 'axis: "-fz"' in rig_file.read_text()
 
 
 def test_redo_forgets_the_step_and_what_rests_on_it(rig_file):
@@ -104,10 +103,9 @@ def test_redo_forgets_the_step_and_what_rests_on_it(rig_file):
     go(rig_file, rig, until="way")
     rig.feel = lambda f: (f[0], f[1], -f[2])
     left, _ = go(rig_file, rig, redo="push", until="push")
-    assert left[0] == "weigh"
+    assert left[0] == "start"
     text = rig_file.read_text()
     assert 'axis: "+fz"' in text
-    assert "tool_mass" not in text
     assert "hazards_read_by" not in text
 
 
@@ -202,7 +200,7 @@ def test_a_sensor_needs_a_data_sheet_and_the_axis_no_statement(rig_file):
 
 def test_the_steps_are_in_the_order_in_which_they_rest_on_each_other():
     assert list(STEPS) == [
-        "arm", "sensor", "push", "weigh", "start", "way", "plan", "doctor", "touch",
+        "arm", "sensor", "push", "start", "way", "plan", "doctor", "touch",
     ]  # fmt: skip
 
 

@@ -18,7 +18,7 @@ from stepload.rig.world import SimulatedRig, WorldFault, WorldSpec
 from stepload_drivers.sim.simulation import World
 from stepload_drivers.sim.world import open_world
 
-LEVER = SensorMount(lever_m=(0.0, 0.0, 0.1), tool_cog_m=(0.0, 0.0, 0.04))
+LEVER = SensorMount(lever_m=(0.0, 0.0, 0.1))
 
 
 def still(mount: Mount, **truth: Any) -> WorldSpec:
@@ -147,38 +147,6 @@ def test_a_torque_at_full_scale_says_nothing_of_it():
     sample = last(live.force)
     assert sample.wrench[3] == pytest.approx(7.0)
     assert not sample.status
-
-
-def test_the_tool_hangs_on_the_sensor_and_turns_with_it():
-    """Weight pulls; what the slaved turn of the tool makes of it is m g phi."""
-    turn = ((0.0, 0.0, 0.0), (0.0, 0.0, 1e-4), (0.0, 0.0, 0.0))
-    mount = replace(rub(0.0), turn_rad_per_n=turn, sensor=LEVER)
-    live = opened(still(mount, force_tool_mass_kg=2.0))
-    live.clock.sleep_until(0.5)
-    weight_n = 2.0 * 9.80665
-    free = last(live.force).wrench
-    assert free == pytest.approx((0.0, 0.0, -weight_n, 0.0, 0.0, 0.0), abs=1e-12)
-    world = press(live, seconds=3.0)
-    angle = 1e-4 * world.plant.load[2]
-    assert world.plant.turn_rad == pytest.approx((0.0, angle, 0.0))
-    force = np.array(last(live.force).wrench[:3]) - np.array(world.plant.load)
-    # phi about y turns the weight, as the tool sees it, towards +x of the reading
-    assert force == pytest.approx((angle * weight_n, 0.0, -weight_n), rel=1e-3, abs=1e-6)
-
-
-def test_the_tool_pushes_by_its_inertia_in_every_direction():
-    live = opened(still(replace(rub(0.0, x=0.5), sensor=LEVER), force_tool_mass_kg=2.0))
-    world = live.world
-    world.plant.command(0.0, SURFACE_M + 1e-3)
-    off = []
-    for tick in range(300):
-        live.clock.sleep_until(live.clock.now_s() + 1e-3)
-        wrench = last(live.force).wrench
-        own = np.array(world.plant.acceleration_m_s2) * 2.0 - np.array([0, 0, 2.0 * 9.80665])
-        off.append(np.array(wrench[:3]) - world.plant.load - own)
-        if tick > 100:
-            assert abs(off[-1]).max() < 1e-9
-    assert abs(np.array(off)).max() < 1e-9
 
 
 def test_every_component_has_noise_a_zero_and_a_resolution():

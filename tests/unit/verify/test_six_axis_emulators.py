@@ -15,7 +15,6 @@ from stepload.rig.mount import SensorMount
 from stepload_drivers.sim.live import LiveWorld
 from stepload_verify.emulators.live_rig import WorldPhysics, dump_spec, load_spec
 from stepload_verify.emulators.physics import WrenchSource
-from stepload_verify.emulators.tool import Tool
 from stepload_verify.emulators.ur_axis import AxisState, FreeAirAxis
 from stepload_verify.emulators.ur_frames import PressFrame
 from stepload_verify.emulators.ur_robot import HOME, Robot
@@ -56,21 +55,6 @@ def test_a_sensor_with_a_negative_axis_shows_all_six_reversed():
     shown = WrenchSource(WorldPhysics(live, spec), "-fx", noise=0.0).wrench(102.0)
     x, y, z = live.world.plant.load
     assert shown[:3] == pytest.approx((-z - spec.start_force_bias_n, -x, -y))
-
-
-def test_the_tools_weight_is_told_once():
-    """The emulator's tool has the weight; the world adds inertia and what the turn makes of it."""
-    spec = replace(SPEC, force_tool_mass_kg=2.0)
-    live = LiveWorld(spec, start_s=100.0)
-    live.advance_to(101.0)
-    source = WrenchSource(WorldPhysics(live, spec), "+fz", noise=0.0, tool=Tool(2.0))
-    free = source.wrench(101.0)
-    assert free[:3] == pytest.approx((0.0, 0.0, spec.start_force_bias_n - 2.0 * 9.80665), abs=1e-9)
-    live = pressed(spec)
-    x, _, z = live.world.plant.load
-    source = WrenchSource(WorldPhysics(live, spec), "+fz", noise=0.0, tool=Tool(2.0))
-    shown = source.wrench(102.0)
-    assert shown[0] == pytest.approx(x + 2e-5 * z * 2.0 * 9.80665, rel=1e-6)
 
 
 def test_a_gauge_sees_the_turn_of_the_tool():

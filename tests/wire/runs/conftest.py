@@ -69,7 +69,6 @@ def emulated_run() -> Iterator[Callable[..., EmulatedRun]]:
         version: str = "5.12",
         arm_rate_hz: float = 500.0,
         elastic_limit_n: float = 100.0,
-        tool_mass_kg: float | None = None,
         **procedure: Any,
     ) -> EmulatedRun:
         plan = load_plan(DEMO)
@@ -83,7 +82,6 @@ def emulated_run() -> Iterator[Callable[..., EmulatedRun]]:
         force = replace(
             plan.rig.force,
             rate_hz=RATES_HZ.get(sensor, plan.rig.force.rate_hz),
-            tool_mass_kg=tool_mass_kg,
         )
         plan = replace(
             plan,

@@ -179,9 +179,6 @@ _TCP = {"transport": "socketcand"}
 _FAR = {"retract_m": 1e-3, "touch_force_n": 1.5}
 """A sensor that reads a tenth is touched, as it seems, half a millimetre late."""
 
-_SHAKEN = {"tool_mass_kg": 1.0, "retract_m": 1e-3}
-"""A tool whose inertia the sensor must feel before the approach."""
-
 SENSORS = (
     _sensor(BOTA, "bit_flip:0.3", says=_CORRUPT),
     _sensor(BOTA, "noise:0.3", says=_CORRUPT),
@@ -209,10 +206,7 @@ SENSORS = (
     _sensor(BOTA, "gain:0.4", says=_DISAGREES, at_start=True),
     _sensor(BOTA, "gain:-1", says="R11 .*the sign of force.axis is wrong", at_start=True),
     _sensor(BOTA, "swap", says="R11 .*force.axis names the wrong axis", at_start=True),
-    _sensor(BOTA, "gain:-1", says="proof_of_life .*the sign is wrong", at_start=True, rig=_SHAKEN),
-    _sensor(BOTA, "swap", says="proof_of_life .*along -fx instead", at_start=True, rig=_SHAKEN),
-    _sensor(BOTA, "gain:0.4", says="proof_of_life .*gain is wrong", at_start=True, rig=_SHAKEN),
-    _sensor(BOTA, "batch:0.004", UNHARMED, rig=_SHAKEN),
+    _sensor(BOTA, "batch:0.004", UNHARMED),
     _sensor(BOTA, "lag:0.8", says=f"({_DISAGREES}|R10 force sensor|device .*clock: )"),
     _sensor(BOTA, "batch:0.016", UNHARMED),
     _sensor(BOTA, "late:0.015", UNHARMED),

@@ -20,23 +20,19 @@ from stepload_verify.emulators.ur_world import LiveAxis
 
 
 class WorldPhysics:
-    """Contact force, inertia and deformation of a live world, with a sensor's offset and drift."""
+    """Contact force and deformation of a live world, with a sensor's offset and drift."""
 
     def __init__(self, world: LiveWorld, spec: WorldSpec) -> None:
         self._world = world
         self._bias_n = spec.start_force_bias_n
         self._drift_n_per_s = spec.force_drift_n_per_s
-        self._mass_kg = spec.force_tool_mass_kg
         self._index = AXES.index(spec.force_axis[1:])
         self._sign = -1.0 if spec.force_axis[0] == "-" else 1.0
 
     def force_n(self, time_s: float) -> float:
         age_s = time_s - self._world.origin_s
         state = self._world.at(time_s)
-        if state.felt is None:
-            felt_n = state.force_n + self._mass_kg * state.acceleration_m_s2
-        else:
-            felt_n = self._sign * state.felt[self._index]
+        felt_n = state.force_n if state.felt is None else self._sign * state.felt[self._index]
         return felt_n + self._bias_n + self._drift_n_per_s * age_s
 
     def beside(self, time_s: float) -> Wrench | None:
@@ -96,7 +92,7 @@ class LiveRig:
     ) -> None:
         self.world = LiveWorld(spec)
         self.axis = LiveAxis(self.world)
-        self.tool = Tool(spec.force_tool_mass_kg)
+        self.tool = Tool()
         physics = WorldPhysics(self.world, spec)
         self.emulators: dict[str, Emulator] = {}
         for name in sensors:

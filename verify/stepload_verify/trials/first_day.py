@@ -29,7 +29,6 @@ from stepload.setup.story import STEPS, set_up
 from stepload_verify.emulators.rig_process import RigProcess
 
 HAND_N = 40.0
-TOOL_KG = 0.4
 NOISE_N = 0.05
 SURFACE_M = 5e-4
 PERIOD_S = 2e-3
@@ -37,7 +36,7 @@ TRIES = 4
 BUSY_SHARE = 0.02
 """Share of late periods of the emulated arm above which the machine is called busy. A client that
 keeps only the newest package loses as many; the doctor has the same limit."""
-DOWN, ASIDE = f"lead 0 {math.pi} 0", f"lead 0 {math.pi / 2} 0"
+DOWN = f"lead 0 {math.pi} 0"
 BUSY = {
     "arm.max_age": "1.5 s", "arm.model_tolerance": "2 mm", "force.max_age": "1.5 s",
     "second_force.time": "100 ms", "system_stiffness.sigma": "2e3 N/m",
@@ -58,7 +57,7 @@ class Hands:
         self._out.flush()
         for asked, does in (
             ("push the tool AWAY", self._push), ("felt; let go", "push 0 0 0"),
-            ("points straight down", DOWN), ("points sideways", ASIDE), ("start pose: above", DOWN),
+            ("start pose: above", DOWN),
         ):  # fmt: skip
             if asked in line:
                 self._out.write(f"    [by hand: {does}]\n")
@@ -72,8 +71,7 @@ class Hands:
 def emulated_rig(host: str, **truth: object) -> RigProcess:
     """A UR5e with a sensor and a tool above the silicone ball, emulated at a loopback address."""
     spec = world_for(envelope_of(load_plan(plan_path("demo-wire"))))
-    known = {"surface_m": SURFACE_M, "force_tool_mass_kg": TOOL_KG, "force_noise_n": NOISE_N,
-             **truth}  # fmt: skip
+    known = {"surface_m": SURFACE_M, "force_noise_n": NOISE_N, **truth}
     return RigProcess(replace(spec, **known), ur=host)  # type: ignore[arg-type]
 
 

@@ -3,11 +3,10 @@
     python -m stepload_verify.trials.wrong_signs [--short] [--back RUNS]
 
 Dry, in virtual time. The believed plan is always the same; the simulated rig is wired otherwise.
-Rows: how the main channel is wired, how the second one is, the machine, and what proves the
-channels before the approach: nothing, or a shake of the tool that the main channel, or both, carry.
+Rows: how the main channel is wired, how the second one is, and the machine.
 Ends with exit code 1 where a wrong wiring was pressed beyond a quarter of F_lim, passed for sound
-or was said to be clear under load, and where a right one was stopped. Where nothing is alive and
-nothing proves it, no rule can see it: on devices such a run is refused, here it is only counted.
+or was said to be clear under load, and where a right one was stopped. Where nothing
+is alive no rule can see it: such a run is only counted.
 
 `--back` draws runs instead in which the arm may be turned round too, over the true distance of the
 surface, the payload's stiffness, and every phase in which something goes back. Its rows are the
@@ -49,9 +48,6 @@ WIRINGS: dict[str, tuple[str, ...]] = {
 }
 """How a channel is wired, as faults of the simulated rig; dead: live noise, standing mean."""
 SECONDS = ("none", "arm", "sensor")
-MASS_KG = {"stiff": 4.0, "soft": 1.0}
-PROOFS = ("nothing", "main", "both")
-"""Which channels carry a stated mass."""
 FOR_GOOD_S = 3600.0
 PRESSED_SHARE = 0.25
 """Of F_lim: more than a touch, and than the tolerance of R5."""
@@ -66,7 +62,6 @@ class Case:
     second: str
     main_wiring: str
     second_wiring: str
-    proof: str
 
     @property
     def right(self) -> bool:
@@ -74,12 +69,12 @@ class Case:
         return self.main_wiring == self.second_wiring == "right"
 
     @property
-    def refused(self) -> bool:
-        """Whether nothing is alive, and a run on devices is refused since nothing proves it."""
+    def dead(self) -> bool:
+        """Whether no channel is alive."""
         alive = (
             {self.main_wiring} if self.second == "none" else {self.main_wiring, self.second_wiring}
         )
-        return self.proof == "nothing" and alive == {"dead"}
+        return alive == {"dead"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +95,7 @@ class Found:
         if self.case.right:
             return "" if self.status == "completed" else "a sound rig was stopped"
         if self.share_of_f_lim > PRESSED_SHARE:
-            return "" if self.case.refused else "pressed"
+            return "" if self.case.dead else "pressed"
         if self.status == "completed":
             return "passed for sound"
         if self.left_n > 0.0 and "clear of the surface" in self.said:
@@ -109,18 +104,14 @@ class Found:
 
 
 def cases() -> Iterator[Case]:
-    """Every combination of machine, wirings and proof that makes a different rig."""
-    for machine, second, proof in product(MACHINES, SECONDS, PROOFS):
-        if second == "none" and proof == "both":
-            continue
+    """Every combination of machine and wirings that makes a different rig."""
+    for machine, second in product(MACHINES, SECONDS):
         for main, other in product(WIRINGS, WIRINGS):
             if second == "none" and other != "right":
                 continue
             if second == "arm" and "axis" in other:  # one component has no other axis
                 continue
-            if second == "arm" and proof == "both":  # an arm's force is compensated for its tool
-                continue
-            yield Case(machine, second, main, other, proof)
+            yield Case(machine, second, main, other)
 
 
 def believed(case: Case, distance_m: float = 1e-3, uncertainty_m: float = 3e-4) -> Envelope:
@@ -130,14 +121,7 @@ def believed(case: Case, distance_m: float = 1e-3, uncertainty_m: float = 3e-4) 
         plan.procedure, tare_s=0.5, warm_up_s=0.0, touches=1, cycles=1, unload=False, hold_s=0.2,
         settle_timeout_s=0.5, surface_distance_m=distance_m, surface_uncertainty_m=uncertainty_m,
     )  # fmt: skip
-    mass_kg = MASS_KG[case.machine]
-    force = plan.rig.force
-    if case.proof != "nothing":
-        force = replace(force, tool_mass_kg=mass_kg)
-    second = _second(plan, case.second, force)
-    if case.proof == "both":
-        second = replace(second, tool_mass_kg=mass_kg)
-    rig = replace(plan.rig, force=force, second_force=second)
+    rig = replace(plan.rig, second_force=_second(plan, case.second, plan.rig.force))
     changed = replace(plan, procedure=quick, rig=rig)
     return envelope_of(rederived(plan, changed))
 
@@ -148,10 +132,7 @@ def _second(plan: Plan, kind: str, force: ForceSpec) -> SecondForce:
         return SecondForce()
     if kind == "arm":
         return second
-    return replace(
-        second, source=SecondForceSource.SENSOR, noise_n=force.noise_n,
-        sensor=replace(force, tool_mass_kg=None),
-    )  # fmt: skip
+    return replace(second, source=SecondForceSource.SENSOR, noise_n=force.noise_n, sensor=force)
 
 
 def run(case: Case) -> Found:
@@ -222,8 +203,7 @@ def draw_back(chance: Random) -> BackCase:
     second = chance.choice(SECONDS)
     wirings = ("right", "sign", "axis")
     main, other = chance.choice(wirings), chance.choice(wirings[:2])
-    case = Case(machine, second, main, other if second != "none" else "right",
-                chance.choice(PROOFS[:2]))  # fmt: skip
+    case = Case(machine, second, main, other if second != "none" else "right")
     near = chance.random() < 0.5
     share = chance.choice((0.0, chance.uniform(0.0, 0.1), 0.5, 1.0, chance.uniform(0.0, 1.2)))
     return BackCase(
@@ -310,10 +290,8 @@ def main() -> int:
     options = parser.parse_args()
     if options.back:
         return search_back(options.back)
-    print(
-        "| machine | second | main wired | second wired | proof | peak / F_c | stopped by | said |"
-    )
-    print("| --- | --- | --- | --- | --- | --- | --- | --- |")
+    print("| machine | second | main wired | second wired | peak / F_c | stopped by | said |")
+    print("| --- | --- | --- | --- | --- | --- | --- |")
     found = []
     for case in cases():
         found.append(run(case))
@@ -321,9 +299,9 @@ def main() -> int:
             print(_row(found[-1]), flush=True)
     for one in _worst(found) if options.short else ():
         print(_row(one))
-    refused = [one for one in found if one.case.refused]
-    worst = max(one.share_of_limit for one in refused)
-    print(f"\n{len(refused)} rigs that devices would refuse, up to {worst:.2f} F_c here")
+    dead = [one for one in found if one.case.dead]
+    worst = max(one.share_of_limit for one in dead)
+    print(f"\n{len(dead)} rigs with no channel alive, up to {worst:.2f} F_c")
     wrong = [one for one in found if one.bad]
     print(f"\n{len(found)} runs, {len(wrong)} of them as they must not be")
     for one in wrong:
@@ -335,15 +313,15 @@ def _row(one: Found) -> str:
     case, said = one.case, one.said[:LONGEST_WORDS]
     return (
         f"| {case.machine} | {case.second} | {case.main_wiring} | {case.second_wiring} |"
-        f" {case.proof} | {one.share_of_limit:.3f} | {one.rule or one.status} | {said} |"
+        f" {one.share_of_limit:.3f} | {one.rule or one.status} | {said} |"
     )
 
 
 def _worst(found: list[Found]) -> list[Found]:
-    """The largest peak of every wiring and proof."""
-    worst: dict[tuple[str, str, str], Found] = {}
+    """The largest peak of every wiring."""
+    worst: dict[tuple[str, str], Found] = {}
     for one in found:
-        key = one.case.main_wiring, one.case.second_wiring, one.case.proof
+        key = one.case.main_wiring, one.case.second_wiring
         if key not in worst or one.share_of_limit > worst[key].share_of_limit:
             worst[key] = one
     return list(worst.values())
