@@ -56,8 +56,8 @@ def _changes_for(
         if reason.code not in codes:  # lifted by what lifts another one
             return [way[0][1]]
         at = codes.index(reason.code)
-        others = refused - {reason.code}  # its own may come back, and is lifted again
-        end = next((i for i in range(at + 1, len(way)) if codes[i] in others), len(way))
+        others = {codes.index(code) for code in refused if code in codes}  # where each first is
+        end = min((i for i in others if i > at), default=len(way))
         return [change for _, change in way[at:end]]
     change = lifting(plan, reason, reasons, judge)
     return [] if change is None else [change]
