@@ -136,6 +136,8 @@ def plans(draw: st.DrawFn) -> dict[str, Any]:
     They are not shrunk: every step would try all remedies again.
     """
     data = copy.deepcopy(BASE)
+    # Stated: what the program chooses itself it would choose anew for the changed plan.
+    put(data, "procedure.touch_force", "4 N")
     radius_mm = draw(n(0.5, 100.0))
     shape = draw(st.sampled_from(["sphere", "sphere", "cone_tip"]))
     put(data, "payload.geometry", {"shape": shape, "radius": f"{radius_mm} mm"})
