@@ -69,6 +69,7 @@ def objects(directory: Path) -> dict[str, Any]:
     def verb(name: str, *words: object) -> None:
         say = stepload if name in AS_A_PROCESS else in_process
         done = say(*words, "--json", cwd=directory)
+        assert done.returncode != 1, done.stderr  # a defect: nothing to keep
         assert done.stdout.count("\n") == 1, done.stderr
         made[name] = masked(name, json.loads(done.stdout))
 
