@@ -62,7 +62,10 @@ def test_every_wiring_but_the_right_one_stops_at_the_surface(
     if axis.endswith("z"):
         assert rule in (("R11",) if second == "none" else ("R11", "R5"))
         assert rule == "R5" or ("sign" in message and "force.axis" in message)
-    else:  # what grows across the believed axis, or only on the second channel
+    elif second == "none":  # the simulated cell reads 0 across its axis: that holds the arm back
+        assert rule == "R7"
+        assert bench.peak_n == 0.0
+    else:
         assert rule in ("R11", "R5")
 
 
