@@ -150,7 +150,7 @@ class MotionWatch:
         elif now_s - self._progress_s > self._progress_time_s:
             return self._found(
                 "R7", now_s - self._progress_s, self._progress_time_s, "s",
-                "no progress towards the surface: the arm does not follow, or the only force channel"
-                " repeats the same reading",
+                "no progress towards the surface: the arm does not follow, or the only force"
+                " channel repeats the same reading",
             )  # fmt: skip
         return None
