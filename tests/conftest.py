@@ -34,14 +34,8 @@ CLOCK = ("tests/wire/", "tests/contract/")
 """Where tests against the wall clock stand: `make realtime` looks nowhere else."""
 
 
-WAITING = frozenset((Path(__file__).parent / "waiting.txt").read_text().split("\n"))
-"""Tests that describe the engine before the policy of one fault, and wait to be rewritten."""
-
-
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
-        if item.nodeid in WAITING:
-            item.add_marker(pytest.mark.skip(reason="waits to be rewritten (tests/waiting.txt)"))
         if item.get_closest_marker("realtime") and not item.nodeid.startswith(CLOCK):
             raise pytest.UsageError(f"{item.nodeid} is realtime, and not in {' or '.join(CLOCK)}")
 

@@ -106,7 +106,7 @@ class Course:
 
     @property
     def proven(self) -> bool:
-        """Whether the arm's direction is proven: by a touch, or by a force that fell."""
+        """Whether the arm's direction is proven, by a touch."""
         return self.guard.proven or self.surface_m == self.surface_m
 
     @property

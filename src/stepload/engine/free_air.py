@@ -12,7 +12,6 @@ from dataclasses import asdict
 
 from stepload.engine.course import Course, Then
 from stepload.engine.retract import REST_S
-from stepload.engine.retract_guard import BUILDS_UP, FALLS
 from stepload.engine.tare import TareWindow
 from stepload.record.outcome import Tare
 from stepload.record.rows import Phase
@@ -105,10 +104,9 @@ class FreeAir:
         if self._touching is not None:
             return False
         guard = self._course.guard
-        if not self._course.proven and guard.share < BUILDS_UP:
-            self._course.fail(*guard.turn(abs(change_n), limit_n, guard.from_m))
+        if not self._course.proven and change_n > 0.0:
+            self._course.fail(*guard.turn(change_n, limit_n, guard.from_m))
             return False
-        guard.proven = guard.proven or guard.share > FALLS
         self._course.fail(
             "not_free", change_n, limit_n, "N",
             f"the {name} changed by {change_n:+.3g} N when the arm backed off by"

@@ -143,9 +143,9 @@ def _of_channels(rig: Rig) -> Iterator[Hazard]:
         common, source = common_error(rig)
         yield Hazard(
             "both_channels_alike",
-            f"Both force channels wrong in the same way cannot be seen; {common:.1%} are allowed"
-            f" for ({source}).",
-            "calibrate them separately, with different weights",
+            "Both force channels wrong or late in the same way cannot be seen;"
+            f" {common:.1%} are allowed for ({source}).",
+            "calibrate them separately, with different weights; give each a link of its own",
             common,
         )
     if rig.arm.structure is Structure.ARM and rig.force.components == "one":

@@ -17,7 +17,7 @@ from stepload.plan.load import load_plan
 from stepload.rig.world import WorldFault
 from stepload.runner.local import LocalPool
 from stepload_verify.campaign.mishaps import FOR_GOOD_S
-from stepload_verify.campaign.scenario import HEAVIER, HELD_BACK, TILTED, Scenario
+from stepload_verify.campaign.scenario import TILTED, Scenario
 from stepload_verify.falsify.falsify import FILES, TABLE, Search, falsify, stored_from
 from stepload_verify.falsify.hunt import Hunt, Row, to_the_ends
 from stepload_verify.falsify.onset import Look, placed, starts_of
@@ -213,40 +213,17 @@ def test_a_scene_file_replays_exactly(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "found_ratio", "rules", "largest"),
-    [
-        ("position-jump", 11.0, ("R7",), 0.25),
-        ("position-off-from-the-start", 1.9, ("held",), 0.0),
-        ("bounce-in-contact", 1.0, ("R1", "R2"), 0.75),
-        ("friction-at-the-turn", 2.2, (), 0.55),
-        ("tilt-hides-a-share", 1.04, ("R12",), 0.9),
-    ],
+    "path", sorted((ROOT / "docs/scenes").glob("*.json")), ids=lambda p: p.stem
 )
-def test_what_searches_have_found_stays_below_f_c(
-    name: str, found_ratio: float, rules: tuple[str, ...], largest: float
-) -> None:
-    found, figures = read_scene(ROOT / f"docs/scenes/{name}.json")
-    assert figures["peak_ratio"] > found_ratio
-    now = judge(found)
-    assert not rules or now.rule in rules
-    assert now.peak_ratio <= largest
-
-
-def test_what_nothing_mends_is_a_named_hazard() -> None:
-    """A heavy arm bounces on something rigid; late commands are let go there."""
-    heavy, _ = read_scene(ROOT / "docs/scenes/heavier-arm.json")
-    assert heavy.hazard == HEAVIER
-    assert judge(heavy).j > 1.0
-    for name in ("held-back-commands", "held-back-sideways"):
-        late, figures = read_scene(ROOT / f"docs/scenes/{name}.json")
-        assert late.hazard == HELD_BACK
-        assert figures["j"] > 1.0
+def test_what_searches_have_found_stays_below_f_c(path: Path) -> None:
+    found, figures = read_scene(path)
+    assert figures["j"] > 1.0
+    assert judge(found).j < 1.0
 
 
 def test_a_plate_beyond_its_stated_tilt_is_a_named_hazard() -> None:
     found, _ = read_scene(ROOT / "docs/scenes/tilted-and-dragged.json")
     assert found.hazard == TILTED
-    assert judge(found).j < 1.0
     assert found.truth.mount is not None
     mount = replace(found.truth.mount, plate_tilt_rad=(math.radians(8.0), 0.0))
     assert judge(replace(found, truth=replace(found.truth, mount=mount))).j > 1.0

@@ -79,7 +79,7 @@ COMMON: dict[str, str] = {
     "link_dropout": "one link: samples of both force channels are lost, then come again",
     "link_delay": "one link: samples of both force channels come later",
     "link_freeze": "one link: both force channels repeat their last sample",
-    "link_aged": "one buffer that fills: both force channels go on, and show an older force",
+    "link_aged": "one buffer that fills: two sensors go on, and show an older force",
     "common_gain": "one weight or lever: both gains wrong, within the common error of the plan",
     "common_drift": "one temperature: both zeros drift, within the drift of the plan",
     "common_supply": "one supply: both means stand still, the noise stays alive",
@@ -152,6 +152,7 @@ def applicable(kinds: Iterable[str], plan: Plan) -> list[str]:
             ("second_", source is SecondForceSource.SENSOR),
             ("arm_force_", source is SecondForceSource.ARM),
             ("link_", not none),
+            ("link_aged", source is SecondForceSource.SENSOR),
             ("common_supply", not none),
         )
         if not there
@@ -243,17 +244,24 @@ def incidents_of(kind: str, chance: Random, times: Times) -> tuple[Incident, ...
 
 SILENT = ("stuck_mean", "gain", "bias", "deaf", "gain_ramp", "bias_ramp", "clipped")
 """Faults of a force channel that are detected only by comparison with the other one."""
+LATE = ("aged", "old")
+"""Faults by which a channel without a clock of its own is late and goes on arriving."""
 BLIND, ONLY_CHANNEL = "both_channels_alike", "only_channel_lies"
 """Named hazards: no rule can stop such a run."""
 
 
 def lies_of(faults: Iterable[WorldFault], plan: Plan) -> str:
-    """The named hazard that every force channel shows too little and reports no fault, or ""."""
+    """The named hazard that every force channel is wrong alike and reports no fault, or "".
+
+    An only channel may be late: its travel limit holds. An arm's own force comes with its position
+    and the controller's clock (R10), so that no one buffer makes it and a sensor late.
+    """
     channels = _channels(plan)
     kinds = {fault.kind for fault in faults if not _harmless(fault)}
     if all(any(f"{channel}{kind}" in kinds for kind in SILENT) for channel in channels):
         return BLIND if len(channels) > 1 else ONLY_CHANNEL
-    return ""
+    late = all(any(f"{channel}{kind}" in kinds for kind in LATE) for channel in channels)
+    return BLIND if late and len(channels) > 1 else ""
 
 
 def _harmless(fault: WorldFault) -> bool:

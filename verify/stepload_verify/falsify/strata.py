@@ -14,7 +14,8 @@ START, FREE, TOUCH, LOAD, HOLD, BACK = PHASES = "start", "free", "touch", "load"
 """Where a fault begins: before the run, in free air, about the touch, at a force of a load step, in
 a hold, or while the arm retracts."""
 ONLY_START = (*MISTAKES, *SIX_MISTAKES, *FIRST_DAY, "arm_turned", "common_gain")
-SECOND, ARMS_OWN, ONE_CHANNEL = "second_", "arm_force_", ("link_", "common_supply")
+SECOND, ARMS_OWN, COMMON = ("second_", "link_aged"), ("arm_force_",), ("link_", "common_supply")
+"""Beginnings of the faults of a second sensor, of an arm that feels force, of either."""
 ANY = ""
 """Of a pair: both faults begin in any phase."""
 SEPARATOR = "+"
@@ -47,7 +48,7 @@ class Stratum:
 
 def kinds_for(axes: str, channels: int) -> tuple[str, ...]:
     """All faults that such rigs can have, sorted; gauges are left out: no rule reads them."""
-    absent = ("gauge_", *(() if channels == 2 else (SECOND, ARMS_OWN, *ONE_CHANNEL)))
+    absent = ("gauge_", *(() if channels == 2 else (*SECOND, *ARMS_OWN, *COMMON)))
     return tuple(sorted(k for k in known_kinds(axes == SIX_AXES) if not k.startswith(absent)))
 
 

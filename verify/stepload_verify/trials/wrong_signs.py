@@ -198,17 +198,21 @@ class BackCase:
 
 
 def draw_back(chance: Random) -> BackCase:
-    """One run of the search."""
+    """One run of the search; where several wires are wrong the surface lies where it is stated."""
     machine = chance.choice(sorted(MACHINES))
     second = chance.choice(SECONDS)
     wirings = ("right", "sign", "axis")
     main, other = chance.choice(wirings), chance.choice(wirings[:2])
     case = Case(machine, second, main, other if second != "none" else "right")
-    near = chance.random() < 0.5
+    turned = chance.random() < 0.6
+    stated = chance.choice(sorted(STATED_M))
     share = chance.choice((0.0, chance.uniform(0.0, 0.1), 0.5, 1.0, chance.uniform(0.0, 1.2)))
+    if (main != "right") + (case.second_wiring != "right") + turned > 1:
+        distance_m, uncertainty_m = STATED_M[stated]
+        share = 1.0 + chance.uniform(-1.0, 1.0) * uncertainty_m / distance_m
     return BackCase(
-        case, chance.random() < 0.6, machine == "soft" and chance.random() < 0.5,
-        "near" if near else "far", max(0.01, share), 10.0 ** chance.uniform(-1.0, 1.0),
+        case, turned, machine == "soft" and chance.random() < 0.5, stated,
+        max(0.01, share), 10.0 ** chance.uniform(-1.0, 1.0),
         chance.choice(WAYS), chance.choice(PHASES), chance.random(),
     )  # fmt: skip
 
