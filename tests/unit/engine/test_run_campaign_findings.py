@@ -80,7 +80,7 @@ def test_an_exception_while_the_end_is_recorded_does_not_lose_the_outcome(
 
 def heavy_plan() -> Plan:
     """A heavy, slow, stiff machine that presses gently."""
-    near = {"surface_distance_m": 1e-3, "surface_uncertainty_m": 5e-5}
+    near = {"surface_distance_m": 1e-3, "surface_uncertainty_m": 5e-5, "retract_m": 1e-4}
     plan = stvf_plan(**{**QUICK, **near, "top_force_n": 60.0, "step_n": 30.0, "max_drift_n": 1.0})
     arm = replace(
         plan.rig.arm, effective_mass_kg=40.0, max_acceleration_m_s2=0.65, command_delay_s=0.002,
