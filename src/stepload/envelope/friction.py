@@ -13,7 +13,7 @@ from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import Theory
 from stepload.estimators.smooth import NORMAL_95
 from stepload.evidence.askew import TURN_RAD_PER_N
-from stepload.evidence.gates import LATERAL_SHARE
+
 from stepload.evidence.sideways import UNKNOWN_FRICTION
 from stepload.plan.model import Plan, Provenance, Structure
 from stepload.units import format_quantity

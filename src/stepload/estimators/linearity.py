@@ -13,8 +13,8 @@ import numpy as np
 
 from stepload.estimators.fit import FloatArray
 
-ASSUMED_NONLINEARITY = 0.015
-"""Nonlinearity assumed where none is stated; data sheets of force sensors give 0.1 % to 2 %."""
+ASSUMED_NONLINEARITY = 0.005
+"""Nonlinearity assumed where none is stated; a common figure of data sheets."""
 _S_PEAK = math.sqrt(3.0) / 36.0
 
 

@@ -5,19 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 from stepload.contact.law_names import LAW_NAMES
 from stepload.errors import DomainError
-from stepload.estimators.fit import FloatArray
 from stepload.estimators.smooth import smooth_lengths
 from stepload.evidence import figures
 from stepload.evidence.chord import Chord, chord
-from stepload.evidence.contact_gates import contact_signs
-from stepload.evidence.drift import drift_of, without_drift
+from stepload.evidence.drift import Drift, drift_of, without_drift
 from stepload.evidence.elastic import Elastic, elastic_of
 from stepload.evidence.errors import Component, errors_of, middle, total
-from stepload.evidence.gates import UNLOADED, Gate
 from stepload.evidence.gauge import against_arm
+from stepload.evidence.inelastic import Inelastic, inelastic_of
+from stepload.evidence.jump import jump_of
 from stepload.evidence.lawfit import (
     CANNOT_TELL,
     LawFit,
@@ -28,16 +28,20 @@ from stepload.evidence.lawfit import (
 )
 from stepload.evidence.laws import FIXED, POWER
 from stepload.evidence.loops import LEAST_STRETCHES, Branch, Loop, loops_of
-from stepload.evidence.misfit import misfit_of, visit
 from stepload.evidence.pressed import Pressed
-from stepload.evidence.quantity import Exponent, Quantity
-from stepload.evidence.rehearse import draws
-from stepload.evidence.shape import shape_of
-from stepload.evidence.signs import branches_of
+from stepload.evidence.quantity import Exponent, Line, Quantity
 from stepload.units import format_quantity
 
 UPPER_SHARE = 0.7
 """The upper chord begins at this share of the top force."""
+UNEVEN = 0.2
+"""Standard uncertainty of a drift that was taken out as an even one, as a share of it."""
+REFUSED = 1e-3
+"""Probability below which the χ² of the best law refuses all of them."""
+UNLOADED = 0.35
+"""An unloading that ends above this share of the top force is no check of the loading."""
+LEAST_JUMP = 0.005
+"""Share of the chord's deformation below which a jump counts for nothing."""
 AS_HIGH = 0.95
 """Only cycles that reach this share of the first one's top force are compared."""
 
@@ -59,10 +63,10 @@ class Evidence:
     """The evaluation of a run.
 
     Attributes:
-        headline: the chord stiffness.
+        headline: the chord stiffness of the branch that was asked for.
         quantities: every stiffness by kind, the headline among them.
         exponent: n of the power law; None where no power law fits.
-        gates: all gates that were evaluated.
+        inelastic: loop, set, creep and rate.
         laws: the laws that were tried, the best first.
         drift_m_per_s: drift that was subtracted; None where it is not known, or without times.
         notes: what this run cannot show, and what was assumed.
@@ -71,10 +75,15 @@ class Evidence:
     headline: Quantity
     quantities: Mapping[str, Quantity]
     exponent: Exponent | None
-    gates: tuple[Gate, ...]
+    inelastic: Inelastic
     laws: tuple[LawRow, ...]
     drift_m_per_s: float | None
     notes: tuple[str, ...]
+
+    @property
+    def elastic(self) -> bool:
+        """Whether what is not elastic lies within the interval of the headline."""
+        return self.inelastic.share <= self.headline.half_width
 
 
 def weigh(run: Pressed) -> Evidence:
@@ -95,21 +104,8 @@ def weigh(run: Pressed) -> Evidence:
     first = loops[0].loading
     lowest_n = float(first.path.force_n.min())
     main = chord(first) if run.between_n is None else chord(first, *run.between_n)
-    assumed = smooth_lengths(told.sources.smooth_length_n, elastic.top_n)
-    here = middle(len(assumed))
-    errors = [errors_of(run, first, elastic, drift, length_n) for length_n in assumed]
-    fitted = [_fitted(run, first, parts) for parts in errors]
-    drawn = draws(branches_of(loops), elastic, run, assumed[here])
-    gates, left = contact_signs(run, loops, main, elastic, drift, drawn)
-    data, laws = fitted[here]
-    every = [each for _, each in fitted if each]
-    chosen = [chosen_fits(data, each, told) for data, each in fitted]
+    inelastic = inelastic_of(run, loops, main.span_m, main.from_n, elastic, drift)
     of_gauge, said = against_arm(run, main)
-    shape = shape_of(first, main, elastic, data, laws, chosen[here], told, drawn[0])
-    power = laws.get(POWER.name)
-    # A chosen law that cannot be fitted with the middle correlation length is not used at all.
-    counting = [each for each in chosen if each and chosen[here]] if told.laws else every
-    misfit = _misfit(loops, shape.law, elastic, drawn, main) if shape.law is not None else []
     notes, blocking = _cannot_show(run, loops)
     notes += said
     notes.append(
@@ -117,6 +113,16 @@ def weigh(run: Pressed) -> Evidence:
         f"{format_quantity(lowest_n, 'N')}, and a film or a seat that gives way below makes a "
         "secant false"
     )
+    assumed = smooth_lengths(told.sources.smooth_length_n, elastic.top_n)
+    here = middle(len(assumed))
+    errors = [errors_of(run, first, elastic, drift, length_n) for length_n in assumed]
+    fitted = [_fitted(run, first, parts) for parts in errors]
+    data, laws = fitted[here]
+    every = [each for _, each in fitted if each]
+    chosen = [chosen_fits(data, each, told) for data, each in fitted]
+    power = laws.get(POWER.name)
+    # A chosen law that cannot be fitted with the middle correlation length is not used at all.
+    counting = [each for each in chosen if each and chosen[here]] if told.laws else every
     read_from = figures.Reading(
         main=main,
         upper=chord(first, UPPER_SHARE * main.to_n, main.to_n),
@@ -124,24 +130,98 @@ def weigh(run: Pressed) -> Evidence:
         errors=errors,
         law_sets=counting if power is not None else [],
         power=power.best.shape if power is not None else 1.0,
-        left=left._replace(shape=abs(shape.off) / 2.0),
-        gates=[*gates, *of_gauge, *shape.gates, *misfit],
-        doubts=(*run.doubts, *blocking),
-        law_doubts=run.law_doubts,
+        lines=_lines(run, loops, main, elastic, drift, inelastic),
+        doubts=(*run.doubts, *blocking, *of_gauge, *_jumps(data, every, main)),
+        law_doubts=(*run.law_doubts, *_refused(counting[here] if len(counting) > here else {})),
     )
     found = figures.quantities(run, read_from)
+    headline = found["chord"]
+    if inelastic.share > headline.half_width:
+        said_of = f"{inelastic.share:.1%} of the deformation is not elastic ({inelastic.largest})"
+        read_from = replace(read_from, exponent_doubts=(said_of,))
     if told.laws:
         unbound = figures.quantities(run, replace(read_from, law_sets=every))
         notes.append(_chosen(told.laws, found, unbound))
     return Evidence(
-        headline=found["chord"],
+        headline=headline,
         quantities=found,
         exponent=figures.exponent(read_from),
-        gates=tuple(read_from.gates),
+        inelastic=inelastic,
         laws=_rows(laws, chosen[here], data),
         drift_m_per_s=drift.rate_m_per_s if drift is not None and run.timed else None,
         notes=tuple(notes),
     )
+
+
+def _lines(
+    run: Pressed, loops: Sequence[Loop], main: Chord, elastic: Elastic, drift: Drift | None,
+    inelastic: Inelastic,
+) -> list[Line]:  # fmt: skip
+    """What the run itself shows of its zero, its drift and its slips."""
+    path, sources = loops[0].loading.path, run.conditions.sources
+    elapsed_s = float(main.weights @ path.time_s)
+
+    def length(source: str, size: str, size_m: float) -> list[Line]:
+        return [Line(source, size, size_m / main.span_m)] if size_m > 0.0 else []
+
+    # Between two tares the zero is within half the step of an even drift.
+    moved_n = sources.zero_drift_n_per_s * abs(elapsed_s)
+    if run.zero_step_n is not None:
+        moved_n = 0.5 * abs(run.zero_step_n)
+    found = length(
+        "zero of force", format_quantity(moved_n, "N"),
+        moved_n * elastic.at(main.from_n) / math.sqrt(3.0),
+    )  # fmt: skip
+    gap = inelastic.of("gap")
+    if drift is not None:
+        uneven_m = UNEVEN * abs(drift.rate_m_per_s * elapsed_s)
+        again = inelastic.of("reload")
+        if again is not None and again.surely_m > 0.0:
+            uneven_m = math.hypot(uneven_m, again.value_m / math.sqrt(3.0))
+        found += length("drift that is not even", format_quantity(uneven_m, "m"), uneven_m)
+    elif gap is not None:
+        # One cycle: what lies between loading and unloading may be a drift.
+        lasted_s = float(path.time_s[-1] - path.time_s[0])
+        share = abs(elapsed_s) / max(2.0 * lasted_s, 1e-12)
+        may_m = share * math.hypot(gap.value_m, gap.sigma_m) / math.sqrt(3.0)
+        found += length("drift (one cycle)", format_quantity(may_m, "m"), may_m)
+    slipped_m, unseen_m = run.askew.slip_m(main.from_n, main.to_n, elastic.payload_at)
+    slip_m = math.hypot(slipped_m, unseen_m) / math.sqrt(3.0)
+    return found + length("slip on a tilted plate", format_quantity(slip_m, "m"), slip_m)
+
+
+def _refused(laws: Mapping[str, LawFit]) -> list[str]:
+    """That the data refuse every law."""
+    if not laws:
+        return []
+    best = min(laws.values(), key=lambda fit: fit.chi2)
+    most = _largest_chi2(best.degrees)
+    if best.chi2 <= most:
+        return []
+    return [
+        f"no law fits: the best one ({best.law.name}) leaves χ² = {best.chi2:.3g}, and the stated"
+        f" errors allow {most:.3g}"
+    ]
+
+
+def _jumps(data: Whitened, fitted: Sequence[Mapping[str, LawFit]], main: Chord) -> list[str]:
+    """A jump within the chord: the deformation of a contact rises steadily with the force."""
+    laws = fitted[middle(len(fitted))] if fitted else {}
+    if not laws:
+        return []
+    found = jump_of(data, min(laws.values(), key=lambda fit: fit.chi2))
+    inside = found is not None and main.from_n < found.at_n < main.to_n
+    if found is None or not inside or found.size_m < LEAST_JUMP * main.span_m:
+        return []
+    size, at = format_quantity(found.size_m, "m"), format_quantity(found.at_n, "N")
+    return [f"the travel jumps by {size} at {at}: something slipped or clicked"]
+
+
+@cache
+def _largest_chi2(degrees: int) -> float:
+    from scipy.special import chdtri
+
+    return float(chdtri(max(degrees, 1), REFUSED))
 
 
 def _positive(loop: Loop) -> Loop:
@@ -194,20 +274,6 @@ def _fitted(
 ) -> tuple[Whitened, dict[str, LawFit]]:
     data = Whitened(first.path.force_n, first.deformation_m, total(parts))
     return data, fit_laws(data, run.conditions, adhesive=run.adhesive)
-
-
-def _misfit(
-    loops: Sequence[Loop], law: LawFit, elastic: Elastic, drawn: Sequence[FloatArray], main: Chord
-) -> list[Gate]:
-    """The gate of the misfit that a law leaves, where two loadings show it."""
-    loadings = {id(loop.loading) for loop in loops}
-    visits = [
-        visit(branch, elastic, travel)
-        for branch, travel in zip(branches_of(loops), drawn, strict=True)
-        if id(branch) in loadings
-    ]
-    found = misfit_of(visits, elastic, law, main.span_m)
-    return [found] if found is not None else []
 
 
 def _rows(

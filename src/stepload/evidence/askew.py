@@ -10,7 +10,6 @@ from stepload.estimators.conditions import Conditions
 from stepload.estimators.contact_point import OFF_AXIS_M
 from stepload.estimators.contact_quality import NOT_IN_DATA, ContactQuality
 from stepload.estimators.missing import Missing
-from stepload.evidence.gates import HARMLESS, Gate, gate, judged
 from stepload.evidence.quantity import Line
 from stepload.evidence.signs import Compliance
 from stepload.units import beside_limit, format_quantity
@@ -31,9 +30,6 @@ TURN_RAD_PER_N = 3e-5
 """Standard deviation of how far an arm's tool turns about an axis across the press. The size over
 tool-down poses has a median and a 90th percentile of 35 and 69 µrad/N (UR3), 23 and 45 (UR5), 27
 and 47 (UR10); two independent axes with this deviation would have 35 and 64 (six axes, item 1)."""
-SHARE_CHANGE = 0.05
-"""Largest change of the lateral share from the first loading to the second."""
-SIGMAS = 4.0
 ANY_WAY = math.sqrt(1.0 / 6.0)
 """Standard deviation of the component along a given direction of an angle of up to 1 in an unknown
 direction: sizes uniform (1/3), directions uniform (1/2)."""
@@ -115,29 +111,13 @@ class Askew:
         across += payload_m_per_n / TANGENTIAL_OVER_NORMAL
         return jump_n * across * math.tan(TILT_RAD)
 
-    def gates(self, slipped_m: float, span_m: float) -> list[Gate]:
-        """Gates of the contact; `slipped_m` is the first figure of `slip_m`."""
-        if isinstance(self.quality, Missing):
-            return []
-        tilt = f"{math.degrees(TILT_RAD):.2g}"
-        found = [judged("slip", slipped_m, HARMLESS * span_m, "m", tilt=tilt)]
-        if self.quality.change is not None:
-            change, sigma = self.quality.change
-            found.append(judged("share_change", change, max(SHARE_CHANGE, SIGMAS * sigma)))
-        point = self.quality.eccentric
-        if point is not None and self.gauge_offset_m > 0.0:
-            allowed_m = OFF_AXIS_M + 2.0 * point.sigma_m
-            text = f"{_off(point.size_m, allowed_m)}: the gauge does not measure where it presses"
-            found.append(gate("eccentric", point.size_m, allowed_m, "m", "all", text))
-        return found
-
     @property
     def notes(self) -> list[str]:
         """Remarks for the reader of the figures; empty where there are none."""
         if isinstance(self.quality, Missing):
             return []
         point = self.quality.eccentric
-        if point is None or self.gauge_offset_m > 0.0:
+        if point is None:
             return []
         allowed_m = OFF_AXIS_M + 2.0 * point.sigma_m
         return [_off(point.size_m, allowed_m)] if point.size_m > allowed_m else []

@@ -13,6 +13,9 @@ from stepload.evidence.loops import BETWEEN, Branch, Loop
 from stepload.evidence.signs import Compliance, signs_of
 
 
+SIGMAS = 3.0
+
+
 @dataclass(frozen=True, slots=True)
 class Drift:
     """A steady drift of the travel in m/s and its standard uncertainty."""
@@ -24,7 +27,8 @@ class Drift:
 def drift_of(loops: Sequence[Loop], compliance: Compliance, sources: Sources) -> Drift | None:
     """Drift between the tops of the first two cycles; None where there is only one.
 
-    Both tops are held in the same way, so both contain the payload's creep.
+    Both tops are held in the same way, so both contain the payload's creep. Where the holds show
+    another drift, the contact has set between the cycles, and theirs is used.
     """
     shift = next((s for s in signs_of(loops, compliance) if s.name == "top_shift"), None)
     if shift is None:
@@ -39,7 +43,35 @@ def drift_of(loops: Sequence[Loop], compliance: Compliance, sources: Sources) ->
     quantum = sources.position_resolution_m / math.sqrt(6.0)
     samples = max(float(loops[0].loading.path.count.max()), 1.0)
     noise = math.sqrt(2.0 / samples) * sources.position_noise_m
-    return Drift(shift.value_m / period_s, math.hypot(quantum, noise) / period_s)
+    tops = Drift(shift.value_m / period_s, math.hypot(quantum, noise) / period_s)
+    held = _held(loops, compliance, sources)
+    if held is None:
+        return tops
+    apart = abs(held.rate_m_per_s - tops.rate_m_per_s)
+    return held if apart > SIGMAS * math.hypot(held.sigma_m_per_s, tops.sigma_m_per_s) else tops
+
+
+def _held(loops: Sequence[Loop], compliance: Compliance, sources: Sources) -> Drift | None:
+    """Drift within the holds of loading and unloading; None without both.
+
+    A payload that creeps goes one way while loading and the other way while unloading.
+    """
+    rates, variances = [], []
+    for unloading in (False, True):
+        branches = [loop.unloading if unloading else loop.loading for loop in loops[:2]]
+        holds = [hold for branch in branches if branch is not None for hold in branch.holds]
+        lasted_s = BETWEEN * sum(hold.lasted_s for hold in holds)
+        if not lasted_s > 0.0:
+            return None
+        rates.append(sum(hold.creep(compliance(hold.force_n)) for hold in holds) / lasted_s)
+        quantum = sources.position_resolution_m**2 / 6.0
+        noise = sum(
+            2.0 * (sources.position_noise_m**2
+                   + (compliance(h.force_n) * sources.force_noise_n) ** 2) / max(h.samples, 1)
+            + quantum for h in holds
+        )  # fmt: skip
+        variances.append(noise / lasted_s**2)
+    return Drift(0.5 * sum(rates), 0.5 * math.sqrt(sum(variances)))
 
 
 def without_drift(loop: Loop, rate_m_per_s: float, start_s: float) -> Loop:

@@ -76,7 +76,7 @@ def errors_of(
             f"{sources.position_noise_m * 1e6:.3g} µm, "
             f"{sources.position_resolution_m * 1e6:.3g} µm",
             np.diag(sources.position_noise_m**2 / path.count)
-            + quantum_covariance(elastic.travel(force), path.span_m, sources.position_resolution_m)
+            + dithered(elastic, path, sources)
             + (LEAST_SHARE * span) ** 2 * np.eye(path.size),
         ),
         Component(
@@ -130,17 +130,19 @@ def _force_variance(path: Path, sources: Sources) -> FloatArray:
     return np.asarray(noise + (quantum / path.count if broken else quantum))
 
 
-def quantum_covariance(expected_m: FloatArray, span_m: FloatArray, quantum_m: float) -> FloatArray:
-    """Covariance (B, B) of the quantisation error: fully correlated where the true travel is the
-    same, uncorrelated a fifth of a quantum away; smaller where a stretch crosses several quanta.
+def dithered(elastic: Elastic, path: Path, sources: Sources) -> FloatArray:
+    """Covariance (B, B) in m² of the quantum's error in means of samples with noise.
 
-    Args:
-        expected_m: (B,) travel without the quantum, as a law gives it.
-        span_m: (B,) how far the travel goes within each stretch.
-        quantum_m: resolution of the travel.
+    Noise of σ leaves (q/π) exp(−2π²σ²/q²) of it, a sine over the travel (Carbone and Petri 1994);
+    without noise it is uniform. It is the same where the true travel is, and another one a fifth of
+    a quantum away; smaller where a stretch crosses several quanta.
     """
+    quantum_m, noise_m = sources.position_resolution_m, sources.position_noise_m
     if quantum_m <= 0.0:
-        return np.zeros((expected_m.size, expected_m.size))
-    size = quantum_m / math.sqrt(12.0) / np.maximum(span_m / quantum_m, 1.0)
+        return np.zeros((path.size, path.size))
+    left_m = quantum_m / (math.pi * math.sqrt(2.0))
+    left_m *= math.exp(-2.0 * (math.pi * noise_m / quantum_m) ** 2)
+    size = min(left_m, quantum_m / math.sqrt(12.0)) / np.maximum(path.span_m / quantum_m, 1.0)
+    expected_m = elastic.travel(path.force_n)
     away = np.subtract.outer(expected_m, expected_m) / (ALIKE_SHARE * quantum_m)
     return np.asarray(np.exp(-0.5 * away**2) * np.outer(size, size))

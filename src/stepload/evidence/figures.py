@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,7 +15,6 @@ from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.smooth import CHI2_95, NORMAL_95
 from stepload.evidence.chord import Chord
 from stepload.evidence.errors import Component, middle
-from stepload.evidence.gates import Gate, fired
 from stepload.evidence.lawfit import CANNOT_TELL, LawFit
 from stepload.evidence.laws import BILINEAR, POWER, ROUGH
 from stepload.evidence.path import Path
@@ -36,16 +34,6 @@ HOPELESS = 1.0
 """Half width, as a share of the figure, above which it is not identifiable."""
 
 
-class Discrepancies(NamedTuple):
-    """Contributions of the gates to the budget: standard uncertainties in m, and a relative one."""
-
-    time_m: float = 0.0
-    creep_m: float = 0.0
-    zero_m: float = 0.0
-    slip_m: float = 0.0
-    shape: float = 0.0
-
-
 @dataclass(frozen=True, slots=True)
 class Reading:
     """Inputs of the figures.
@@ -58,10 +46,10 @@ class Reading:
         law_sets: the laws that figures rest on, fitted with each of them; empty where there are
             none.
         power: 1/n of the power law: relative change of the deformation over that of the force.
-        left: contributions of the gates to the budget.
-        gates: all gates.
+        lines: of the budget that do not follow from `errors`: what the run itself shows.
         doubts: sentences that block every figure.
         law_doubts: sentences that block what rests on a law.
+        exponent_doubts: sentences that block the law itself.
     """
 
     main: Chord
@@ -70,16 +58,16 @@ class Reading:
     errors: Sequence[Sequence[Component]]
     law_sets: Sequence[Mapping[str, LawFit]]
     power: float
-    left: Discrepancies = field(default_factory=Discrepancies)
-    gates: Sequence[Gate] = ()
+    lines: Sequence[Line] = ()
     doubts: Sequence[str] = ()
     law_doubts: Sequence[str] = ()
+    exponent_doubts: Sequence[str] = ()
 
 
 def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
     """Every stiffness by kind; the chord always, the others where there is a law."""
     main, path, errors = read_from.main, read_from.path, read_from.errors
-    law_sets, left, gates = read_from.law_sets, read_from.left, read_from.gates
+    law_sets = read_from.law_sets
     told, doubts, q = run.conditions, read_from.doubts, read_from.power
     sources, accuracy, secant_force_n = told.sources, 1.0 / told.t, told.secant_force_n
     bend = float(np.diff(told.bend(np.array([main.from_n, main.to_n])))[0])
@@ -93,33 +81,25 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
     ]
     scale = [line for line in scale if line.relative > 0.0]
 
-    def length(source: str, size_m: float) -> Line:
-        return Line(source, f"{size_m * 1e6:.2g} µm", size_m / main.span_m)
-
     sideways = run.sideways.relative * abs(bend) / main.span_m
-    slip = [length("slip on a plate that may be tilted", left.slip_m)]
     common = [
-        length("time (gap, set, rate)", left.time_m),
-        length("creep (found, or not excluded by the holds)", left.creep_m),
-        length("zero of force", left.zero_m),
         Line("force across the axis", run.sideways.size, sideways),
-        *(slip if left.slip_m > 0.0 else []),
         *run.askew.lines(q, main.from_n, main.to_n, main.span_m),
+        *read_from.lines,
     ]
     lines = [
         *max((_lines(parts, main.weights, main.span_m) for parts in errors), key=combined),
         *scale, *common,
-        Line("shape (local chord against the law's)", f"{left.shape:.2%}", left.shape),
     ]  # fmt: skip
     lines += _of_looks(run, combined(lines))
-    blocked = (*doubts, *fired(gates, of_law=False))
+    blocked = tuple(doubts)
     found = {
         "chord": _made("chord", main.n_per_m, log_interval(main.n_per_m, lines), main.from_n,
                        main.to_n, lines, accuracy, blocked)
     }  # fmt: skip
     if not law_sets:
         return found
-    law_blocked = (*doubts, *read_from.law_doubts, *fired(gates, of_law=True))
+    law_blocked = (*doubts, *read_from.law_doubts)
     beyond: tuple[str, ...] = ()
     at_n = secant_force_n
     if secant_force_n > main.to_n:
@@ -333,7 +313,7 @@ def exponent(read_from: Reading) -> Exponent | None:
     why = [
         *read_from.doubts,
         *read_from.law_doubts,
-        *fired(read_from.gates, of_law=True),
+        *read_from.exponent_doubts,
     ]
     if (high - low) / 2.0 > EXPONENT_HALF_WIDTH:
         why.append(f"this run cannot tell n = {low:.2f} from {high:.2f}")

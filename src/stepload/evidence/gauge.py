@@ -17,11 +17,10 @@ from stepload.estimators.linearity import linearity_errors
 from stepload.estimators.smooth import few_degrees
 from stepload.evidence.askew import TURN_RAD_PER_N
 from stepload.evidence.chord import Chord
-from stepload.evidence.gates import Gate, judged
 from stepload.evidence.path import Path, path_of
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.sideways import GUIDED_COMPLIANCE, UNKNOWN_FRICTION
-from stepload.units import format_quantity
+from stepload.units import beside_limit, format_quantity
 
 SIGMAS = 3.0
 HARMLESS_SCALE = 0.02
@@ -41,8 +40,8 @@ DELAY_S = 0.02
 NOT_CHECKED = "the gauge's scale was not checked against the arm's travel: "
 
 
-def against_arm(run: Pressed, main: Chord) -> tuple[list[Gate], list[str]]:
-    """The gates of the gauge over the first loading, and remarks.
+def against_arm(run: Pressed, main: Chord) -> tuple[list[str], list[str]]:
+    """Doubts about the gauge over the first loading, and remarks.
 
     Both are empty where no gauge was read beside an arm, and where the system is what is pressed.
 
@@ -63,25 +62,24 @@ def against_arm(run: Pressed, main: Chord) -> tuple[list[Gate], list[str]]:
     weights = np.zeros(gauge.size)
     weights[gauge.force_n > 0.0] = main.weights
     side = _Sides(run, replace(told, sources=told.arm_sources), gauge, arm)
-    gates = []
-    if (standing := side.standing()) is not None:
-        gates.append(standing)
+    doubts = side.standing()
     said_m, moved_m, sigma_m = side.compared(weights, main.from_n, main.to_n)
     allowed_m = max(SIGMAS * sigma_m, HARMLESS_SCALE * abs(moved_m))
     share = allowed_m / abs(moved_m) if moved_m else math.inf
     if not share <= USELESS:
         beside = f"{format_quantity(allowed_m, 'm')} beside {format_quantity(moved_m, 'm')}"
         why = f"what the arm says of the deformation is too uncertain ({beside})"
-        return gates, [NOT_CHECKED + why]
-    off_m = said_m - moved_m
-    gates.append(
-        judged(
-            "gauge_scale", abs(off_m), allowed_m, "m",
-            gauge=format_quantity(said_m, "m"), arm=format_quantity(moved_m, "m"),
-            low=format_quantity(main.from_n, "N"), high=format_quantity(main.to_n, "N"),
+        return doubts, [NOT_CHECKED + why]
+    off_m = abs(said_m - moved_m)
+    if off_m > allowed_m:
+        off, most = beside_limit(off_m, allowed_m, "m")
+        doubts.append(
+            f"from {format_quantity(main.from_n, 'N')} to {format_quantity(main.to_n, 'N')} the"
+            f" gauge changes by {format_quantity(said_m, 'm')}, the arm's travel less the system's"
+            f" deflection by {format_quantity(moved_m, 'm')}: {off} apart (allowed {most}); the"
+            " gauge is at the end of its range or has a wrong scale, or K_s is not that of this run"
         )
-    )  # fmt: skip
-    return gates, [
+    return doubts, [
         "the gauge's scale was checked against the arm's travel less the system's deflection: an "
         f"error below {share:.1%} would not be seen"
     ]
@@ -134,8 +132,8 @@ class _Sides:
         )
         return float(weights @ self._gauge.travel_m), moved_m, sigma_m
 
-    def standing(self) -> Gate | None:
-        """The gate of a gauge that stands up to the top; None where it moves to its end.
+    def standing(self) -> list[str]:
+        """The doubt that a gauge stands up to the top; empty where it moves to its end.
 
         Such a gauge is at the end of its range if the arm goes on, or if it moved on at a pace just
         below, unless the arm says that the payload has come to a stop.
@@ -150,22 +148,25 @@ class _Sides:
         from_n, to_n = float(track.force_n[some].mean()), float(path.force_n[top])
         noise_n = own.force_noise_n * math.hypot(FEW**-0.5, path.count[top] ** -0.5)
         if to_n - from_n <= SIGMAS * noise_n + own.force_resolution_n:
-            return None
+            return []
         begin = min(int(np.searchsorted(path.time_s, begun_s)), top)
         weights = np.zeros(path.size)
         weights[top] += 1.0
         weights[begin] -= 1.0
         part_n = float(path.force_n[begin])
         _, moved_m, sigma_m = self.compared(weights, part_n, to_n)
-        low, high = format_quantity(from_n, "N"), format_quantity(to_n, "N")
-        told = judged("gauge_stands", moved_m, still_m + SIGMAS * sigma_m, "m", low=low, high=high)
+        between = f"from {format_quantity(from_n, 'N')} to {format_quantity(to_n, 'N')}"
+        at_end = "the gauge has come to the end of its range"
+        if moved_m > still_m + SIGMAS * sigma_m:
+            size = format_quantity(moved_m, "m")
+            return [f"{between} the gauge stands, while the payload gives way by {size}: {at_end}"]
         pace = self._pace_m_per_n(begin - 1, to_n - from_n)
-        if told.fires or moved_m + SIGMAS * sigma_m < 0.5 * pace * (to_n - part_n):
-            return told
-        missed_m, most_m = pace * (to_n - from_n), STOPS * still_m
-        return judged(
-            "gauge_stands", missed_m, most_m, "m", meaning="gauge_stops", low=low, high=high
-        )
+        missed_m = pace * (to_n - from_n)
+        stopped = moved_m + SIGMAS * sigma_m < 0.5 * pace * (to_n - part_n)
+        if stopped or missed_m <= STOPS * still_m:
+            return []
+        size = format_quantity(missed_m, "m")
+        return [f"{between} the gauge stands; at its pace below it would change by {size}: {at_end}"]
 
     def _pace_m_per_n(self, begin: int, reach_n: float) -> float:
         """How the gauge changes over the force just below a place; 0 where too little is below."""

@@ -9,13 +9,6 @@ from typing import Literal
 from stepload.estimators.across import CROSS_COMPLIANCE
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
-from stepload.evidence.gates import (
-    LARGEST_CORRECTION,
-    LATERAL_SHARE,
-    STRONG_LATERAL,
-    Gate,
-    judged,
-)
 
 GUIDED_COMPLIANCE = 0.3
 """C_xz/C_zz of a guided axis, or of a rig of unstated structure."""
@@ -71,17 +64,6 @@ class Sideways:
             return NOT_KNOWN
         taken = f", {self.taken:.1%} of the deflection taken out"
         return f"{self.share:.1%}" + (taken if self.rule == "three numbers" else "")
-
-    def gates(self, deflection_share: float) -> list[Gate]:
-        """The gates; the deflection of the system is that share of the chord's deformation."""
-        if self.rule == "three numbers":
-            return [
-                judged("lateral", self.share or 0.0, STRONG_LATERAL, meaning="strong_lateral"),
-                judged("lateral_correction", self.taken * deflection_share, LARGEST_CORRECTION),
-            ]
-        if self.rule == "one number":
-            return [judged("lateral", self.away, LATERAL_SHARE, meaning="other_friction")]
-        return [judged("lateral", self.share, LATERAL_SHARE)] if self.share is not None else []
 
     @property
     def note(self) -> str:

@@ -87,7 +87,7 @@ class Pressed:
 def press(contact: Contact, course: Course, retract_m: float) -> Pressed:
     """Run the course; in holds at a position the force relaxes, and the next ramp begins there."""
     force = course.forces()
-    travel = _travel(contact, course, force)
+    travel = deformed(contact, course, force)
     if not contact.held_force:
         holds = [each for each in course.segments if each.phase in HOLDS]
         numbers = [i for i, each in enumerate(course.segments) if each.phase in HOLDS]
@@ -105,11 +105,11 @@ def press(contact: Contact, course: Course, retract_m: float) -> Pressed:
             force = course.forces(ends)
             for i, each in enumerate(holds):
                 force[each.start : each.stop] += relaxed[i]
-            travel = _travel(contact, course, force)
+            travel = deformed(contact, course, force)
     return Pressed(np.where(course.gap > 0.0, 0.0, force), travel - course.gap * retract_m)
 
 
-def _travel(contact: Contact, course: Course, force: FloatArray) -> FloatArray:
+def deformed(contact: Contact, course: Course, force: FloatArray) -> FloatArray:
     """Displacement (N,) of the arm that such a course of force takes."""
     unloading = np.isin(course.phase, UNLOADING)
     body = _prompt(contact, force)

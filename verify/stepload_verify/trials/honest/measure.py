@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepload.estimators.conditions import Conditions
-from stepload.estimators.deflection import least_sigma
 from stepload.estimators.linearity import ASSUMED_NONLINEARITY
 from stepload.estimators.sources import Sources
+from stepload.evidence.loops import Branch, loops_of
+from stepload.evidence.path import Track
 from stepload.record.align import ChannelClock
 from stepload.record.lag import measure_lag
 from stepload.results.conditions import measured
@@ -20,10 +21,11 @@ from stepload.results.press_data import (
     UNLOADING,
     PressData,
     TouchPoint,
+    holds_of,
     largest_step,
 )
 from stepload_verify.trials.honest.case import Case
-from stepload_verify.trials.honest.contact import press
+from stepload_verify.trials.honest.contact import deformed, nothing, press
 from stepload_verify.trials.honest.course import Course, course
 
 FloatArray = NDArray[np.float64]
@@ -64,6 +66,23 @@ def record(case: Case) -> tuple[PressData, Conditions]:
     if case.six_axes:
         data = replace(data, **_across(case, pressed.force_n, rng))
     return data, measured(_conditions(case), data)
+
+
+def true_loading(case: Case) -> Branch:
+    """The payload's deformation along its first loading, with its creep and without any error."""
+    law = case.contact.law
+    rng = np.random.default_rng([case.seed, 1])
+    run = course(case.procedure, rng, float(law.force_n[0]), PULL_OFF * float(law.force_n[0]))
+    happened = press(case.contact, run, 0.0)
+    payload = replace(
+        case.contact, system=nothing, drift=nothing, slips=(), ratchet_m=0.0, backlash_m=0.0,
+        load_drift_m_per_n_s=0.0,
+    )  # fmt: skip
+    body_m = deformed(payload, run, happened.force_n)
+    first = np.isin(run.phase, LOADING) & (run.cycle == 1) & (happened.force_n > 0.0)
+    held = holds_of(run.phase[first])
+    track = Track(run.time_s[first], happened.force_n[first], body_m[first], held)
+    return loops_of([(1, track, None)], np.zeros_like, 0.0)[0].loading
 
 
 def _quantised(values: FloatArray, quantum: float, offset: float) -> FloatArray:
@@ -163,8 +182,7 @@ def _load_path(case: Case) -> dict[str, Any]:
     rig, table = case.rig, case.declared.table
     sigma = rig.stiffness_sigma * rig.stiffness_n_per_m
     if table is None:
-        least, note = least_sigma(rig.stiffness_n_per_m, sigma)
-        return {"system_stiffness_sigma_n_per_m": least, "system_stiffness_note": note}
+        return {"system_stiffness_sigma_n_per_m": sigma}
     force, deflection = (values[1:] for values in table)
     return {
         "system_stiffness_sigma_n_per_m": sigma,

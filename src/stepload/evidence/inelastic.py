@@ -1,0 +1,148 @@
+"""What of a loading is not elastic: loop, set, creep and rate, each with its standard uncertainty.
+
+None of them widens a figure of one branch: a loading chord is that of its path and rate. They say
+what it may be called. It is elastic where they are within its interval.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stepload.estimators.fit import FloatArray
+from stepload.estimators.smooth import NORMAL_95, smooth_correlation
+from stepload.evidence.drift import Drift
+from stepload.evidence.elastic import Elastic
+from stepload.evidence.errors import dithered
+from stepload.evidence.loops import BETWEEN, Branch, Hold, Loop
+from stepload.evidence.pressed import Pressed
+from stepload.evidence.rate import rate_sign
+from stepload.evidence.signs import Sign, signs_of
+
+NOT_REPEATED = 0.2
+"""Share of the smooth deformation error that is another one in every branch."""
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One sign of what is not elastic: a length in m and its standard uncertainty."""
+
+    name: str
+    value_m: float
+    sigma_m: float
+
+    @property
+    def surely_m(self) -> float:
+        """What of it no error explains with 95 %."""
+        return max(abs(self.value_m) - NORMAL_95 * self.sigma_m, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Inelastic:
+    """The signs of a run and its set, in m; `span_m` is the deformation of the chord."""
+
+    parts: tuple[Part, ...]
+    span_m: float
+
+    @property
+    def share(self) -> float:
+        """The largest part that no error explains, over the deformation of the chord."""
+        return max((part.surely_m for part in self.parts), default=0.0) / self.span_m
+
+    @property
+    def largest(self) -> str:
+        """Name of that part; "" without any."""
+        return max(self.parts, key=lambda part: part.surely_m).name if self.parts else ""
+
+    def of(self, name: str) -> Part | None:
+        """A part by its name."""
+        return next((part for part in self.parts if part.name == name), None)
+
+
+def inelastic_of(
+    run: Pressed, loops: Sequence[Loop], span_m: float, from_n: float, elastic: Elastic,
+    drift: Drift | None,
+) -> Inelastic:  # fmt: skip
+    """Every sign that these cycles can show.
+
+    Args:
+        run: the run.
+        loops: its cycles, drift taken out.
+        span_m: deformation of the chord.
+        from_n: its lower force.
+        elastic: the elastic contact with which the cycles are compared.
+        drift: the drift that was taken out.
+    """
+    signs = [sign for sign in signs_of(loops, elastic.at) if sign.name != "top_shift"]
+    rate = rate_sign(loops, elastic)
+    signs += [rate] if rate is not None else []
+    parts = [Part(s.name, s.value_m, _sigma(s, run, elastic, drift)) for s in signs]
+    creep = _creep(run, loops, from_n, elastic)
+    return Inelastic((*parts, *([creep] if creep else [])), span_m)
+
+
+def _sigma(sign: Sign, run: Pressed, elastic: Elastic, drift: Drift | None) -> float:
+    """Standard uncertainty of a sign in m, by the stated errors."""
+    sources, variance, late_m, drifted_m = run.conditions.sources, 0.0, 0.0, 0.0
+    length_n = sources.smooth_length_n or 0.5 * elastic.top_n
+    moved_n = abs(run.zero_step_n or 0.0) / math.sqrt(12.0)
+    for branch, weights in _gathered(sign.terms):
+        path = branch.path
+        compliance = elastic.compliance(path.force_n)
+        noise = sources.force_noise_n**2 / path.count + sources.force_resolution_n**2 / 12.0
+        white = compliance**2 * noise + sources.position_noise_m**2 / path.count
+        own = (NOT_REPEATED * sources.smooth_error_m) ** 2
+        smooth = own * smooth_correlation(path.force_n, length_n)
+        variance += float(weights**2 @ white + weights @ smooth @ weights)
+        variance += float(weights @ dithered(elastic, path, sources) @ weights)
+        variance += (moved_n * float(weights @ compliance)) ** 2
+        late_m += float(weights @ (compliance * path.rate_n_per_s)) * sources.lag_sigma_s
+        if drift is not None:
+            drifted_m += float(weights @ path.time_s) * drift.sigma_m_per_s
+    return math.sqrt(variance + late_m**2 + drifted_m**2)
+
+
+def _gathered(terms: Sequence[tuple[Branch, FloatArray]]) -> list[tuple[Branch, FloatArray]]:
+    """The terms of a sign, those of one branch together."""
+    found: dict[int, tuple[Branch, FloatArray]] = {}
+    for branch, weights in terms:
+        before = found.get(id(branch))
+        found[id(branch)] = (branch, weights if before is None else before[1] + weights)
+    return list(found.values())
+
+
+def _creep(run: Pressed, loops: Sequence[Loop], from_n: float, elastic: Elastic) -> Part | None:
+    """Deformation that goes on in the holds of the loadings, over the first loading; None without.
+
+    All holds of all loadings show one pace, in proportion to the deformation and the time; those of
+    the unloadings take out what goes the same way in both, as a drift does.
+    """
+    up = [hold for loop in loops for hold in loop.loading.holds]
+    if not up:
+        return None
+    down = [h for loop in loops if loop.unloading is not None for h in loop.unloading.holds]
+    pace, pace_sigma = _pace(up, run, elastic)
+    if down:
+        other, other_sigma = _pace(down, run, elastic)
+        pace, pace_sigma = 0.5 * (pace - other), 0.5 * math.hypot(pace_sigma, other_sigma)
+    path = loops[0].loading.path
+    used = path.force_n > 0.9 * from_n
+    whole = np.trapezoid(elastic.deformation(path.force_n[used]), path.time_s[used])
+    return Part("creep", pace * float(whole), pace_sigma * float(whole))
+
+
+def _pace(holds: Sequence[Hold], run: Pressed, elastic: Elastic) -> tuple[float, float]:
+    """Creep over deformation and time in 1/s, by least squares over holds, and its uncertainty."""
+    sources = run.conditions.sources
+    forces = np.array([hold.force_n for hold in holds])
+    compliance = elastic.payload_compliance(forces)
+    crept = np.array([h.creep(float(c)) for h, c in zip(holds, compliance, strict=True)])
+    x = BETWEEN * np.array([h.lasted_s for h in holds]) * elastic.deformation(forces)
+    samples = np.maximum(np.array([hold.samples for hold in holds], dtype=float), 1.0)
+    bend = elastic.compliance(forces) * sources.force_noise_n
+    quantum = sources.position_resolution_m / math.sqrt(12.0)
+    variance = 2.0 * ((sources.position_noise_m**2 + bend**2) / samples + quantum**2)
+    return float(x @ crept / (x @ x)), float(np.sqrt(x**2 @ variance) / (x @ x))
