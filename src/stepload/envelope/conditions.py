@@ -99,7 +99,6 @@ def _sources(plan: Plan, gauge: DisplacementSpec | None) -> Sources:
         deflection_force_n=table.force_n if table else (),
         deflection_m=table.deflection_m if table else (),
         deflection_sigma_m=table.sigma_m if table else (),
-        system_stiffness_note="" if gauge else known.note,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -10,9 +11,7 @@ from stepload.envelope.reason import Reason, Severity
 from stepload.estimators.deflection import (
     BEGINS,
     BEYOND,
-    LEAST_RELATIVE,
     DeflectionTable,
-    least_sigma,
 )
 from stepload.units import format_quantity
 
@@ -27,13 +26,11 @@ class KnownStiffness:
     Attributes:
         table: the table of this pose; None where K_s alone is known.
         sigma_n_per_m: standard uncertainty of K_s; with a table, the one common to its rows.
-        note: why that is not the stated one; "" where it is.
         why_no_table: why there is none; "" where there is one.
     """
 
     table: DeflectionTable | None
     sigma_n_per_m: float
-    note: str
     why_no_table: str
 
 
@@ -57,9 +54,8 @@ def known_stiffness(plan: Plan) -> KnownStiffness:
         why = f"its first row is at {first}, above {BEGINS:.0%} of the top force"
     else:
         common = stated.deflection_common * stated.stiffness_n_per_m
-        return KnownStiffness(DeflectionTable(*rows), common, "", "")
-    sigma, note = least_sigma(stated.stiffness_n_per_m, stated.sigma_n_per_m)
-    return KnownStiffness(None, sigma, note, why)
+        return KnownStiffness(DeflectionTable(*rows), common, "")
+    return KnownStiffness(None, stated.sigma_n_per_m, why)
 
 
 def stiffness_reasons(plan: Plan) -> Iterator[Reason]:
@@ -75,7 +71,7 @@ def stiffness_reasons(plan: Plan) -> Iterator[Reason]:
             f"No table of the system's deflection in this pose ({known.why_no_table}): K_s counts "
             f"as known to {relative:.1%}.",
             "measure one in this pose: stepload calibrate PLAN --record FILE",
-            stated.sigma_n_per_m / stated.stiffness_n_per_m, LEAST_RELATIVE, "",
+            relative, math.nan, "",
         )  # fmt: skip
         return
     last_n = known.table.force_n[-1]

@@ -9,7 +9,6 @@ import numpy as np
 
 from stepload.errors import DomainError
 from stepload.estimators.across import Across
-from stepload.estimators.deflection import seat_sigma
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.sources import Sources
 
@@ -104,19 +103,12 @@ class Conditions:
         return force_n / stiffness
 
     def bend_sigma(self, force_n: FloatArray) -> FloatArray:
-        """Standard uncertainties (M, N) in m of the deflection, one row per independent error.
-
-        The first is proportional to the deflection. Without a table of the pose, the second is an
-        unmeasured seating of joints and mounts at small force.
-        """
+        """Standard uncertainty (N,) in m of the deflection, proportional to it."""
         stiffness = self.sources.system_stiffness_n_per_m
         if stiffness is None:
-            return np.zeros((1, force_n.size))
+            return np.zeros_like(force_n)
         relative = self.sources.system_stiffness_sigma_n_per_m / stiffness
-        modes = [relative * self.bend(force_n)]
-        if self.sources.deflection() is None:
-            modes.append(seat_sigma(force_n, stiffness))
-        return np.stack(modes)
+        return np.asarray(relative * self.bend(force_n))
 
     def table_sigma(self, force_n: FloatArray) -> FloatArray:
         """Standard uncertainty (N,) in m of the table's rows; 0 without a table."""

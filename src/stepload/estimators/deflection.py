@@ -2,8 +2,7 @@
 
 A stiffness is one number, and a load path is seldom linear: joints, gears and mounts are softer at
 small force. The table says how far the system gives way at each force, and is subtracted in place
-of F/K_s (27). Without a table of the same pose the stated σ(K_s) is not enough: in simulation,
-stiffnesses 4 to 10 % from a K_s "known to 1 %" were covered in 4 of 100 runs, with 5 % in 95.
+of F/K_s (27).
 """
 
 from __future__ import annotations
@@ -19,11 +18,8 @@ from stepload.estimators.deflection_rows import table_problem
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.monotone import rising_curve
 
-LEAST_RELATIVE = 0.05
-"""Least relative standard uncertainty of a K_s without a table of the same pose."""
-SEAT_RELATIVE, SEAT_REACH = 0.05, 0.15
-"""Assumed excess deflection of the system at small force where there is no table: as a share of its
-deflection at the largest force, and the share of that force within which it builds up."""
+ASSUMED_RELATIVE = 0.05
+"""Relative standard uncertainty of a K_s that nobody states one of."""
 BEGINS = 0.25
 """A table's first row must lie at or below this share of the peak force: below it the table is a
 straight line to zero, and a chord begins at 10 %."""
@@ -92,27 +88,3 @@ class DeflectionTable:
             f"the table of the system's deflection ends at {last_n:.4g} N, the data reach "
             f"{peak_force_n:.4g} N: beyond it the slope of its last rows was taken"
         )
-
-
-def seat_sigma(force_n: FloatArray, stiffness_n_per_m: float) -> FloatArray:
-    """Standard uncertainty (N,) in m of the seating of joints and mounts, at forces (N,) of at
-    least 0; K_s, the slope of a line at larger forces, does not include it."""
-    top_n = float(force_n.max(initial=0.0))
-    if top_n <= 0.0:
-        return np.zeros_like(force_n)
-    seated = 1.0 - np.exp(-np.maximum(force_n, 0.0) / (SEAT_REACH * top_n))
-    return np.asarray(SEAT_RELATIVE * top_n / stiffness_n_per_m * seated)
-
-
-def least_sigma(stiffness_n_per_m: float, sigma_n_per_m: float) -> tuple[float, str]:
-    """σ(K_s) used without a table of the same pose, and why it differs from the stated one.
-
-    The reason is "" where the stated uncertainty is larger already.
-    """
-    least = LEAST_RELATIVE * stiffness_n_per_m
-    if sigma_n_per_m >= least:
-        return sigma_n_per_m, ""
-    return (
-        least,
-        f"K_s stated without a table of this pose: at least {100.0 * LEAST_RELATIVE:.3g} %",
-    )

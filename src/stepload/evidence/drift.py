@@ -12,7 +12,6 @@ from stepload.estimators.sources import Sources
 from stepload.evidence.loops import BETWEEN, Branch, Loop
 from stepload.evidence.signs import Compliance, signs_of
 
-
 SIGMAS = 3.0
 
 

@@ -87,7 +87,7 @@ def errors_of(
         Component(
             "system stiffness K_s",
             _system_size(sources),
-            system_m.T @ system_m + alike * np.outer(rows_m, rows_m),
+            np.outer(system_m, system_m) + alike * np.outer(rows_m, rows_m),
         ),
         Component(
             "force linearity", f"{100 * sources.nonlinearity:.3g} %", bent.T @ bent

@@ -114,7 +114,7 @@ class _Sides:
         per_n = bent_m / abs(to_n - from_n) if to_n != from_n else 0.0
         late_m = float(weights @ self._gauge.rate_n_per_s) * per_n * max(DELAY_S, own.lag_sigma_s)
         sigma_m = math.hypot(
-            *np.diff(told.bend_sigma(at), axis=1)[:, 0],
+            *np.diff(told.bend_sigma(at)),
             *told.table_sigma(at),
             math.sqrt(2.0) * sources.smooth_error_m * few_degrees(sources.smooth_degrees),
             aside * bent_m,
@@ -166,7 +166,9 @@ class _Sides:
         if stopped or missed_m <= STOPS * still_m:
             return []
         size = format_quantity(missed_m, "m")
-        return [f"{between} the gauge stands; at its pace below it would change by {size}: {at_end}"]
+        return [
+            f"{between} the gauge stands; at its pace below it would change by {size}: {at_end}"
+        ]
 
     def _pace_m_per_n(self, begin: int, reach_n: float) -> float:
         """How the gauge changes over the force just below a place; 0 where too little is below."""

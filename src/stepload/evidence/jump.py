@@ -22,7 +22,7 @@ class Jump(NamedTuple):
 def jump_of(data: Whitened, fit: LawFit) -> Jump | None:
     """The jump that explains most of what a law leaves; None where none does.
 
-    A step is fitted beside the law at every place of the loading, with the covariance of its errors.
+    A step is fitted beside the law at every place of the loading.
 
     Args:
         data: a loading, in the order of time.

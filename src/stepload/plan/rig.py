@@ -325,7 +325,7 @@ class SystemStiffness:
         tuple[Force, ...],
         Key(
             "Forces of a table of the system's deflection δ_s(F), rising. Subtracted in place of "
-            "F/K_s; without a table of the same pose `sigma` counts as at least 5 % of `value`."
+            "F/K_s."
         ),
     ] = ()
     deflection_m: Annotated[

@@ -16,7 +16,6 @@ from stepload.estimators.difference import Agreement, Difference, difference
 from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.measured import Measured, at_common_forces
 from stepload.evidence.answer import weigh
-from stepload.evidence.gates import LATERAL_SHARE
 from stepload.evidence.identification import REPORTED
 from stepload.evidence.quantity import Quantity
 from stepload.evidence.sideways import Sideways
@@ -27,6 +26,8 @@ from stepload.units import beside_limit
 if TYPE_CHECKING:
     from stepload.results.comparison import ComparedRun
 
+LATERAL_SHARE = 0.05
+"""Largest difference of the lateral shares of two runs for which one K_s holds."""
 CHORD = "chord stiffness"
 SECANT = "secant stiffness"
 

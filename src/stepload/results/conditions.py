@@ -14,7 +14,6 @@ from stepload.envelope.envelope import Envelope
 from stepload.errors import BadInputError
 from stepload.estimators.across import Across
 from stepload.estimators.conditions import Conditions
-from stepload.estimators.deflection import least_sigma
 from stepload.estimators.deflection_rows import table_problem
 from stepload.estimators.linearity import ASSUMED_NONLINEARITY
 from stepload.estimators.sources import Sources
@@ -116,14 +115,9 @@ def _sources(data: dict[str, Any]) -> Sources:
         raise TypeError(f"sources are {data!r}")
     rows = {name: tuple(map(float, data.get(name, ()))) for name in _TABLE}
     sources = Sources(**{"nonlinearity": ASSUMED_NONLINEARITY, **data, **rows})
-    stiffness = sources.system_stiffness_n_per_m
     if _TABLE[0] in data:
         return sources
-    sources = replace(sources, smooth_length_n=None)
-    if stiffness is None:
-        return sources
-    sigma, note = least_sigma(stiffness, sources.system_stiffness_sigma_n_per_m)
-    return replace(sources, system_stiffness_sigma_n_per_m=sigma, system_stiffness_note=note)
+    return replace(sources, smooth_length_n=None)
 
 
 def _across(data: Any) -> Across:

@@ -54,14 +54,18 @@ def _evidence_data(found: Identification) -> dict[str, Any]:
     """The headline, every other figure, and the evaluated gates."""
     evidence = found.evidence
     if evidence is None:
-        return {"headline": None, "quantities": {}, "exponent": None, "gates": [], "laws": []}
+        return {"headline": None, "quantities": {}, "exponent": None, "inelastic": None, "laws": []}
     return {
         "headline": data(fields.QUANTITY, evidence.headline),
         "quantities": {
             kind: data(fields.QUANTITY, each) for kind, each in evidence.quantities.items()
         },
         "exponent": evidence.exponent,
-        "gates": [data(fields.GATE, each) for each in evidence.gates],
+        "inelastic": {
+            "share": evidence.inelastic.share,
+            "elastic": evidence.elastic,
+            "signs": [data(fields.PART, each) for each in evidence.inelastic.parts],
+        },
         "laws": evidence.laws,
         "drift_m_per_s": evidence.drift_m_per_s,
         "remarks": evidence.notes,

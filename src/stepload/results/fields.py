@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from stepload.estimators.runin import Cycle
     from stepload.estimators.system import SystemStiffnessFit
     from stepload.evidence.answer import LawRow
-    from stepload.evidence.gates import Gate
     from stepload.evidence.identification import Identification
+    from stepload.evidence.inelastic import Part
     from stepload.evidence.quantity import Line, Quantity
     from stepload.record.align import ChannelClock
     from stepload.record.outcome import ActionResult
@@ -114,42 +114,21 @@ LINE: tuple[Field[Line], ...] = (
 )
 
 
-def _gate_value(gate: Gate, value: float) -> str:
-    return quantity("m")(value) if gate.unit else f"{value:.3g}"
-
-
 SIGNS = {
-    "gap_change": "gap, change from cycle 1 to 2",
+    "gap": "unloading against loading",
+    "gap_change": "the same, change from cycle 1 to 2",
     "set": "set",
     "reload": "second loading against the first",
-    "gap": "gap of one cycle",
-    "hold_split": "creep in holds, loading less unloading",
-    "hold_creep": "creep at the holds' pace, over the loading",
     "seat": "the foot of the next branch against the first loading",
+    "creep": "creep over the loading",
     "rate": "holds against ramps at the same force",
-    "force_zero": "what the zero of force may have done",
-    "drift": "drift, share of the deformation",
-    "touch_shift": "touch, first to last",
-    "lateral": "force across the axis, share",
-    "lateral_correction": "what was taken out for it, share of the deformation",
-    "slip": "what slips may have moved the tip along the axis",
-    "share_change": "force across the axis, change of the share from cycle 1 to 2",
-    "eccentric": "touched beside the axis, with a gauge beside it",
-    "gauge_scale": "the gauge against the arm's travel",
-    "gauge_stands": "a gauge that stands while the force rises",
-    "shape": "another law, χ² better by",
-    "chord_of_fit": "chord of the law against the measured one",
-    "lack_of_fit": "χ² of the best law",
-    "misfit": "what the law leaves, against the scatter of loading again",
 }
 """Displayed name of each sign."""
 
-GATE: tuple[Field[Gate], ...] = (
+PART: tuple[Field[Part], ...] = (
     named("name", "sign", lambda name: SIGNS[name]),
-    Field(lambda gate: _gate_value(gate, gate.value), label="found"),
-    Field(lambda gate: _gate_value(gate, gate.threshold), label="allowed"),
-    Field(lambda gate: "yes" if gate.fires else "quiet", label="fires"),
-    *map(named, ("value", "threshold", "unit", "blocks", "fires", "sentence")),
+    named("value_m", "found", quantity("m")),
+    named("sigma_m", "standard uncertainty", quantity("m")),
 )
 
 LAW: tuple[Field[LawRow], ...] = (

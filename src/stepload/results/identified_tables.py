@@ -10,6 +10,7 @@ from stepload.estimators.missing import Missing
 from stepload.estimators.runin import STEADY_CYCLES, RunIn
 from stepload.estimators.smooth import NORMAL_95
 from stepload.estimators.system import SystemStiffnessFit
+from stepload.evidence.answer import Evidence
 from stepload.evidence.identification import Identification
 from stepload.results import fields
 from stepload.results.model import Table, interval, table
@@ -57,7 +58,7 @@ def identification_tables(found: Identification) -> list[Table]:
 
 
 def _evidence_tables(found: Identification) -> list[Table]:
-    """The stiffnesses, the lines of the headline's interval, the laws and the gates."""
+    """The stiffnesses, the lines of the headline's interval, the laws and what is not elastic."""
     evidence = found.evidence
     if evidence is None:
         return []
@@ -84,10 +85,18 @@ def _evidence_tables(found: Identification) -> list[Table]:
         table(HEADLINE_BUDGET, fields.LINE,
               [line for line in headline.lines if line.relative > 0.0], [total], page_only=True),
         table("Laws that were tried", fields.LAW, evidence.laws, page_only=True),
-        table("Signs that the contact is not elastic", fields.GATE, evidence.gates,
-              [gate.sentence for gate in evidence.gates if gate.fires], page_only=True),
+        table("What is not elastic", fields.PART, evidence.inelastic.parts, [told_of(evidence)],
+              page_only=True),
         *([] if isinstance(contact, Missing) else [quality_table(contact)]),
     ]  # fmt: skip
+
+
+def told_of(evidence: Evidence) -> str:
+    """What the loading may be called."""
+    share, half = evidence.inelastic.share, evidence.headline.half_width
+    if evidence.elastic:
+        return f"Elastic: {share:.1%} of the deformation is not, and the interval is ±{half:.1%}."
+    return f"Loading branch: {share:.1%} of the deformation is not elastic."
 
 
 def brief_lines(found: Identification) -> list[str]:

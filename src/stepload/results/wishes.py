@@ -14,7 +14,7 @@ from stepload.envelope.theory import theory_of
 from stepload.errors import BadInputError
 from stepload.estimators.across import Across
 from stepload.estimators.conditions import Conditions
-from stepload.estimators.deflection import least_sigma
+from stepload.estimators.deflection import ASSUMED_RELATIVE
 from stepload.estimators.sources import Sources
 from stepload.plan.load import load_payload
 
@@ -134,11 +134,16 @@ def wishes_of_payload(path: Path, wishes: Wishes) -> Wishes:
 
 
 def _without_table(sources: Sources) -> Sources:
-    """A K_s stated by hand replaces the table, with at least the least uncertainty."""
-    stiffness = sources.system_stiffness_n_per_m
+    """A K_s stated by hand replaces the table; without a stated uncertainty one is assumed."""
+    stiffness, sigma, note = (
+        sources.system_stiffness_n_per_m,
+        sources.system_stiffness_sigma_n_per_m,
+        "",
+    )
     if stiffness is None:
         return sources
-    sigma, note = least_sigma(stiffness, sources.system_stiffness_sigma_n_per_m)
+    if not sigma > 0.0:
+        sigma, note = ASSUMED_RELATIVE * stiffness, f"no σ of K_s stated: {ASSUMED_RELATIVE:.0%}"
     return replace(
         sources, system_stiffness_sigma_n_per_m=sigma, system_stiffness_note=note,
         deflection_force_n=(), deflection_m=(), deflection_sigma_m=(),

@@ -11,7 +11,6 @@ import numpy as np
 from stepload.envelope.conditions import ARM_MISALIGNMENT_RAD
 from stepload.estimators.across import Across
 from stepload.estimators.conditions import Conditions
-from stepload.estimators.deflection import least_sigma
 from stepload.estimators.sources import Sources
 from stepload.plan.calibration import CalibrationRecord
 from stepload.record.lag import measure_lag
@@ -139,14 +138,13 @@ def saved(bench: Bench, block: Contact, number: int, rng: np.random.Generator) -
 def conditions(bench: Bench, record: CalibrationRecord) -> Conditions:
     """The conditions of a payload run with this record, as a plan makes them."""
     table, k_s = record.deflection_force_n, record.stiffness_n_per_m
-    sigma, note = least_sigma(k_s, record.sigma_n_per_m)
     pair = record.across_m_per_n, record.across_sigma_m_per_n, record.at_share
     c, size, share = ((each[0], each[1]) if each else None for each in pair)
     return Conditions(
         Sources(
             system_stiffness_n_per_m=k_s,
-            system_stiffness_sigma_n_per_m=record.deflection_common * k_s if table else sigma,
-            system_stiffness_note="" if table else note,
+            system_stiffness_sigma_n_per_m=record.deflection_common * k_s
+            if table else record.sigma_n_per_m,
             smooth_error_m=record.smooth_error_m or 0.0, smooth_degrees=record.smooth_degrees,
             smooth_length_n=record.smooth_length_n, force_noise_n=bench.force_noise_n,
             position_noise_m=bench.position_noise_m, nonlinearity=NONLINEARITY,
