@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stepload.errors import BadInputError, ExitCode
-from stepload.results.terminal import AsJson, Output, Processes, Scheduler
+from stepload.results.terminal import AsJson, Output, Processes
 
 if TYPE_CHECKING:
-    from stepload.runner.jobs import Job, Pool
+    from stepload.runner.jobs import Job
+    from stepload.runner.pool import Pool
     from stepload_verify.campaign.campaign import Progress
     from stepload_verify.campaign.result import Result
     from stepload_verify.campaign.summary import Group
@@ -46,7 +47,6 @@ def campaign(
         Path | None, typer.Option("--out", help="Directory of results; the campaign goes on there.")
     ] = None,
     processes: Processes = None,
-    scheduler: Scheduler = None,
     parquet: Annotated[
         bool, typer.Option("--parquet", help="Write runs.parquet into --out when it ends.")
     ] = False,
@@ -67,8 +67,8 @@ def campaign(
     Example: stepload campaign procedures/campaign.yaml --runs 100
     """
     from stepload.plan.load import load_plan
-    from stepload.runner.choose import open_pool
     from stepload.runner.parquet import needs_parquet, write_parquet
+    from stepload.runner.pool import Pool
     from stepload_verify.campaign.ablation import LAYERS, Ablation
     from stepload_verify.campaign.campaign import jobs_for
     from stepload_verify.campaign.result import Result
@@ -91,7 +91,7 @@ def campaign(
         if out is None:
             raise BadInputError("--parquet without --out", hint="name a directory: --out")
         needs_parquet()  # told before the runs and not after them
-    with open_pool(processes, scheduler) as pool:
+    with Pool(processes) as pool:
         results = _campaign("campaign", work, jobs_for(runs, series), pool, out)
         again = [_without(name, work, results, pool, out) for name in layers]
     if parquet and out is not None:

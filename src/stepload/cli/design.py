@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from stepload.errors import BadInputError
-from stepload.results.terminal import AsJson, Output, Processes, Scheduler
+from stepload.results.terminal import AsJson, Output, Processes
 
 
 def design(
@@ -36,7 +36,6 @@ def design(
         ),
     ] = 1,
     processes: Processes = None,
-    scheduler: Scheduler = None,
     out: Annotated[Path, typer.Option("--out", help="Plan to write; it must be new.")] = Path(
         "designed.yaml"
     ),
@@ -56,7 +55,7 @@ def design(
     from stepload.design import make, tables, words, written
     from stepload.design.picture import check_picture, write_picture
     from stepload.plan.room_to_write import check_new, check_room
-    from stepload.runner.choose import open_pool
+    from stepload.runner.pool import Pool
     from stepload.units import format_quantity
 
     output = Output(as_json=as_json)
@@ -67,7 +66,7 @@ def design(
     if picture is not None:
         check_picture(picture)
         check_room("--picture", picture)
-    with open_pool(processes, scheduler) as pool:
+    with Pool(processes) as pool:
         found = make.design(
             rig,
             payload,

@@ -76,10 +76,6 @@ def identify(
     processes: Annotated[
         int | None, typer.Option("--processes", min=1, help="For --all; all cores by default.")
     ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option("--scheduler", help="For --all: a Dask cluster, as tcp://10.0.0.5:8786."),
-    ] = None,
     write_to: Annotated[
         Path | None,
         typer.Option("--out", help="New directory for results.json and report.html."),
@@ -123,11 +119,10 @@ def identify(
             raise BadInputError(
                 "--all with --out or another --kind", hint="--all lists payloads; --json is whole"
             )
-        _show_all(file, wishes, processes, scheduler, out)
+        _show_all(file, wishes, processes, out)
         return
-    if processes is not None or scheduler is not None:
-        name = "--scheduler" if processes is None else "--processes"
-        raise BadInputError(f"{name} without --all", hint="one file is one process")
+    if processes is not None:
+        raise BadInputError("--processes without --all", hint="one file is one process")
     if on and write_to is None:
         raise BadInputError("--pdf without --out", hint="name a directory for the report: --out")
     if kind == "system":
@@ -155,16 +150,14 @@ def identify(
         put_on_paper(report, on, out)
 
 
-def _show_all(
-    directory: Path, wishes: Wishes, processes: int | None, scheduler: str | None, output: Output
-) -> None:
+def _show_all(directory: Path, wishes: Wishes, processes: int | None, output: Output) -> None:
     """Identify every record in a directory and below, and show one row for each.
 
     Raises:
         BadInputError: it is no directory, or there is no record.
     """
     from stepload.data.again import identify_all
-    from stepload.runner.choose import open_pool
+    from stepload.runner.pool import Pool
 
     due_s = [time.monotonic() + EVERY_S]
 
@@ -173,7 +166,7 @@ def _show_all(
             due_s[0] = time.monotonic() + EVERY_S
             print(f"{done} of {of} records", file=sys.stderr, flush=True)
 
-    with open_pool(processes, scheduler) as pool:
+    with Pool(processes) as pool:
         found = identify_all(directory, wishes, pool, on_done)
     other = [row for row in found if row.differs]
     output.table(
