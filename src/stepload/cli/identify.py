@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stepload.cli.paper import A4, AsPdf, PaperSize, put_on_paper, wanted_paper
 from stepload.cli.run_paths import RunOrCurve
 from stepload.errors import BadInputError
 from stepload.results.terminal import AsJson, Output
@@ -80,8 +79,6 @@ def identify(
         Path | None,
         typer.Option("--out", help="New directory for results.json and report.html."),
     ] = None,
-    pdf: AsPdf = False,
-    paper: PaperSize = A4,
     as_json: AsJson = False,
 ) -> None:
     """Identify the contact law from a record or a CSV file; nothing is moved or changed.
@@ -113,7 +110,7 @@ def identify(
     )
     if payload is not None:
         wishes = wishes_of_payload(payload, wishes)
-    out, on = Output(as_json=as_json), wanted_paper(pdf, paper)
+    out = Output(as_json=as_json)
     if every:
         if kind != "payload" or write_to is not None:
             raise BadInputError(
@@ -123,8 +120,6 @@ def identify(
         return
     if processes is not None:
         raise BadInputError("--processes without --all", hint="one file is one process")
-    if on and write_to is None:
-        raise BadInputError("--pdf without --out", hint="name a directory for the report: --out")
     if kind == "system":
         fit, simulated = system_results_of_file(file)
         document = system_document(fit, simulated=simulated)
@@ -146,8 +141,6 @@ def identify(
         report = write_new(write_to, *(results_again(file, wishes) if is_record(file) else whole))
         out.line(f"report: {report}")
     out.result(data)
-    if write_to is not None:
-        put_on_paper(report, on, out)
 
 
 def _show_all(directory: Path, wishes: Wishes, processes: int | None, output: Output) -> None:
