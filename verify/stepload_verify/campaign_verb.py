@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -66,8 +67,9 @@ def campaign(
 
     Example: stepload campaign procedures/campaign.yaml --runs 100
     """
+    from stepload.data.columns import write_columns
+    from stepload.data.libraries import library
     from stepload.plan.load import load_plan
-    from stepload.runner.parquet import needs_parquet, write_parquet
     from stepload.runner.pool import Pool
     from stepload_verify.campaign.ablation import LAYERS, Ablation
     from stepload_verify.campaign.campaign import jobs_for
@@ -90,12 +92,15 @@ def campaign(
     if parquet:
         if out is None:
             raise BadInputError("--parquet without --out", hint="name a directory: --out")
-        needs_parquet()  # told before the runs and not after them
+        library("pyarrow", "Parquet")  # told before the runs and not after them
     with Pool(processes) as pool:
         results = _campaign("campaign", work, jobs_for(runs, series), pool, out)
         again = [_without(name, work, results, pool, out) for name in layers]
     if parquet and out is not None:
-        write_parquet(out / "runs.parquet", Result, results)
+        table = out / "runs.parquet"
+        table.unlink(missing_ok=True)  # of the campaign before it went on
+        names = [field.name for field in fields(Result)]
+        write_columns({name: [getattr(each, name) for each in results] for name in names}, table)
     if layers:
         _ablations(results, again, output)
     else:

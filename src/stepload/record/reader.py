@@ -224,11 +224,6 @@ class Reading:
         else:
             self._columns[topic.name].take(raw, run, at)
 
-    @property
-    def gathered(self) -> bool:
-        """Whether enough was read since the streams were last retrieved to retrieve them again."""
-        return sum(columns.bytes_held for columns in self._columns.values()) > BATCH_BYTES
-
     def has(self, stream: str) -> bool:
         """Whether the file has the stream's topics."""
         return STREAMS[stream].topics[0].name in self._columns
