@@ -17,7 +17,7 @@ import statistics
 import time
 
 from stepload.design import atlas
-from stepload.runner.local import LocalPool
+from stepload.runner.pool import Pool
 
 SERIES = "payloads"
 SAMPLES = 250
@@ -31,7 +31,7 @@ def identified_per_s(samples: int, *, checks: bool) -> float:
     try:
         begin_s = time.process_time()
         atlas.make(
-            "stvf", atlas.shipped_payloads(), samples=samples, seed=1, pool=LocalPool(1),
+            "stvf", atlas.shipped_payloads(), samples=samples, seed=1, pool=Pool(1),
             on_start=cells.append, only=(SERIES,),
         )  # fmt: skip
         return cells[0] * samples / (time.process_time() - begin_s)

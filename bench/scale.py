@@ -1,6 +1,6 @@
-"""What a second worker gains, and what a batch costs beside its runs, on both pools.
+"""What a second worker gains, and what a batch costs beside its runs.
 
-python bench/scale.py                       this machine, and a Dask cluster of two workers on it
+python bench/scale.py                       this machine
 python bench/scale.py --runs 400            runs of the campaign in each measurement
 
 "efficiency" is (time of one worker) / (2 × time of two), both by processes that are warm. On a
@@ -11,28 +11,22 @@ nothing, batches one after the other. "CPU" of a run is that of this process alo
 from __future__ import annotations
 
 import argparse
-import contextlib
 import importlib
 import os
 import statistics
-import subprocess
-import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from stepload.plan.load import load_plan
-from stepload.runner.cluster import DaskPool
-from stepload.runner.jobs import BATCH, Job, Pool, Work, run_all
-from stepload.runner.local import LocalPool
-from stepload.runner.threads import one_thread
+from stepload.runner.jobs import BATCH, Job, Work, run_all
+from stepload.runner.pool import Pool
 from stepload_verify.campaign.campaign import jobs_for
 from stepload_verify.campaign.scenario import kinds_from
 from stepload_verify.campaign.work import Work as Campaign
 
 PLAN = Path(__file__).parents[1] / "procedures" / "campaign.yaml"
-ADDRESS = "tcp://127.0.0.1:18787"
 REPEATS = 3
 EMPTY = 200
 """Batches without work."""
@@ -46,27 +40,6 @@ class Nothing:
 
     def run(self, job: Job, /) -> int:
         return job.index
-
-
-@contextlib.contextmanager
-def cluster(workers: int) -> Iterator[str]:
-    """A scheduler and single workers of its own on loopback."""
-    dask = [sys.executable, "-m", "dask"]
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    place = ("--host", "127.0.0.1", "--no-dashboard")
-    own = [*dask, "scheduler", "--port", ADDRESS.rpartition(":")[2], "--no-jupyter", *place]
-    each = [*dask, "worker", ADDRESS, "--nthreads", "1", "--no-nanny", *place]
-    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path))
-    with one_thread():
-        begun = [subprocess.Popen(own, **quiet)]  # type: ignore[call-overload]
-        begun += [subprocess.Popen(each, **quiet) for _ in range(workers)]  # type: ignore[call-overload]
-    try:
-        time.sleep(3.0)
-        yield ADDRESS
-    finally:
-        for process in reversed(begun):
-            process.terminate()
-            process.wait()
 
 
 def took(work: Work[Job, object], jobs: Sequence[Job], pool: Pool) -> float:
@@ -90,7 +63,7 @@ def campaign() -> Campaign:
 def cpu_of(work: Work[Job, object], jobs: Sequence[Job]) -> float:
     """CPU seconds for these jobs in this process."""
     begin_s = time.process_time()
-    took(work, jobs, LocalPool(1))
+    took(work, jobs, Pool(1))
     return time.process_time() - begin_s
 
 
@@ -98,11 +71,11 @@ def efficiencies(runs: int, repeats: int) -> list[float]:
     """(Time of one process) / (2 × time of two), both warm."""
     jobs, work = jobs_for(runs, ("one",)), campaign()
     found = []
-    with LocalPool(2) as pair:
-        for pool in (LocalPool(1), pair):
+    with Pool(2) as pair:
+        for pool in (Pool(1), pair):
             took(work, jobs[: 4 * BATCH], pool)
         for _ in range(repeats):
-            alone_s = took(work, jobs, LocalPool(1))
+            alone_s = took(work, jobs, Pool(1))
             found.append(alone_s / (2.0 * took(work, jobs, pair)))
     return found
 
@@ -114,28 +87,22 @@ def main() -> None:
     nothing = importlib.import_module("scale").Nothing()  # of this file, as workers find it
     work = campaign()
     warm, empty = jobs[: 4 * BATCH], [Job("", index) for index in range(BATCH * EMPTY)]
-    one, cpu, two, dask, waits = ([] for _ in range(5))
+    one, cpu, two = ([] for _ in range(3))
     overheads: list[float] = []
-    with LocalPool(2) as pair, cluster(2) as address, DaskPool(address) as far:
-        for pool in (LocalPool(1), pair, far):
+    with Pool(2) as pair:
+        for pool in (Pool(1), pair):
             took(nothing, empty[:BATCH], pool)
             took(work, warm, pool)
         for _ in range(REPEATS):
             begin_s = time.process_time()
-            one.append(took(work, jobs, LocalPool(1)))
+            one.append(took(work, jobs, Pool(1)))
             cpu.append(time.process_time() - begin_s)
             two.append(took(work, jobs, pair))
-            dask.append(took(work, jobs, far))
             overheads.append(took(nothing, empty, pair))
-            waits.append(took(nothing, empty, far))
     print(f"{len(jobs)} runs of the campaign, load of the machine {os.getloadavg()[0]:.1f}")
     shown("CPU of a run", [1e3 * s / len(jobs) for s in cpu], "ms")
     shown("efficiency of two processes", [a / (2 * b) for a, b in zip(one, two, strict=True)], "")
-    shown(
-        "efficiency of two Dask workers", [a / (2 * b) for a, b in zip(one, dask, strict=True)], ""
-    )
     shown("overhead of a batch, two processes", [1e3 * s / EMPTY for s in overheads], "ms")
-    shown("overhead of a batch, two Dask workers", [1e3 * s / EMPTY for s in waits], "ms")
 
 
 if __name__ == "__main__":

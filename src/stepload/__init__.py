@@ -24,7 +24,6 @@ _FROM = {
     "open": "stepload.data.opened",
     "preflight": "stepload.calls",
     "run": "stepload.calls",
-    "windows": "stepload.data.windows",
 }
 _NAMED_OTHERWISE = {"open": "open_run"}
 

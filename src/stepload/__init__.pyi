@@ -6,7 +6,6 @@ from stepload.data.catalog import catalog as catalog
 from stepload.data.opened import Run as Run
 from stepload.data.opened import open_run as open
 from stepload.data.table import Table as Table
-from stepload.data.windows import windows as windows
 from stepload.plan.load import load_plan as load_plan
 
 __version__: str

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stepload.runner.jobs import Job
-from stepload.runner.threads import THREADS
+from stepload.runner.pool import THREADS
 
 
 @dataclass(frozen=True, order=True)

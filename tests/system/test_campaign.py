@@ -10,7 +10,6 @@ import time
 from pathlib import Path
 
 import pytest
-from dask_cluster import cluster
 from long_ones import long
 from real_runs import ROOT, in_process
 
@@ -92,29 +91,6 @@ def test_an_interrupted_campaign_goes_on_to_the_same_result(tmp_path: Path, proc
     assert tables[0] == tables[1]
 
 
-@pytest.mark.long
-def test_a_cluster_whose_workers_are_killed_comes_to_the_same_result(tmp_path: Path) -> None:
-    """A campaign over two workers, one of which is killed, beside one over one process."""
-    options = ["--runs", "40", "--seed", "4", "--json", "--parquet"]
-    here = in_process("campaign", PLAN, *options, "--processes", 1, "--out", tmp_path / "here")
-    with cluster(2) as own:
-        process = subprocess.Popen(
-            [*LAUNCH, *options, "--scheduler", own.address, "--out", str(tmp_path / "there")],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        )  # fmt: skip
-        while process.poll() is None and not lines(tmp_path / "there"):
-            time.sleep(0.01)
-        own.workers[0].kill()
-        told, errors = process.communicate()
-    assert process.returncode == here.returncode == 0, errors
-    first, second = json.loads(here.stdout), json.loads(told)
-    first.pop("elapsed_s"), second.pop("elapsed_s")
-    assert first == second
-    assert sorted(lines(tmp_path / "here")) == sorted(lines(tmp_path / "there"))
-    tables = [(tmp_path / at / "runs.parquet").read_bytes() for at in ("here", "there")]
-    assert tables[0] == tables[1]
-
-
 def test_parquet_needs_a_place(tmp_path: Path) -> None:
     done = in_process("campaign", PLAN, "--runs", "1", "--parquet")
     assert done.returncode == 2
@@ -137,22 +113,6 @@ def test_an_ablation_takes_a_rule_from_a_campaign_that_is_there(tmp_path: Path) 
     assert frozen["done_again"] == len(lines(tmp_path / "without-R4")) > 1
     assert frozen["figures"]["runs"] == found["everything"]["runs"] == 10
     assert searched["done_again"] == searched["not_stopped"] == 0
-
-
-@pytest.mark.long
-def test_searches_and_maps_over_a_cluster_come_to_the_same_result(tmp_path: Path) -> None:
-    search = ["falsify", PLAN, "--evaluations", "6", "--wrong", "force_gain", "--json"]
-    chart = ["map", "stvf", "--samples", "2", "--json"]
-    with cluster(2) as own:
-        for words in (search, chart):
-            here, there = (
-                in_process(*words, *options)
-                for options in (("--processes", 1), ("--scheduler", own.address))
-            )
-            assert here.returncode == there.returncode == 0, there.stderr
-            first, second = json.loads(here.stdout), json.loads(there.stdout)
-            first.pop("elapsed_s", None), second.pop("elapsed_s", None)
-            assert first == second
 
 
 @pytest.mark.long

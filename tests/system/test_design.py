@@ -31,11 +31,11 @@ def test_a_plan_is_designed_written_and_told_the_same_by_one_process_and_by_two(
 ) -> None:
     (tmp_path / "plans").mkdir()
     one = in_process(
-        *SMALL, "--processes", 1, "--json", "--out", "plans/a.yaml", "--picture", "a.svg",
+        *SMALL, "--processes", 1, "--json", "--out", "plans/a.yaml",
         cwd=tmp_path,
     )  # fmt: skip
     two = in_process(
-        *SMALL, "--processes", 2, "--json", "--out", "plans/b.yaml", "--picture", "b.png",
+        *SMALL, "--processes", 2, "--json", "--out", "plans/b.yaml",
         cwd=tmp_path,
     )  # fmt: skip
     assert one.returncode == two.returncode == 0, one.stderr
@@ -48,8 +48,6 @@ def test_a_plan_is_designed_written_and_told_the_same_by_one_process_and_by_two(
     assert said["largest_top_force_n"] == 300.0
     for words in ("The plan for plastic sphere", "To expect:", "The top force cannot", "written:"):
         assert words in one.stderr
-    assert "<svg" in (tmp_path / "a.svg").read_text()
-    assert (tmp_path / "b.png").read_bytes().startswith(b"\x89PNG")
 
     file = tmp_path / "plans" / "a.yaml"
     assert file.read_text() == said["plan"]
@@ -127,7 +125,6 @@ def test_where_no_plan_will_do_none_is_written(
 
 def test_bad_options_are_told_before_anything_is_simulated(tmp_path: Path) -> None:
     (tmp_path / "mine.yaml").write_text("mine")
-    (tmp_path / "mine.png").write_text("mine")
     for words, told in (
         (("--time", "3 m"), "--time"),
         (("--time", "0 s"), "not more than nothing"),
@@ -135,9 +132,6 @@ def test_bad_options_are_told_before_anything_is_simulated(tmp_path: Path) -> No
         (("--surface-distance", "-5 mm"), "--surface-distance"),
         (("--out", "mine.yaml"), "mine.yaml is there already"),
         (("--out", "none/new.yaml"), "no such directory"),
-        (("--picture", "mine.png"), "mine.png is there already"),
-        (("--picture", "new.gif"), "no kind of picture"),
-        (("--picture", "none/new.png"), "no such directory"),
     ):
         said = in_process(*SMALL, *words, cwd=tmp_path)
         assert said.returncode == 2, words
@@ -145,8 +139,7 @@ def test_bad_options_are_told_before_anything_is_simulated(tmp_path: Path) -> No
     for words in (("none.yaml", "stvf"), (SPHERE, "nothing")):
         assert in_process("design", *words, cwd=tmp_path).returncode == 2
     assert (tmp_path / "mine.yaml").read_text() == "mine"
-    assert (tmp_path / "mine.png").read_text() == "mine"
-    assert len(list(tmp_path.iterdir())) == 2
+    assert len(list(tmp_path.iterdir())) == 1
 
 
 def test_a_plan_that_preflight_refuses_does_not_stay(tmp_path: Path) -> None:
@@ -169,9 +162,8 @@ def test_a_place_where_nothing_can_be_written_is_told_before_the_work(
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(room_to_write.tempfile, "TemporaryFile", full)
-    for words in (("--out", "new.yaml"), ("--out", "ok.yaml", "--picture", "new.svg")):
-        said = in_process(*SMALL, *words, cwd=tmp_path)
-        assert said.returncode == 2, words
-        assert "No space left on device" in said.stderr
-        assert "simulated identifications" not in said.stderr
+    said = in_process(*SMALL, "--out", "new.yaml", cwd=tmp_path)
+    assert said.returncode == 2
+    assert "No space left on device" in said.stderr
+    assert "simulated identifications" not in said.stderr
     assert list(tmp_path.iterdir()) == []

@@ -107,19 +107,6 @@ def test_a_part_keeps_the_zero_of_the_whole(run: stepload.Run) -> None:
         run.between(2.0, 2.0)
 
 
-def test_windows_hold_every_sample_once(run: stepload.Run) -> None:
-    parts = list(stepload.windows(run.path, 2.5))
-    assert len(parts) > 3
-    for stream in ("force", "arm", "ticks"):
-        whole = getattr(run, stream)
-        for column in whole:
-            joined = np.concatenate([getattr(part, stream)[column] for part in parts])
-            assert np.array_equal(joined, whole[column], equal_nan=True), (stream, column)
-    assert all(part.end_s - part.start_s == pytest.approx(2.5) for part in parts)
-    with pytest.raises(BadInputError, match="windows of 0"):
-        next(stepload.windows(run.path, 0.0))
-
-
 @pytest.mark.parametrize("to", ["to_pandas", "to_polars", "to_arrow"])
 def test_tables_go_to_the_libraries_people_know(run: stepload.Run, to: str) -> None:
     pytest.importorskip(to[3:] if to != "to_arrow" else "pyarrow")
@@ -150,7 +137,6 @@ def test_a_cut_record_opens_up_to_where_it_is_whole(run: stepload.Run, tmp_path:
     assert part.damage
     assert part.results is None
     assert 0 < part.force.rows < run.force.rows
-    assert sum(window.force.rows for window in stepload.windows(tmp_path, 3.0)) == part.force.rows
 
 
 @pytest.mark.parametrize("what", ["nothing", "text", "directory"])

@@ -6,16 +6,18 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from stepload.errors import BadInputError, ExitCode
-from stepload.results.terminal import AsJson, Output, Processes, Scheduler
+from stepload.results.terminal import AsJson, Output, Processes
 
 if TYPE_CHECKING:
-    from stepload.runner.jobs import Job, Pool
+    from stepload.runner.jobs import Job
+    from stepload.runner.pool import Pool
     from stepload_verify.campaign.campaign import Progress
     from stepload_verify.campaign.result import Result
     from stepload_verify.campaign.summary import Group
@@ -46,7 +48,6 @@ def campaign(
         Path | None, typer.Option("--out", help="Directory of results; the campaign goes on there.")
     ] = None,
     processes: Processes = None,
-    scheduler: Scheduler = None,
     parquet: Annotated[
         bool, typer.Option("--parquet", help="Write runs.parquet into --out when it ends.")
     ] = False,
@@ -66,9 +67,10 @@ def campaign(
 
     Example: stepload campaign procedures/campaign.yaml --runs 100
     """
+    from stepload.data.columns import write_columns
+    from stepload.data.libraries import library
     from stepload.plan.load import load_plan
-    from stepload.runner.choose import open_pool
-    from stepload.runner.parquet import needs_parquet, write_parquet
+    from stepload.runner.pool import Pool
     from stepload_verify.campaign.ablation import LAYERS, Ablation
     from stepload_verify.campaign.campaign import jobs_for
     from stepload_verify.campaign.result import Result
@@ -90,12 +92,15 @@ def campaign(
     if parquet:
         if out is None:
             raise BadInputError("--parquet without --out", hint="name a directory: --out")
-        needs_parquet()  # told before the runs and not after them
-    with open_pool(processes, scheduler) as pool:
+        library("pyarrow", "Parquet")  # told before the runs and not after them
+    with Pool(processes) as pool:
         results = _campaign("campaign", work, jobs_for(runs, series), pool, out)
         again = [_without(name, work, results, pool, out) for name in layers]
     if parquet and out is not None:
-        write_parquet(out / "runs.parquet", Result, results)
+        table = out / "runs.parquet"
+        table.unlink(missing_ok=True)  # of the campaign before it went on
+        names = [field.name for field in fields(Result)]
+        write_columns({name: [getattr(each, name) for each in results] for name in names}, table)
     if layers:
         _ablations(results, again, output)
     else:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stepload.errors import BadInputError, ExitCode
-from stepload.results.terminal import AsJson, Output, Processes, Scheduler
+from stepload.results.terminal import AsJson, Output, Processes
 from stepload_verify.campaign_verb import ORDER, ctrl_c_said
 
 if TYPE_CHECKING:
@@ -53,7 +53,6 @@ def falsify(
         Path | None, typer.Option("--out", help="Directory of rows; the search goes on there.")
     ] = None,
     processes: Processes = None,
-    scheduler: Scheduler = None,
     replay: Annotated[
         str | None,
         typer.Option("--replay", help="A scene file, or the stratum of a search in --out."),
@@ -65,7 +64,7 @@ def falsify(
     Example: stepload falsify procedures/campaign.yaml --evaluations 1000 --out falsify
     """
     from stepload.plan.load import load_plan
-    from stepload.runner.choose import open_pool
+    from stepload.runner.pool import Pool
     from stepload_verify.campaign.scenario import series_from
     from stepload_verify.falsify.falsify import Search, stored_from
     from stepload_verify.falsify.falsify import falsify as search
@@ -88,7 +87,7 @@ def falsify(
     kept = f"the finished strata are in {out}; the same command goes on there"
     with (
         ctrl_c_said(kept if out else "interrupted; with --out it could go on"),
-        open_pool(processes, scheduler) as pool,
+        Pool(processes) as pool,
     ):
         rows = search(what, where, pool=pool, directory=out, on_progress=_shown(len(where)))
     _report(rows, time.monotonic() - begun_s, output)

@@ -17,7 +17,6 @@ SETUP_INPUTS = ord("I")
 START = ord("S")
 PAUSE = ord("P")
 DATA = ord("U")
-TEXT = ord("M")
 
 KNOWN_TYPES = frozenset(b"VvOISPUM")
 

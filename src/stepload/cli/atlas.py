@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from stepload.cli.sheet import check_sheet, write_sheet
-from stepload.results.terminal import AsJson, Output, Processes, Scheduler
+from stepload.results.terminal import AsJson, Output, Processes
 
 
 def map(
@@ -25,7 +25,6 @@ def map(
     ] = 250,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of all random numbers.")] = 1,
     processes: Processes = None,
-    scheduler: Scheduler = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Directory for the picture and the figures.")
     ] = None,
@@ -42,7 +41,7 @@ def map(
     from stepload.design import atlas
     from stepload.design import atlas_tables as tables
     from stepload.plan.room_to_write import check_room
-    from stepload.runner.choose import open_pool
+    from stepload.runner.pool import Pool
     from stepload.units import parse_quantity
 
     output = Output(as_json=as_json)
@@ -51,7 +50,7 @@ def map(
         check_room("--parquet", parquet)
     if out is not None:
         check_sheet(out, "map")
-    with open_pool(processes, scheduler) as pool:
+    with Pool(processes) as pool:
         found = atlas.make(
             rig,
             payload or [],

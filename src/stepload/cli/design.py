@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from stepload.errors import BadInputError
-from stepload.results.terminal import AsJson, Output, Processes, Scheduler
+from stepload.results.terminal import AsJson, Output, Processes
 
 
 def design(
@@ -36,13 +36,9 @@ def design(
         ),
     ] = 1,
     processes: Processes = None,
-    scheduler: Scheduler = None,
     out: Annotated[Path, typer.Option("--out", help="Plan to write; it must be new.")] = Path(
         "designed.yaml"
     ),
-    picture: Annotated[
-        Path | None, typer.Option("--picture", help="Draw time against half width: .svg or .png.")
-    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Write the plan with the narrowest interval, below the elastic limit and within a time.
@@ -54,9 +50,8 @@ def design(
     Example: stepload design procedures/payloads/plastic-sphere.yaml stvf --time "3 min"
     """
     from stepload.design import make, tables, words, written
-    from stepload.design.picture import check_picture, write_picture
     from stepload.plan.room_to_write import check_new, check_room
-    from stepload.runner.choose import open_pool
+    from stepload.runner.pool import Pool
     from stepload.units import format_quantity
 
     output = Output(as_json=as_json)
@@ -64,10 +59,7 @@ def design(
     surface = format_quantity(_positive("--surface-distance", surface_distance, "m"), "m", 6)
     check_new("--out", out)
     check_room("--out", out)
-    if picture is not None:
-        check_picture(picture)
-        check_room("--picture", picture)
-    with open_pool(processes, scheduler) as pool:
+    with Pool(processes) as pool:
         found = make.design(
             rig,
             payload,
@@ -93,9 +85,6 @@ def design(
         f"{said['agreed']} have the same verdict there. Not simulated: {said['not_drawn']}."
     )
     output.line(f"written: {out}; look at it next with: stepload preflight {shlex.quote(str(out))}")
-    if picture is not None:
-        write_picture(found, picture)
-        output.line(f"written: {picture}")
     output.result({**said, "path": out, "plan": text})
 
 

@@ -10,7 +10,6 @@ import typer
 
 from stepload.cli.hazards import HazardsRead, WiringChecked, ask_before_pressing
 from stepload.cli.live import DEFAULT_ADDRESS, shown_live
-from stepload.cli.paper import A4, AsPdf, PaperSize, put_on_paper, wanted_paper
 from stepload.cli.plans import PayloadFile, PlanFile
 from stepload.cli.run_paths import run_directory
 from stepload.errors import ExitCode
@@ -208,8 +207,6 @@ def run(
     ] = DEFAULT_ADDRESS,
     hazards_read: HazardsRead = False,
     wiring_checked: WiringChecked = False,
-    pdf: AsPdf = False,
-    paper: PaperSize = A4,
     as_json: AsJson = False,
 ) -> None:
     """Run a plan: preflight, press, record, identify, report.
@@ -223,7 +220,7 @@ def run(
     from stepload.plan.load import load_plan
     from stepload.plan.tags import tagged
 
-    output, operator, on = Output(as_json=as_json), Operator(), wanted_paper(pdf, paper)
+    output, operator = Output(as_json=as_json), Operator()
     envelope = envelope_of(tagged(load_plan(plan, payload=payload), tag or ()))
     if not dry_run and ask_before_pressing(envelope, hazards_read, wiring_checked):
         # the rig file may have changed
@@ -235,7 +232,6 @@ def run(
             live=live_address if live else "", watch=watch,
         )  # fmt: skip
         output.result({**finished.data, "directory": finished.directory})
-    put_on_paper(finished.directory / "report.html", on, output)
     raise typer.Exit(exit_code(finished))
 
 

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stepload.cli.paper import A4, AsPdf, PaperSize, put_on_paper, wanted_paper
 from stepload.cli.run_paths import RunOrCurve
 from stepload.errors import BadInputError
 from stepload.results.terminal import AsJson, Output
@@ -76,16 +75,10 @@ def identify(
     processes: Annotated[
         int | None, typer.Option("--processes", min=1, help="For --all; all cores by default.")
     ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option("--scheduler", help="For --all: a Dask cluster, as tcp://10.0.0.5:8786."),
-    ] = None,
     write_to: Annotated[
         Path | None,
         typer.Option("--out", help="New directory for results.json and report.html."),
     ] = None,
-    pdf: AsPdf = False,
-    paper: PaperSize = A4,
     as_json: AsJson = False,
 ) -> None:
     """Identify the contact law from a record or a CSV file; nothing is moved or changed.
@@ -117,19 +110,16 @@ def identify(
     )
     if payload is not None:
         wishes = wishes_of_payload(payload, wishes)
-    out, on = Output(as_json=as_json), wanted_paper(pdf, paper)
+    out = Output(as_json=as_json)
     if every:
         if kind != "payload" or write_to is not None:
             raise BadInputError(
                 "--all with --out or another --kind", hint="--all lists payloads; --json is whole"
             )
-        _show_all(file, wishes, processes, scheduler, out)
+        _show_all(file, wishes, processes, out)
         return
-    if processes is not None or scheduler is not None:
-        name = "--scheduler" if processes is None else "--processes"
-        raise BadInputError(f"{name} without --all", hint="one file is one process")
-    if on and write_to is None:
-        raise BadInputError("--pdf without --out", hint="name a directory for the report: --out")
+    if processes is not None:
+        raise BadInputError("--processes without --all", hint="one file is one process")
     if kind == "system":
         fit, simulated = system_results_of_file(file)
         document = system_document(fit, simulated=simulated)
@@ -151,20 +141,16 @@ def identify(
         report = write_new(write_to, *(results_again(file, wishes) if is_record(file) else whole))
         out.line(f"report: {report}")
     out.result(data)
-    if write_to is not None:
-        put_on_paper(report, on, out)
 
 
-def _show_all(
-    directory: Path, wishes: Wishes, processes: int | None, scheduler: str | None, output: Output
-) -> None:
+def _show_all(directory: Path, wishes: Wishes, processes: int | None, output: Output) -> None:
     """Identify every record in a directory and below, and show one row for each.
 
     Raises:
         BadInputError: it is no directory, or there is no record.
     """
     from stepload.data.again import identify_all
-    from stepload.runner.choose import open_pool
+    from stepload.runner.pool import Pool
 
     due_s = [time.monotonic() + EVERY_S]
 
@@ -173,7 +159,7 @@ def _show_all(
             due_s[0] = time.monotonic() + EVERY_S
             print(f"{done} of {of} records", file=sys.stderr, flush=True)
 
-    with open_pool(processes, scheduler) as pool:
+    with Pool(processes) as pool:
         found = identify_all(directory, wishes, pool, on_done)
     other = [row for row in found if row.differs]
     output.table(

@@ -7,7 +7,6 @@ from typing import Annotated
 
 import typer
 
-from stepload.cli.paper import A4, AsPdf, PaperSize, put_on_paper, wanted_paper
 from stepload.cli.run_paths import RunPath, run_path
 from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
@@ -36,8 +35,6 @@ def recover(
         ),
     ] = Path("runs"),
     out: Annotated[Path | None, typer.Option("--out", help="Where the repaired file goes.")] = None,
-    pdf: AsPdf = False,
-    paper: PaperSize = A4,
     as_json: AsJson = False,
 ) -> None:
     """Repair what was not finished, verify it by reading back, and identify what is there.
@@ -46,7 +43,7 @@ def recover(
     """
     from stepload.session.unfinished import repair, repair_all
 
-    output, on = Output(as_json=as_json), wanted_paper(pdf, paper)
+    output = Output(as_json=as_json)
     if (broken := _broken_in(file)) is not None:
         file = broken
     if file.is_dir():
@@ -58,9 +55,6 @@ def recover(
         if not found:
             output.line(f"no unfinished record in {file}")
         output.result({"records": [repaired.data for repaired in found]})
-        for repaired in found:
-            if repaired.report is not None:
-                put_on_paper(repaired.report, on, output)
         if any(repaired.found is None for repaired in found):
             raise typer.Exit(ExitCode.BAD_INPUT)
         return
@@ -78,8 +72,6 @@ def recover(
     for topic, count in sorted(repaired.found.counts.items()):
         output.line(f"  {topic}: {count} messages")
     output.result(repaired.data)
-    if repaired.report is not None:
-        put_on_paper(repaired.report, on, output)
 
 
 def replay(

@@ -9,7 +9,6 @@ import typer
 
 from stepload.cli.experiments import DryRun, OutDirectory, Seed, exit_code, press
 from stepload.cli.hazards import HazardsRead, WiringChecked, ask_before_pressing
-from stepload.cli.paper import A4, AsPdf, PaperSize, put_on_paper, wanted_paper
 from stepload.cli.run_paths import run_path
 from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
@@ -63,8 +62,6 @@ def calibrate(
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
     hazards_read: HazardsRead = False,
     wiring_checked: WiringChecked = False,
-    pdf: AsPdf = False,
-    paper: PaperSize = A4,
     as_json: AsJson = False,
 ) -> None:
     """Measure the system stiffness K_s (26) and write its calibration record.
@@ -87,7 +84,7 @@ def calibrate(
     from stepload.session.files import write_file
     from stepload.setup.calibrated import put_record, state_to_take_it
 
-    output, operator, on = Output(as_json=as_json), Operator(), wanted_paper(pdf, paper)
+    output, operator = Output(as_json=as_json), Operator()
     given, made = list(files or ()), list(from_runs or ())
     code = ExitCode.OK
     if record is not None and record.suffix == ".html":
@@ -152,7 +149,6 @@ def calibrate(
         put_record(into, record, found.record, date.today())
         output.line(f"{into} names it now")
     output.result({"record": record, **calibration_data(found)})
-    put_on_paper(report, on, output)
     raise typer.Exit(code)
 
 
@@ -221,8 +217,6 @@ def compare(
     out: Annotated[
         Path | None, typer.Option("--out", help="Directory for compare.html and compare.json.")
     ] = None,
-    pdf: AsPdf = False,
-    paper: PaperSize = A4,
     as_json: AsJson = False,
 ) -> None:
     """Compare runs with each other and with an imported curve; nothing is moved or changed.
@@ -243,9 +237,7 @@ def compare(
     from stepload.session.files import write_file
     from stepload.units import parse_quantity
 
-    output, on = Output(as_json=as_json), wanted_paper(pdf, paper)
-    if on and out is None:
-        raise BadInputError("--pdf without --out", hint="name a directory for the report: --out")
+    output = Output(as_json=as_json)
     given = None
     if curve is None and (curve_modulus is not None or curve_plate is not None):
         raise BadInputError("a modulus of the curve, and no --curve")
@@ -279,5 +271,3 @@ def compare(
             raise BadInputError(f"cannot write to {out}: {error.strerror}") from error
         output.line(f"report: {out / 'compare.html'}")
     output.result(data)
-    if out is not None:
-        put_on_paper(out / "compare.html", on, output)

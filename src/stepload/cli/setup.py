@@ -18,9 +18,6 @@ if TYPE_CHECKING:
 
 CONTEXT_SETTINGS = {"allow_extra_args": True, "ignore_unknown_options": True}
 STEP_HELP = "Stop after this step: arm, sensor, push, weigh, start, way, plan, doctor, touch."
-AnswerFile = Annotated[
-    Path | None, typer.Option("--answers", help="YAML file of answers, `question: answer`.")
-]
 
 
 class Terminal:
@@ -46,17 +43,15 @@ class Terminal:
         return shown
 
 
-def _answers(file: Path | None, flags: list[str], yes: bool, out: Output) -> Answers:
-    from stepload.setup.answers import Answers, from_file, from_flags
+def _answers(flags: list[str], yes: bool, out: Output) -> Answers:
+    from stepload.setup.answers import Answers, from_flags
 
-    given = (from_file(file) if file else {}) | from_flags(flags)
-    return Answers(given, Terminal(out), yes=yes)
+    return Answers(from_flags(flags), Terminal(out), yes=yes)
 
 
 def setup(
     context: typer.Context,
     rig: Annotated[Path, typer.Argument(help="Rig file to write.", show_default=False)],
-    answers: AnswerFile = None,
     redo: Annotated[
         str,
         typer.Option(
@@ -80,7 +75,7 @@ def setup(
     from stepload.setup.story import STEPS, set_up
 
     out = Output(as_json=as_json)
-    given = _answers(answers, context.args, yes, out)
+    given = _answers(context.args, yes, out)
     left = set_up(rig, given, press=press, redo=redo, until=until)
     out.line(f"\nwritten: {rig}" + (f"; to come: {', '.join(left)}" if left else ""))
     if not left:
@@ -136,7 +131,6 @@ def init(
         ),
     ] = "",
     plan: Annotated[Path, typer.Option("--plan", help="Plan to write.")] = Path("plan.yaml"),
-    answers: AnswerFile = None,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -159,7 +153,7 @@ def init(
     if str(rig).startswith("--"):  # the first flag of a question, where no rig is named
         flags, rig = [str(rig), *flags], Path("stvf")
     named = _rig_as_named(rig, plan)
-    given = _answers(answers, flags, False, out)
+    given = _answers(flags, False, out)
     if start:
         given.preset = preset(start)
     text, envelope = first_plan(given, named, plan)

@@ -12,7 +12,8 @@ from stepload.results.from_file import results_of_file
 from stepload.results.model import finite
 from stepload.results.wishes import Wishes
 from stepload.runner.digest import product_digest
-from stepload.runner.jobs import Pool, run_in_order
+from stepload.runner.jobs import run_in_order
+from stepload.runner.pool import Pool
 
 DECIDING = ("contact", "envelope", "estimators", "evidence", "plan", "record", "results")
 """Packages whose code determines the result of a record."""

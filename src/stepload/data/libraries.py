@@ -1,12 +1,23 @@
-"""Optional libraries, needed only for their own kind of table."""
+"""Optional libraries, installed only as the extra `data` of the package."""
 
 from __future__ import annotations
 
+import importlib
 from typing import Any
 
-from stepload.runner.extras import extra
+from stepload.errors import BadInputError
 
 
 def library(name: str, wanted_for: str) -> Any:
-    """Import an optional library; raises as `extra`."""
-    return extra(name, wanted_for, "data", f", or {name} alone")
+    """Import an optional library.
+
+    Raises:
+        BadInputError: it is not installed.
+    """
+    try:
+        return importlib.import_module(name)
+    except ImportError as error:
+        raise BadInputError(
+            f"{wanted_for} needs {name}, which is not installed",
+            hint=f'pip install "stepload[data]", or {name} alone',
+        ) from error

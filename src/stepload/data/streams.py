@@ -6,7 +6,6 @@ from typing import Any
 
 from stepload.data.table import Column, Table
 from stepload.record.reader import Recording
-from stepload.record.stretches import Stretch
 
 SIX = {
     "wrench": (
@@ -23,7 +22,7 @@ STREAMS = {
 """The column of each stream that is its time."""
 
 
-def tables_of(streams: Recording | Stretch) -> dict[str, Any]:
+def tables_of(streams: Recording) -> dict[str, Any]:
     """Every stream as a table, by name; None for a missing one.
 
     Forces are not tared, in the sensor's frame; the arm's travel is from the start pose.

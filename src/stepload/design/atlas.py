@@ -11,7 +11,7 @@ from stepload.design.work import Work, run_all
 from stepload.envelope.benches import bench, specimen
 from stepload.errors import BadInputError
 from stepload.plan.shipped import payload_folder
-from stepload.runner.jobs import Pool
+from stepload.runner.pool import Pool
 
 CHECK_EVERY = 7
 """One run of every so many cells goes through the whole pipeline as well."""

@@ -17,7 +17,7 @@ from stepload.design.grid import HOLDS_S, SHARES, STEPS, Candidate, Grid, grid
 from stepload.design.work import Row, Work, run_all
 from stepload.envelope.order import Order
 from stepload.errors import RefusedError
-from stepload.runner.jobs import Pool
+from stepload.runner.pool import Pool
 
 AGAIN = 4
 """The best plans are judged again with this multiple of runs, all of them new."""

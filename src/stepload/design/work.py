@@ -21,7 +21,8 @@ from stepload.errors import DomainError
 from stepload.estimators.judge import ResultVerdict
 from stepload.evidence.figures import HOPELESS
 from stepload.runner.digest import product_digest
-from stepload.runner.jobs import Pool, run_in_order
+from stepload.runner.jobs import run_in_order
+from stepload.runner.pool import Pool
 
 AT_ONCE, MOST_SAMPLES = 250, 1_250_000
 """Runs that are simulated together, and their samples, which limits the memory of a process."""

@@ -11,15 +11,13 @@ from stepload.engine.follow import Lead
 from stepload.engine.retract import REST_S, not_open
 from stepload.engine.settle import RingTest
 from stepload.engine.touch import TouchTest
-from stepload.envelope.schedule import SLOW_SHARE, touch_gap_m
+from stepload.envelope.schedule import SLOW_SHARE, WORTH, touch_gap_m
 from stepload.record.outcome import Touch
 from stepload.record.rows import Phase
 
 RING_TIMEOUT_S = 2.0
 MEAN_S = 5.0
 """Time constant of the mean force in an approach: a zero moves slowly, a contact grows fast."""
-WORTH = 2.0
-"""Least distance between two zeros taken in one approach, in retracts."""
 Zero = Callable[[float, Then, Then | None], None]
 """Proves free air and takes the zero: (now_s, what follows, what follows on contact)."""
 CIRCLE = "circle"

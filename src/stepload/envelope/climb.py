@@ -30,15 +30,17 @@ PARTS = 24
 
 @dataclass(frozen=True, slots=True)
 class Climbs:
-    """Times in s of the load steps of one cycle.
+    """Times in s of the load steps of one cycle, and the travel in m before them.
 
     Attributes:
+        touch_m: from the surface until the force of a touch is there.
         up_s: (L,) from the level below, or the touch, until each level is reached.
         down_s: (L − 1,) from each level above the lowest down to the next.
 
     All times are at most what a step may last.
     """
 
+    touch_m: float
     up_s: tuple[float, ...]
     down_s: tuple[float, ...]
 
@@ -55,7 +57,8 @@ def climbs_of(plan: Plan, limits: RunLimits, law: ContactLaw) -> Climbs:
         for i, (low, high) in enumerate(zip(below, levels, strict=True))
     )
     down = (own.time_s(high, low, longest_s, known=False) for low, high in pairwise(levels))
-    return Climbs(tuple(up), tuple(down))
+    touch_m = law.deformation(limits.touch_force_n) + limits.touch_force_n / own.system_n_per_m
+    return Climbs(touch_m, tuple(up), tuple(down))
 
 
 @dataclass(frozen=True, slots=True)

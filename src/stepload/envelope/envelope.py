@@ -40,11 +40,12 @@ from stepload.envelope.stiffness import stiffness_reasons
 from stepload.envelope.theory import Theory, theory_of
 from stepload.envelope.until import Until, expected_result, until_of, until_reasons
 from stepload.envelope.way_back import way_back_reasons
-from stepload.envelope.zero_reasons import stated_shift_n, zero_drift_reasons
+from stepload.envelope.zero_drift import second_zero_n
+from stepload.envelope.zero_reasons import looked_after_s, zero_drift_reasons
 from stepload.errors import DomainError, RefusedError
 from stepload.estimators.identifiability import Identifiability, identifiability
 from stepload.plan.changed import follows
-from stepload.plan.model import Plan
+from stepload.plan.model import Plan, SecondForceSource
 
 ALMOST = 0.999
 """Share of the largest safe force at which the figures of a refused plan are shown."""
@@ -56,8 +57,9 @@ IN_THE_INTERVAL = (
 """Codes of doubts that are bounded, and are part of the result's interval."""
 
 
-SPARE_DRIFT = 1.2
-"""Room for the stated drift over the drift: with more room the run is slower."""
+SPARE_DRIFT = 1.5
+"""Room for the stated drift over the drift as planned: a softer payload takes longer, and with more
+room the run is slower."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,15 +155,29 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
     """The envelope of a plan without trying any remedies; otherwise as `envelope_of`.
 
     What each level needs for `procedure.until` is left out: such a run goes up to the top force.
-    A `max_drift` that nobody wrote leaves room for the drift that the force sensor states.
+    A `max_drift` that nobody wrote and the tolerance of R5 leave room for the stated drift.
     """
     envelope = _derived(plan, measured)
-    shift_n = stated_shift_n(plan, envelope.bounds.loop_s, envelope.stages)
-    if shift_n <= plan.procedure.max_drift_n or not follows(plan, "procedure", "max_drift_n"):
+    if (roomy := _with_drift(plan, envelope)) == plan:
         return envelope
-    procedure = replace(plan.procedure, max_drift_n=SPARE_DRIFT * shift_n)
-    roomier = _derived(replace(plan, procedure=procedure), measured)
+    roomier = _derived(roomy, measured)
     return envelope if roomier.limits is None else roomier
+
+
+def _with_drift(plan: Plan, envelope: Envelope) -> Plan:
+    """The plan with room for what the stated drifts of both channels give until the next zero."""
+    procedure, second = plan.procedure, plan.rig.second_force
+    looked_s = SPARE_DRIFT * looked_after_s(procedure, envelope.bounds.loop_s, envelope.stages)
+    shift_n = looked_s * plan.rig.force.drift_n_per_s
+    if shift_n > procedure.max_drift_n and follows(plan, "procedure", "max_drift_n"):
+        procedure = replace(procedure, max_drift_n=shift_n)
+    if second.source is not SecondForceSource.NONE:
+        drift_n_per_s = second.sensor.drift_n_per_s if second.sensor else 0.0
+        zero_n = max(second_zero_n(second), looked_s * drift_n_per_s)
+        apart_n = zero_n + min(shift_n, procedure.max_drift_n)
+        if apart_n > second.tolerance_n:
+            second = replace(second, tolerance_n=apart_n, zero_error_n=zero_n)
+    return replace(plan, procedure=procedure, rig=replace(plan.rig, second_force=second))
 
 
 def _derived(plan: Plan, measured: Measured | None) -> Envelope:

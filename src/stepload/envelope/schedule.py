@@ -36,6 +36,11 @@ NULLING_TIMES = 5.0
 SLOW_SHARE = 0.5
 """Share of the guarded speed that is used where the surface is known."""
 
+WORTH = 2.0
+"""Least distance between two zeros taken in one approach, in retracts."""
+USUAL_DRIFT = 1.0 / 3.0
+"""Usual drift of a zero over the largest, which is stated; it decides how often it is renewed."""
+
 
 def touch_gap_m(limits: RunLimits, retract_m: float) -> float:
     """How far the arm backs off between touches, in m."""
@@ -78,6 +83,25 @@ def align_s(procedure: Procedure, limits: RunLimits, aligning: Aligning) -> floa
     return first_s + CIRCLE * down_s + (CIRCLE + 1) * back_s + ways_m / aligning.speed_m_s
 
 
+def renewals(limits: RunLimits, fast_m: float, way_m: float, retract_m: float) -> int:
+    """How often the zero is expected to be taken anew on a first approach of this length.
+
+    It is fast up to `fast_m`. See `engine.approach`.
+    """
+    drift_n_per_s = USUAL_DRIFT * limits.drift_n_per_s
+    from_m, next_m, count = 0.0, WORTH * retract_m, 0
+    while drift_n_per_s > 0.0:
+        left_s = limits.moved_zero_n / drift_n_per_s
+        moved_m = max(fast_m - from_m, 0.0)
+        moved_m = min(moved_m, limits.fast_speed_m_s * left_s)
+        left_s -= moved_m / limits.fast_speed_m_s
+        at_m = max(from_m + moved_m + limits.guarded_speed_m_s * left_s, next_m)
+        if at_m >= way_m:
+            break
+        from_m, next_m, count = at_m - retract_m, at_m + WORTH * retract_m, count + 1
+    return count
+
+
 def schedule(
     procedure: Procedure,
     limits: RunLimits,
@@ -112,17 +136,21 @@ def schedule(
     first_m = min(back_m, clear_m)
     first_s = first_m / min(limits.retract_speed_m_s, guarded_m_s) + rest_s
     ring_s = RING_S + 2.0 * limits.unseen_s  # an only channel is waited for, before and after
-    again_s = (gap_m + run_out_m) / (SLOW_SHARE * guarded_m_s) + ring_s
-    touch_s = gap_m / limits.retract_speed_m_s + rest_s + again_s
-    return_s = max(back_m - gap_m - run_out_m, 0.0) / fast_m_s + again_s
+    slow_m_s = SLOW_SHARE * guarded_m_s
+    touch_s = gap_m / limits.retract_speed_m_s + REST_S + gap_m / slow_m_s + ring_s
+    return_s = max(back_m - gap_m - run_out_m, 0.0) / fast_m_s
+    return_s += (gap_m + run_out_m) / slow_m_s + ring_s
+    fast_m = max(clear_m + first_m - run_out_m, 0.0)
+    guarded_m = band_m + run_out_m + climbs.touch_m
+    again = renewals(limits, fast_m, fast_m + guarded_m, back_m)
     between_s = min(procedure.tare_s, BETWEEN_CYCLES_TARE_S)
     stages = [
         Stage("warm up", procedure.warm_up_s, 1),
-        Stage("prove free air", 2.0 * LOOK_S + first_s, 1),
-        Stage("tare and drift check", procedure.tare_s + DRIFT_CHECK_S, 1),
+        Stage("prove free air", 2.0 * LOOK_S + first_s, 1 + again),
+        Stage("tare and drift check", procedure.tare_s + DRIFT_CHECK_S, 1 + again),
         Stage(ALIGN, align_s, 1),
-        Stage(FAST, max(clear_m + first_m - run_out_m, 0.0) / fast_m_s, 1),
-        Stage(GUARDED, (band_m + run_out_m) / guarded_m_s + ring_s, 1),
+        Stage(FAST, (fast_m + again * back_m) / fast_m_s, 1),
+        Stage(GUARDED, guarded_m / guarded_m_s + ring_s, 1),
         Stage(AGAIN, touch_s, procedure.touches - 1),
         _steps(LOAD_STEP, up, procedure.cycles),
         _steps(UNLOAD_STEP, down, procedure.cycles),

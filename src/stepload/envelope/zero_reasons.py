@@ -19,9 +19,9 @@ from stepload.record.outcome import SURE_SIGMAS
 from stepload.units import beside_limit, format_quantity
 
 
-def stated_shift_n(plan: Plan, loop_s: float, stages: Sequence[Stage]) -> float:
-    """How far the stated drift may move the zero in N from one look at it to the next."""
-    return plan.rig.force.drift_n_per_s * sum(_times_s(plan.procedure, loop_s, stages))
+def looked_after_s(procedure: Procedure, loop_s: float, stages: Sequence[Stage]) -> float:
+    """Planned time in s from one look at the zero to the next."""
+    return sum(_times_s(procedure, loop_s, stages))
 
 
 def _times_s(procedure: Procedure, loop_s: float, stages: Sequence[Stage]) -> tuple[float, float]:

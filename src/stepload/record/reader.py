@@ -88,12 +88,6 @@ class _Columns:
         self._waiting_bytes = 0
         self._parts: dict[str, list[NDArray[np.generic]]] = {f: [] for f in topic.fields}
 
-    @property
-    def bytes_held(self) -> int:
-        """Bytes of messages that were not asked for yet."""
-        held = sum(part.nbytes for parts in self._parts.values() for part in parts)
-        return self._waiting_bytes + held
-
     def take(self, raw: bytes, run: Run, at: int) -> None:
         if run.stride != self._dtype.itemsize:
             raise DamageError(
@@ -223,11 +217,6 @@ class Reading:
                 self.texts.append((at, _text(memoryview(raw)[start : start + run.stride], at)))
         else:
             self._columns[topic.name].take(raw, run, at)
-
-    @property
-    def gathered(self) -> bool:
-        """Whether enough was read since the streams were last retrieved to retrieve them again."""
-        return sum(columns.bytes_held for columns in self._columns.values()) > BATCH_BYTES
 
     def has(self, stream: str) -> bool:
         """Whether the file has the stream's topics."""

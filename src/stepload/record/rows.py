@@ -14,7 +14,6 @@ from stepload.rig.samples import ArmFields, DisplacementFields, ForceFields, Num
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Row = TypeVar("Row")
-Columns = TypeVar("Columns")
 
 
 class Phase(IntEnum):

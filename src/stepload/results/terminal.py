@@ -26,10 +26,6 @@ AsJson = Annotated[bool, typer.Option("--json", help="One JSON object on standar
 Processes = Annotated[
     int | None, typer.Option("--processes", min=1, help="Processes; all cores by default.")
 ]
-Scheduler = Annotated[
-    str | None,
-    typer.Option("--scheduler", help="A Dask cluster instead, such as tcp://10.0.0.5:8786."),
-]
 
 
 COLOURS = {"good": "1;32", "doubt": "1;33", "bad": "1;31"}

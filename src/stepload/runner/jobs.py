@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from functools import cache, partial
 from typing import Protocol, TypeVar
 
 from stepload.errors import RefusedError
+from stepload.runner.pool import DoneT, PartT, Pool
 
 BATCH = 25
 """Largest number of jobs that are sent, done and stored together."""
@@ -20,8 +21,6 @@ that no worker waits long for the last one of another."""
 
 JobT = TypeVar("JobT")
 RowT = TypeVar("RowT")
-PartT = TypeVar("PartT")
-DoneT = TypeVar("DoneT")
 JobIn = TypeVar("JobIn", contravariant=True)
 RowOut = TypeVar("RowOut", covariant=True)
 
@@ -51,25 +50,6 @@ class Work(Protocol[JobIn, RowOut]):
 
     def run(self, job: JobIn, /) -> RowOut:
         """Do one job. The same work and job give the same row on any machine."""
-        ...
-
-
-class Pool(Protocol):
-    """What runs the batches: processes of this machine, or a cluster."""
-
-    @property
-    def here(self) -> bool:
-        """Whether this process does the work itself. Then a batch is one job: Ctrl+C ends the job
-        that it comes into, and those before it are kept."""
-        ...
-
-    def finished(
-        self, do: Callable[[PartT], DoneT], parts: Iterable[PartT]
-    ) -> Generator[DoneT, None, None]:
-        """Results of `do` for each part, once each, in order of completion.
-
-        Closing the generator cancels pending parts.
-        """
         ...
 
 

@@ -1,20 +1,14 @@
-"""Answers from flags, a file, an earlier start or a person, each checked where it is given."""
+"""Answers from flags, an earlier start or a person, each checked where it is given."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
-from pathlib import Path
 from typing import Protocol
 
 from stepload.errors import BadInputError, RefusedError
-from stepload.plan.problems import PlanError, Problem, printable
-from stepload.plan.source import read_source
-from stepload.plan.tree import Mapping as Tree
-from stepload.plan.tree import Node, Place, Scalar, parse_tree
-from stepload.plan.tree import Sequence as Items
-from stepload.setup.flat import as_text
+from stepload.plan.problems import printable
 from stepload.setup.questions import QUESTIONS, YES, Question
 from stepload.units import parse_quantity
 
@@ -43,7 +37,7 @@ class Answers:
     """Answers by name, in order of precedence: given now, kept, asked for, default.
 
     Args:
-        given: from flags and files.
+        given: from flags.
         kept: from an earlier start; new ones are added.
         doubted: those of them that a person is asked for again, with the kept one as default.
         yes: consents are given beforehand.
@@ -77,7 +71,7 @@ class Answers:
         else:
             raise BadInputError(
                 f"{question.text}: there is no answer, and no terminal to ask at",
-                hint=f"{question.flag} ANSWER, or `{name}: ANSWER` in the file of --answers",
+                hint=f"{question.flag} ANSWER",
             )
         if not question.consent:
             self.kept[name] = answer
@@ -160,76 +154,6 @@ def check(question: Question, answer: str) -> None:
         question.check(answer)
 
 
-def from_file(path: Path) -> dict[str, str]:
-    """The answers of a YAML file.
-
-    Raises:
-        PlanError: unknown ones and those that cannot be used, all with file, line and column.
-    """
-    root, problems = parse_tree(read_source(path))
-    if not isinstance(root, Tree):
-        problems.append(root.place.problem("answers are a mapping", "one `key: value` a line"))
-        raise PlanError(tuple(problems))
-    answers = {}
-    for name, node in root.entries.items():
-        if (question := QUESTIONS.get(name)) is None:
-            problems.append(root.keys[name].problem(*_unknown(name)))
-            continue
-        answer, problem = _answer(question, node)
-        problems += [problem] if problem else []
-        answers[name] = answer
-    if problems:
-        raise PlanError(tuple(problems))
-    return answers
-
-
-def _answer(question: Question, node: Node) -> tuple[str, Problem | None]:
-    if (wrong := _wrong(node)) is not None:
-        place, what, hint = wrong
-        return "", place.problem(f"{question.name}: {what}", hint)
-    if isinstance(node, Tree) and question.many:
-        answer = SEPARATOR.join(_words(node, ""))
-    elif isinstance(node, Scalar):
-        answer = _spelled(node)
-    elif isinstance(node, Items) and not question.many:
-        answer = as_text(node)
-    else:
-        return "", node.place.problem(f"{question.name}: no answer of this kind", question.text)
-    try:
-        check(question, answer)
-    except BadInputError as error:
-        return "", node.place.problem(f"{question.name}: {error.message}", error.hint)
-    return answer, None
-
-
-def _wrong(node: Node, *, listed: bool = False) -> tuple[Place, str, str] | None:
-    """The first part of an answer that would be lost: where, what is wrong with it, what to do."""
-    parts: list[Node] = []
-    if isinstance(node, Tree):
-        parts = [*node.entries.values()]
-    elif isinstance(node, Items):
-        parts = node.items
-    if not parts and not (isinstance(node, Scalar) and node.value is not None):
-        hint = "write the answer behind it, or leave the line out"
-        return node.place, "nothing stands behind it", hint
-    if listed and isinstance(node, Tree):
-        return node.place, "a mapping in a list is no answer", "a list holds plain values"
-    inside = (_wrong(each, listed=listed or isinstance(node, Items)) for each in parts)
-    return next(filter(None, inside), None)
-
-
-def _words(node: Tree, before: str) -> Iterable[str]:
-    for key, inner in node.entries.items():
-        if isinstance(inner, Tree):
-            yield from _words(inner, f"{before}{key}.")
-        else:
-            yield f"{before}{key}={_spelled(inner)}"
-
-
-def _spelled(node: Node) -> str:
-    return node.value if isinstance(node, Scalar) and isinstance(node.value, str) else as_text(node)
-
-
 def from_flags(words: Sequence[str]) -> dict[str, str]:
     """The answers of a command line: `--host 192.168.1.10`, `--keys a=b --keys c=d`.
 
@@ -242,8 +166,12 @@ def from_flags(words: Sequence[str]) -> dict[str, str]:
     while rest:
         flag, equals, answer = rest.pop(0).partition("=")
         if (question := flags.get(flag)) is None:
-            message, hint = _unknown(flag)
-            raise BadInputError(message, hint=hint)
+            near = get_close_matches(flag[:60], [*flags], n=1)
+            guess = f"did you mean {near[0]}? " if near else ""
+            raise BadInputError(
+                f"{printable(flag)!r} is no question of the set-up",
+                hint=f"{guess}there are {', '.join(flags)}",
+            )
         if not equals:
             if not rest:
                 raise BadInputError(f"{flag}: its answer is missing", hint=question.text)
@@ -258,11 +186,3 @@ def from_flags(words: Sequence[str]) -> dict[str, str]:
             raise BadInputError(f"{flag}: {error.message}", hint=error.hint) from None
         answers[question.name] = joined
     return answers
-
-
-def _unknown(name: str) -> tuple[str, str]:
-    known = [question.flag for question in QUESTIONS.values()] if name[:1] == "-" else [*QUESTIONS]
-    near = get_close_matches(name[:60], known, n=1)
-    guess = f"did you mean {near[0]}? " if near else ""
-    hint = f"{guess}there are {', '.join(known)}"
-    return f"{printable(name)!r} is no question of the set-up", hint

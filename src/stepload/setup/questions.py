@@ -1,7 +1,7 @@
-"""Every question of a set-up: what it is called as a flag and in an answers file, and its default.
+"""Every question of a set-up: what it is called as a flag, and its default.
 
-An answer is a text. `--host 192.168.1.10`, `host: 192.168.1.10` in a file and a prompt give the
-same one; the flag is the name with `-` for `_`.
+An answer is a text. `--host 192.168.1.10` and a prompt give the same one; the flag is the name with
+`-` for `_`.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ from stepload.design.work import Row, Work, run_all
 from stepload.envelope.benches import Specimen, bench, k_max, specimen
 from stepload.errors import BadInputError
 from stepload.plan.problems import PlanError
-from stepload.runner.local import LocalPool
+from stepload.runner.pool import Pool
 
 STVF = bench("stvf", None)
 SPHERE, CONE = (
@@ -226,7 +226,7 @@ def test_a_cell_is_the_same_in_whatever_order_and_compared_on_the_same_draws(
     jobs = [p for p in points(STVF, [], [5e6]) if p.cell.payload.exponent
             == 1.5][:2]  # fmt: skip
     work = Work(seed=5, samples=12)
-    pool = LocalPool(1)
+    pool = Pool(1)
     forth, back = run_all(work, jobs, pool), run_all(work, jobs[::-1], pool)[::-1]
     assert forth == back
     panel, bought = forth
@@ -259,10 +259,10 @@ def test_a_payload_of_the_users_stands_for_the_shipped_one_of_its_name(
     monkeypatch.setattr(cells, "COLUMNS", 1)
     own = tmp_path / "own.yaml"
     own.write_text(SPHERE.read_text().replace("28.7 mm", "20 mm"))
-    found = make("stvf", [own], shipped=[SPHERE, CONE], samples=1, seed=1, pool=LocalPool(1))
+    found = make("stvf", [own], shipped=[SPHERE, CONE], samples=1, seed=1, pool=Pool(1))
     assert [each.path for each in found.specimens] == [own, CONE]
     with pytest.raises(BadInputError, match="two payloads are named 'plastic sphere'"):
-        make("stvf", [own, SPHERE], samples=1, seed=1, pool=LocalPool(1))
+        make("stvf", [own, SPHERE], samples=1, seed=1, pool=Pool(1))
 
 
 def test_the_columns_of_payloads_are_explained_with_their_limits() -> None:

@@ -23,7 +23,7 @@ from stepload.design.work import Row
 from stepload.envelope.order import Order
 from stepload.errors import RefusedError
 from stepload.plan.shipped import payload_folder
-from stepload.runner.local import LocalPool
+from stepload.runner.pool import Pool
 
 SPHERE = payload_folder() / "plastic-sphere.yaml"
 
@@ -117,7 +117,7 @@ def few(monkeypatch: pytest.MonkeyPatch) -> None:
 def designed(within_s: float, samples: int, seed: int = 1, rig: str = "stvf") -> Design:
     return design(
         rig, SPHERE, within_s=within_s, surface="5 mm", samples=samples, seed=seed,
-        pool=LocalPool(1),
+        pool=Pool(1),
     )  # fmt: skip
 
 
@@ -199,7 +199,7 @@ def test_what_to_buy_is_said_where_no_plan_is_good_enough(few: None, tmp_path: P
             surface="5 mm",
             samples=60,
             seed=1,
-            pool=LocalPool(1),
+            pool=Pool(1),
         )
     assert "any one of these would do: " in refused.value.hint
     assert "position of" not in refused.value.hint  # helps, but not enough
@@ -219,8 +219,6 @@ def test_time_that_no_plan_would_use_is_not_said_to_have_been_looked_at() -> Non
 @pytest.mark.parametrize("surface", ["1e9 m", "1 nm"])
 def test_a_surface_that_no_plan_can_have_is_no_reason_to_buy_anything(surface: str) -> None:
     with pytest.raises(RefusedError, match="surface_distance") as refused:
-        design(
-            "stvf", SPHERE, within_s=300.0, surface=surface, samples=1, seed=1, pool=LocalPool(1)
-        )
+        design("stvf", SPHERE, within_s=300.0, surface=surface, samples=1, seed=1, pool=Pool(1))
     assert "what to buy" not in refused.value.hint
     assert refused.value.hint

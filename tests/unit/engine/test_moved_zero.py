@@ -9,8 +9,9 @@ from typing import Any
 import pytest
 from course_feed import PERIOD_S, PLAN, PLANNED, Stage
 
-from stepload.engine.approach import MEAN_S, WORTH, Approach
+from stepload.engine.approach import MEAN_S, Approach
 from stepload.engine.free_air import LOOK_S, FreeAir
+from stepload.envelope.schedule import WORTH
 from stepload.envelope.zero_drift import SECOND_ZERO_SHARE
 from stepload.record.outcome import Tare
 from stepload.record.rows import Phase

@@ -57,6 +57,20 @@ def test_a_run_with_a_moving_zero_and_a_long_way_completes(drift_n_per_s: float,
     assert engine.course.touches[0].position_m == pytest.approx(spec.surface_m, abs=1e-5)
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_zero_that_drifts_as_stated_stops_no_sound_run(sign: float) -> None:
+    """By the end of the press it has moved by more than the plan's tolerance of R5."""
+    plan = stvf_plan(**(SLOW | {"hold_s": 8.0, "max_drift_n": 1.0}))
+    second = replace(plan.rig.second_force, tolerance_n=1.5, noise_n=0.3)
+    force = replace(plan.rig.force, drift_n_per_s=0.1)
+    plan = replace(plan, rig=replace(plan.rig, force=force, second_force=second))
+    bench = bench_for(plan, 727.0, spec_for(plan, force_drift_n_per_s=sign * 0.1))
+    engine = run(bench)
+    assert engine.course.done
+    assert engine.cause is None
+    assert abs(engine.course.zero_shift_n) > 1.5
+
+
 def test_a_zero_that_moves_beyond_the_drift_allowed_still_ends_the_run() -> None:
     plan = long_way(max_drift_n=2.0, surface_distance_m=6e-3, retract_m=1.5e-4)
     engine = pressed(plan, spec_for(plan, 4, force_drift_n_per_s=-0.1), True).engine

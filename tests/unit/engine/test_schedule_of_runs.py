@@ -91,6 +91,18 @@ def test_a_shipped_plan_takes_the_time_that_preflight_prints(name: str) -> None:
     assert pressed_s(plan)[0] == pytest.approx(derive(plan).duration_s, rel=WITHIN)
 
 
+@pytest.mark.parametrize("name", long(("foam-ball-ur3e", "peach-ur3e", "rubber-cone-ur3e")))
+def test_a_zero_that_is_renewed_on_the_way_takes_the_time_that_was_told(
+    name: str, tmp_path: Path
+) -> None:
+    [text] = [text for each, _, _, text in rows_of_a_lab() if each == name]
+    plan = lab_plan(text, name, tmp_path)
+    envelope = derive(plan)
+    [proofs] = [stage for stage in envelope.stages if stage.name == "prove free air"]
+    assert proofs.repeats == 2
+    assert pressed_s(plan)[0] == pytest.approx(envelope.duration_s, rel=WITHIN)
+
+
 def test_an_arm_that_stops_for_each_answer_takes_its_time_for_it() -> None:
     """With one channel it stands until no reading is from before."""
     plan = stvf_plan()

@@ -42,7 +42,7 @@ from stepload.envelope.pressing import (
     largest_top_force,
     pressing_for,
 )
-from stepload.envelope.schedule import schedule
+from stepload.envelope.schedule import renewals, schedule
 from stepload.envelope.theory import theory_of
 from stepload.envelope.zero_drift import under_load_s
 from stepload.errors import DomainError, RefusedError
@@ -552,7 +552,7 @@ def test_the_schedule_adds_up() -> None:
         limits_for(plan), fast_speed_m_s=0.01, guarded_speed_m_s=0.001, step_rate_per_s=10.0,
         reaction_s=0.005, position_resolution_m=1e-6, lost_motion_m=0.0,
     )  # fmt: skip
-    climbs = Climbs((0.5,) * 5 + (2.0,), (0.4,) * 4 + (0.6,))
+    climbs = Climbs(0.0, (0.5,) * 5 + (2.0,), (0.4,) * 4 + (0.6,))
     stages = {s.name: s for s in schedule(procedure, limits, climbs)}
     way_m = 2.5e-3 + procedure.retract_m - 1e-4
     hold_s = 0.4 + 1.2
@@ -568,6 +568,22 @@ def test_the_schedule_adds_up() -> None:
     assert envelope_of(ur_plan()).duration_s == pytest.approx(
         sum(stage.total_s for stage in envelope_of(ur_plan()).stages)
     )
+
+
+def test_a_zero_is_renewed_when_it_has_moved_and_two_retracts_of_way_are_gained() -> None:
+    limits = replace(
+        limits_for(PLAN), fast_speed_m_s=1e-3, guarded_speed_m_s=1e-4, moved_zero_n=1.0,
+    )  # fmt: skip
+
+    def times(usual_n_per_s: float, way_m: float = 9.5e-3, retract_m: float = 1e-3) -> int:
+        drifting = replace(limits, drift_n_per_s=3.0 * usual_n_per_s)
+        return renewals(drifting, 9e-3, way_m, retract_m)
+
+    assert times(0.0) == times(1.0 / 14.1) == 0  # 9 s fast, 5 s guarded
+    assert times(1.0 / 13.9) == 1
+    assert times(1e9) == 4  # at 2, 4, 6 and 8 mm
+    assert times(1e9, retract_m=4.8e-3) == 0
+    assert times(0.2) == 2  # 5 s: at 5 mm, then from 4 mm on at 9 mm
 
 
 def test_the_second_channels_thresholds_are_nothing_where_there_is_none() -> None:

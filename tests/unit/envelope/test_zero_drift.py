@@ -177,3 +177,23 @@ def test_a_long_way_to_the_surface_counts_up_to_the_touch_force() -> None:
             stages = (Stage(FAST, approach_s, 1), Stage(LOAD_STEP, loaded_s, 1))
             codes = {r.code for r in zero_drift_reasons(plan, LOOP_S, stages)}
             assert ("old_zero" in codes) == named
+
+
+def test_r5_leaves_room_for_the_stated_drift_and_f_allowed_counts_it() -> None:
+    """What the user wrote of either holds up to what a sound rig may show by the next zero."""
+    steady = stvf_plan(top_force_n=100.0, max_drift_n=1.0)
+    second = replace(steady.rig.second_force, tolerance_n=2.0, zero_error_n=None)
+    steady = replace(steady, rig=replace(steady.rig, second_force=second))
+    drifting = replace(
+        steady, rig=replace(steady.rig, force=replace(steady.rig.force, drift_n_per_s=0.2))
+    )
+    calm, found = envelope_for(steady), envelope_for(drifting)
+    assert calm.run_limits.cross_tolerance_n == 2.0
+    moved_n = found.plan.procedure.max_drift_n
+    assert moved_n > 1.2 * 0.2 * under_load_s(steady.procedure, found.bounds.loop_s)
+    assert found.run_limits.cross_tolerance_n == pytest.approx(1.0 + moved_n)
+    both_n = (1.0 + moved_n - 2.0) + (moved_n - 1.0)  # tolerance, and the zero itself
+    less_n = calm.largest_safe_force_n - found.largest_safe_force_n
+    assert less_n == pytest.approx(both_n / (1.0 + second.tolerance_relative), rel=1e-6)
+    written = replace(drifting, procedure=replace(drifting.procedure, max_drift_n=1.5))
+    assert envelope_for(written).run_limits.cross_tolerance_n == pytest.approx(1.0 + 1.5)

@@ -15,8 +15,7 @@ from counted_work import Counted, Deaf, Drawn, Interrupting, Meeting, Threads, b
 from stepload.errors import RefusedError
 from stepload.runner.interrupts import interruptible
 from stepload.runner.jobs import TAIL, Job, run_all, run_batch, run_in_order
-from stepload.runner.local import LocalPool
-from stepload.runner.losses import MOST_IN_A_ROW
+from stepload.runner.pool import MOST_IN_A_ROW, Pool
 
 JOBS = [Job("a", index) for index in range(30)] + [Job("a", 30, (0.5, 0.25))]
 
@@ -25,7 +24,7 @@ def test_rows_do_not_depend_on_the_number_of_processes(tmp_path: Path) -> None:
     work = Counted(5, tmp_path)
     whole = [work.run(job) for job in JOBS]
     for processes in (1, 2):
-        with LocalPool(processes) as pool:
+        with Pool(processes) as pool:
             batches = list(run_all(work, JOBS, pool, 4))
             again = list(run_in_order(work, JOBS, pool, 4))
         assert max(len(batch) for batch in batches) == (1 if processes == 1 else 31 // TAIL)
@@ -37,7 +36,7 @@ def test_rows_do_not_depend_on_the_number_of_processes(tmp_path: Path) -> None:
 
 def test_batches_become_smaller_towards_the_end_and_leave_nothing_out(tmp_path: Path) -> None:
     jobs = [Job("a", index) for index in range(100)]
-    with LocalPool(2) as pool:
+    with Pool(2) as pool:
         batches = [len(batch) for batch in run_in_order(Counted(5, tmp_path), jobs, pool, 5)]
     assert sum(batches) == 100
     assert batches == sorted(batches, reverse=True)
@@ -45,7 +44,7 @@ def test_batches_become_smaller_towards_the_end_and_leave_nothing_out(tmp_path: 
 
 
 def test_two_processes_work_at_the_same_time(tmp_path: Path) -> None:
-    with LocalPool(2) as pool:
+    with Pool(2) as pool:
         rows = [row for batch in run_all(Meeting(tmp_path), JOBS[:2], pool, 1) for row in batch]
     assert rows == [True, True]
 
@@ -64,7 +63,7 @@ def test_a_job_that_ctrl_c_came_into_has_no_result_even_where_it_caught_it(tmp_p
     """As a simulated run, which ends by it as by a fault; the jobs before it have theirs."""
     rows: list[Drawn] = []
     with pytest.raises(KeyboardInterrupt):
-        rows.extend(chain.from_iterable(run_all(Deaf(5, tmp_path), JOBS, LocalPool(1), 25)))
+        rows.extend(chain.from_iterable(run_all(Deaf(5, tmp_path), JOBS, Pool(1), 25)))
     assert rows == [Counted(5, tmp_path).run(job) for job in JOBS[:2]]
     assert not begun(tmp_path, 3)
 
@@ -85,13 +84,13 @@ def test_at_ctrl_c_what_is_being_done_is_waited_for_and_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """And no more of what is pending is begun."""
-    monkeypatch.setattr("stepload.runner.local.AHEAD", 50)
+    monkeypatch.setattr("stepload.runner.pool.AHEAD", 50)
     jobs = [Job("a", index) for index in range(400)]
     for do in (run_all, run_in_order):
         traces = tmp_path / do.__name__
         traces.mkdir()
         rows: list[Drawn] = []
-        pool = LocalPool(2)
+        pool = Pool(2)
         batches = do(Interrupting(5, traces, takes_s=0.02), jobs, pool, 4)
         with pool, pytest.raises(KeyboardInterrupt):
             rows.extend(chain.from_iterable(batches))
@@ -104,23 +103,23 @@ def test_at_ctrl_c_what_is_being_done_is_waited_for_and_kept(
 def test_ctrl_c_while_a_part_is_sent_loses_nothing_of_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    sent = LocalPool._send
+    sent = Pool._send
 
     def send(pool, do, part):
         future = sent(pool, do, part)
         os.kill(os.getpid(), signal.SIGINT)
         return future
 
-    monkeypatch.setattr(LocalPool, "_send", send)
+    monkeypatch.setattr(Pool, "_send", send)
     rows: list[Drawn] = []
-    with LocalPool(2) as pool, pytest.raises(KeyboardInterrupt):
+    with Pool(2) as pool, pytest.raises(KeyboardInterrupt):
         rows.extend(chain.from_iterable(run_all(Counted(5, tmp_path), JOBS, pool, 1)))
     assert {row.index for row in rows} == {int(x.name.split("-")[0]) for x in tmp_path.iterdir()}
 
 
 @pytest.mark.usefixtures("hears_ctrl_c")
 def test_a_second_ctrl_c_ends_at_once(tmp_path: Path) -> None:
-    with LocalPool(2) as pool, pytest.raises(KeyboardInterrupt):
+    with Pool(2) as pool, pytest.raises(KeyboardInterrupt):
         list(run_all(Interrupting(5, tmp_path, times=2), JOBS, pool, 4))
     assert begun(tmp_path, 9)
     assert not list(tmp_path.glob("late"))
@@ -128,7 +127,7 @@ def test_a_second_ctrl_c_ends_at_once(tmp_path: Path) -> None:
 
 def test_a_process_that_is_killed_loses_nothing_and_nothing_is_done_twice(tmp_path: Path) -> None:
     work = Counted(5, tmp_path, deadly=9, takes_s=0.002)
-    with LocalPool(2) as pool:
+    with Pool(2) as pool:
         rows = [row for batch in run_all(work, JOBS, pool, 4) for row in batch]
     assert len(begun(tmp_path, 9)) == 2
     assert sorted(rows) == [Counted(5, tmp_path).run(job) for job in JOBS]
@@ -136,7 +135,7 @@ def test_a_process_that_is_killed_loses_nothing_and_nothing_is_done_twice(tmp_pa
 
 def test_a_job_that_kills_every_process_ends_the_whole(tmp_path: Path) -> None:
     work = Counted(5, tmp_path, deadly=0, times=99)
-    with LocalPool(2) as pool, pytest.raises(RefusedError, match="process was lost"):
+    with Pool(2) as pool, pytest.raises(RefusedError, match="process was lost"):
         list(run_all(work, JOBS[:1], pool))
     assert len(begun(tmp_path, 0)) == MOST_IN_A_ROW + 1
 
@@ -144,7 +143,7 @@ def test_a_job_that_kills_every_process_ends_the_whole(tmp_path: Path) -> None:
 def test_what_is_given_up_ends_soon(tmp_path: Path) -> None:
     work = Counted(5, tmp_path, takes_s=0.01)
     jobs = [Job("a", index) for index in range(400)]
-    with LocalPool(2) as pool, closing(run_all(work, jobs, pool, 4)) as batches:
+    with Pool(2) as pool, closing(run_all(work, jobs, pool, 4)) as batches:
         next(batches)
     assert len(list(tmp_path.iterdir())) < 100
 
@@ -152,7 +151,7 @@ def test_what_is_given_up_ends_soon(tmp_path: Path) -> None:
 def test_an_error_in_a_job_comes_through(tmp_path: Path) -> None:
     work = Counted(5, tmp_path / "nowhere")
     for processes in (1, 2):
-        with LocalPool(processes) as pool, pytest.raises(FileNotFoundError):
+        with Pool(processes) as pool, pytest.raises(FileNotFoundError):
             list(run_all(work, JOBS, pool))
 
 
@@ -161,7 +160,7 @@ def test_other_code_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         run_batch(Counted(5, tmp_path), "other", JOBS)
     work = Counted(5, tmp_path, code="worker")
     monkeypatch.setenv("CODE", "worker's")
-    with LocalPool(2) as pool:
+    with Pool(2) as pool:
         batches = run_all(work, JOBS, pool, 4)
         rows = next(batches)
         batches.close()
@@ -176,7 +175,7 @@ def test_other_code_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 def test_a_process_uses_one_thread_of_linear_algebra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("OPENBLAS_NUM_THREADS", "7")
     monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
-    with LocalPool(2) as pool:
+    with Pool(2) as pool:
         told = [row for batch in run_all(Threads(), JOBS[:8], pool, 1) for row in batch]
     assert {pid for pid, _ in told} - {os.getpid()}
     assert all(counts == ["1", "1", "1"] for _, counts in told)

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import json
-import sys
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from stepload.errors import BadInputError, RefusedError
-from stepload.runner import parquet
-from stepload.runner.parquet import write_parquet
 from stepload.runner.store import Store
 
 
@@ -75,28 +71,3 @@ def test_rows_without_their_header_are_refused(tmp_path: Path) -> None:
     for _ in range(2):
         with pytest.raises(BadInputError, match="missing beside"):
             store(tmp_path)
-
-
-def test_parquet_holds_the_rows_exactly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    read: Any = pytest.importorskip("pyarrow.parquet")
-    monkeypatch.setattr(parquet, "GROUP", 2)
-    rows = [*ROWS, *ROWS, ROWS[0]]
-    for name in ("a", "b"):
-        write_parquet(tmp_path / name, Kept, rows)
-    found = read.ParquetFile(tmp_path / "a")
-    assert [Kept(**{**r, "wrong": tuple(r["wrong"])}) for r in found.read().to_pylist()] == rows
-    assert found.num_row_groups == 3
-    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
-    write_parquet(tmp_path / "a", Kept, [])
-    assert read.ParquetFile(tmp_path / "a").schema_arrow == found.schema_arrow
-    broken = [*ROWS, Kept("two", 2, True, "no number", ())]  # type: ignore[arg-type]
-    with pytest.raises(Exception, match="no number"):
-        write_parquet(tmp_path / "b", Kept, broken)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a", "b"]
-    assert read.ParquetFile(tmp_path / "b").metadata.num_rows == 5
-
-
-def test_a_missing_library_names_the_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(BadInputError, match=r"needs pyarrow[^$]*stepload\[data\]"):
-        write_parquet(tmp_path / "a", Kept, ROWS)

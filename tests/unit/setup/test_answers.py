@@ -6,9 +6,8 @@ import pytest
 from bench_fakes import Hands, Rig
 
 from stepload.errors import BadInputError, RefusedError
-from stepload.plan.problems import PlanError
 from stepload.plan.source import Source
-from stepload.setup.answers import Answers, from_file, from_flags
+from stepload.setup.answers import Answers, from_flags
 from stepload.setup.flat import flat, quoted, written
 from stepload.setup.questions import QUESTIONS
 
@@ -80,46 +79,6 @@ def test_flags_take_both_forms_and_many_words():
 def test_bad_flags_are_named(words, what):
     with pytest.raises(BadInputError, match=what):
         from_flags(words)
-
-
-def test_a_file_of_answers(tmp_path):
-    path = tmp_path / "answers.yaml"
-    path.write_text(
-        "host: 10.0.0.2\napproach: [0, 0, -1]\nmay_touch: true\n"
-        "keys: {arm: {max_age: 20 ms}, loop_delay: 60 ms}\n"
-    )
-    assert from_file(path) == {
-        "host": "10.0.0.2", "approach": "[0, 0, -1]", "may_touch": "true",
-        "keys": "arm.max_age=20 ms\nloop_delay=60 ms",
-    }  # fmt: skip
-
-
-def test_unknown_answers_are_refused_with_their_line_all_at_once(tmp_path):
-    path = tmp_path / "answers.yaml"
-    path.write_text("host: 10.0.0.2\nhots: 1\nradius: 25\n")
-    with pytest.raises(PlanError) as refused:
-        from_file(path)
-    assert "answers.yaml:2:1: 'hots' is no question" in str(refused.value)
-    assert "answers.yaml:3:9: radius:" in str(refused.value)
-    path.write_text("host: 10.0.0.2\nkeys:\n")
-    with pytest.raises(PlanError, match=r"answers.yaml:2:.*keys: nothing stands behind it"):
-        from_file(path)
-    for lost, what in (
-        ("keys: {arm: {}}", "keys: nothing stands behind it"),
-        ("keys: {system_stiffness: {stuck_ratio: }}", "keys: nothing stands behind it"),
-        ("keys: {procedure: {levels: [{n: 1}]}}", "keys: a mapping in a list is no answer"),
-        ("keys: {arm.max_age: 10 ms, arm: {max_age: 20 ms}}", "keys: arm.max_age is given twice"),
-        ("keys: [arm.max_age=20 ms, second=1]", "keys: no answer of this kind"),
-        ('approach: "  "', "approach: "),
-    ):
-        path.write_text(f"host: 10.0.0.2\n{lost}\n")
-        with pytest.raises(PlanError) as refused:
-            from_file(path)
-        assert "answers.yaml:2:" in str(refused.value)
-        assert what in str(refused.value)
-    path.write_text("[1, 2]")
-    with pytest.raises(PlanError, match="answers are a mapping"):
-        from_file(path)
 
 
 @pytest.mark.parametrize("name", ["name", "payload_name", "hazards_read_by"])

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from stepload.errors import BadInputError, DomainError, RefusedError
 from stepload.plan.load import load_plan
 from stepload.rig.world import WorldFault
-from stepload.runner.local import LocalPool
+from stepload.runner.pool import Pool
 from stepload_verify.campaign.mishaps import FOR_GOOD_S
 from stepload_verify.campaign.scenario import TILTED, Scenario
 from stepload_verify.falsify.falsify import FILES, TABLE, Search, falsify, stored_from
@@ -169,10 +169,10 @@ def test_half_of_the_random_points_lie_towards_the_ends() -> None:
 def test_a_search_goes_on_where_it_was_left_and_ends_alike(tmp_path: Path) -> None:
     strata_of = [Stratum("one", 2, ("force_nan",), "free"), Stratum("one", 1, ("arm_nan",), "free")]
     what = Search(TEMPLATE, 3, 3)
-    first = falsify(what, strata_of[:1], pool=LocalPool(1), directory=tmp_path)
-    rows = falsify(what, strata_of, pool=LocalPool(1), directory=tmp_path)
+    first = falsify(what, strata_of[:1], pool=Pool(1), directory=tmp_path)
+    rows = falsify(what, strata_of, pool=Pool(1), directory=tmp_path)
     assert first[0] in rows
-    assert rows == falsify(what, strata_of, pool=LocalPool(1))
+    assert rows == falsify(what, strata_of, pool=Pool(1))
     assert all(row.evaluations >= 3 for row in rows)
     assert len((tmp_path / FILES[1]).read_text().splitlines()) == 2
     least = max(row.j for row in rows if row.j is not None)
@@ -181,7 +181,7 @@ def test_a_search_goes_on_where_it_was_left_and_ends_alike(tmp_path: Path) -> No
         table = list(csv.DictReader(file))
     assert [row["stratum"] for row in table] == [row.series for row in rows]
     with pytest.raises(RefusedError, match="seed"):
-        falsify(what._replace(seed=4), strata_of, pool=LocalPool(1), directory=tmp_path)
+        falsify(what._replace(seed=4), strata_of, pool=Pool(1), directory=tmp_path)
     for row in rows:
         assert Row.from_line(row.to_line()) == row
         stratum = next(one for one in strata_of if one.name == row.series)

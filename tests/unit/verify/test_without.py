@@ -9,7 +9,7 @@ import pytest
 
 from stepload.plan.load import load_plan
 from stepload.runner.jobs import Job
-from stepload.runner.local import LocalPool
+from stepload.runner.pool import Pool
 from stepload_verify.campaign.campaign import jobs_for, run_campaign
 from stepload_verify.campaign.result import KILLED, Result
 from stepload_verify.campaign.scenario import kinds_from
@@ -58,7 +58,7 @@ def test_what_a_rule_had_stopped_goes_on_or_is_stopped_by_another() -> None:
 def test_a_rule_changes_only_the_runs_it_stopped(rule: str) -> None:
     work = Work(TEMPLATE, 5, kinds_from("force_lost, arm_lost, arm_freeze, second_gain"))
     jobs = jobs_for(14, ("one",))
-    results = run_campaign(work, jobs, pool=LocalPool(1))
+    results = run_campaign(work, jobs, pool=Pool(1))
     changed = set(jobs_without(rule, results))
     assert 0 < len(changed) < len(jobs)
     for before, after in zip(results, map(work._replace(ablation=rule).run, jobs), strict=True):

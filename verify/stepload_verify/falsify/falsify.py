@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 from stepload.errors import BadInputError
 from stepload.plan.model import Plan
-from stepload.runner.jobs import Pool, run_all
+from stepload.runner.jobs import run_all
+from stepload.runner.pool import Pool
 from stepload.runner.store import Store
 from stepload_verify.campaign.digest import loaded
 from stepload_verify.falsify.hunt import Hunt, Row

@@ -1,4 +1,4 @@
-"""Application of a function to many cases, on processes or a cluster."""
+"""Application of a function to many cases."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from typing import Any, NamedTuple, TypeVar
 import stepload
 import stepload_verify
 from stepload.rig.world import load_world
-from stepload.runner.choose import open_pool
 from stepload.runner.digest import code_digest
 from stepload.runner.jobs import run_in_order
+from stepload.runner.pool import Pool
 
 CaseT = TypeVar("CaseT")
 FoundT = TypeVar("FoundT")
@@ -47,7 +47,6 @@ def for_each(
     do: Callable[[CaseT], FoundT],
     cases: Sequence[CaseT],
     processes: int | None = None,
-    scheduler: str | None = None,
 ) -> list[FoundT]:
     """Results of `do`, a function of a module, for every case, in their order.
 
@@ -55,11 +54,10 @@ def for_each(
         do: does one case; the same case gives the same result.
         cases: arguments of `do`.
         processes: number of processes on this machine; all cores by default.
-        scheduler: address of a Dask cluster instead.
 
     Raises:
-        BadInputError, RefusedError: as `open_pool`.
+        RefusedError: processes are killed again and again.
     """
-    with open_pool(processes, scheduler) as pool:
+    with Pool(processes) as pool:
         batches = run_in_order(Each(do), cases, pool, AT_ONCE)
         return [found for batch in batches for found in batch]

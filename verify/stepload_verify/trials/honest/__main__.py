@@ -137,7 +137,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--held-out", action="store_true", help="worlds kept from tuning")
     parser.add_argument("--dynamic", action="store_true", help="pressed by the whole engine")
     parser.add_argument("--processes", type=int, default=1)
-    parser.add_argument("--scheduler", help="a Dask cluster instead, as tcp://10.0.0.5:8786")
     parser.add_argument("--quick", action="store_true", help="without the paper's fits")
     parser.add_argument("--json", type=Path, help="write every outcome there")
     told = parser.parse_args(arguments)
@@ -156,7 +155,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if told.dynamic:
         ask = dynamically_quick if told.quick else dynamically
     start_s = time.perf_counter()
-    outcomes = for_each(ask, cases, None if told.scheduler else told.processes, told.scheduler)
+    outcomes = for_each(ask, cases, told.processes)
     took_s = time.perf_counter() - start_s
     print(f"{runs} runs, seed {told.seed}, {1e3 * took_s / runs:.0f} ms a run")
     print(report(outcomes))

@@ -17,13 +17,18 @@ from concurrent.futures import (
     wait,
 )
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from multiprocessing import get_context
+from typing import TypeVar
 
+from stepload.errors import RefusedError
 from stepload.runner.interrupts import interruptible
-from stepload.runner.jobs import DoneT, PartT
-from stepload.runner.losses import Losses
-from stepload.runner.threads import one_thread
 
+PartT = TypeVar("PartT")
+DoneT = TypeVar("DoneT")
+THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+MOST_IN_A_ROW = 5
+"""Largest number of lost processes in a row, without a finished batch."""
 PARENT_POLL_S = 1.0
 AHEAD = 2
 """Pending batches for each worker, so that the next one is ready."""
@@ -35,22 +40,23 @@ def cores() -> int:
     return len(os.sched_getaffinity(0))
 
 
-class LocalPool:
+class Pool:
     """A fixed number of processes until the end of the `with` block; with 1 the work is done here.
 
     A process that is killed is replaced, and its pending batches are done again.
 
     Args:
-        processes: at least 1.
+        processes: at least 1; one for each core where no number is given.
     """
 
-    def __init__(self, processes: int) -> None:
-        self._processes = processes
+    def __init__(self, processes: int | None = None) -> None:
+        self._processes = processes or cores()
         self._executor: ProcessPoolExecutor | None = None
 
     @property
     def here(self) -> bool:
-        """Whether the work is done in this process."""
+        """Whether this process does the work itself. Then a batch is one job: Ctrl+C ends the job
+        that it comes into, and those before it are kept."""
         return self._processes <= 1
 
     def finished(
@@ -71,7 +77,7 @@ class LocalPool:
                     result = do(part)
                 yield result
             return
-        losses, left = Losses(), iter(parts)
+        lost, left = 0, iter(parts)
         again: deque[PartT] = deque()
         pending: dict[Future[DoneT], PartT] = {}
         try:
@@ -85,13 +91,19 @@ class LocalPool:
                         broken = True
                         continue
                     del pending[future]
-                    losses.none()
+                    lost = 0
                     yield future.result()
                 if broken:
                     again.extend(pending.values())
                     pending.clear()
                     self._end()
-                    losses.one("a process was lost")
+                    lost += 1
+                    if lost > MOST_IN_A_ROW:
+                        raise RefusedError(
+                            f"a process was lost {lost} times in a row, and no batch was finished",
+                            hint="look for a worker that was killed for its memory; what is done"
+                            " is kept",
+                        )
         except KeyboardInterrupt:
             yield from self._last(pending)
             raise
@@ -152,7 +164,7 @@ class LocalPool:
                 _kill(executor)
                 raise
 
-    def __enter__(self) -> LocalPool:
+    def __enter__(self) -> Pool:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -176,3 +188,18 @@ def quiet() -> None:
         os._exit(1)
 
     threading.Thread(target=follow, name="parent of the pool", daemon=True).start()
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Processes started in this block use one thread each; this process is unchanged."""
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
