@@ -48,6 +48,7 @@ class Conditions:
             0 without one.
         arm_sources: the sources of the arm's travel where a gauge measures beside it; None without
             a gauge, and in records of earlier versions.
+        branch: whose chord is the headline: loading, unloading or reloading.
         structure_note: remark on `arm` where it is not stated; "" where it is.
     """
 
@@ -76,6 +77,7 @@ class Conditions:
     yields_m_per_n: float = 0.0
     gauge_offset_m: float = 0.0
     structure_note: str = ""
+    branch: str = "loading"
     arm_sources: Sources | None = None
     rough_length_sigma: float = ROUGH_LENGTH_SIGMA
 

@@ -36,6 +36,7 @@ UPPER_SHARE = 0.7
 """The upper chord begins at this share of the top force."""
 UNEVEN = 0.2
 """Standard uncertainty of a drift that was taken out as an even one, as a share of it."""
+LOADING = "loading"
 REFUSED = 1e-3
 """Probability below which the χ² of the best law refuses all of them."""
 UNLOADED = 0.35
@@ -135,7 +136,8 @@ def weigh(run: Pressed) -> Evidence:
         law_doubts=(*run.law_doubts, *_refused(counting[here] if len(counting) > here else {})),
     )
     found = figures.quantities(run, read_from)
-    headline = found["chord"]
+    found |= _of_branches(run, loops, main, elastic, drift, assumed, read_from)
+    headline = _headline(found, told.branch)
     if inelastic.share > headline.half_width:
         said_of = f"{inelastic.share:.1%} of the deformation is not elastic ({inelastic.largest})"
         read_from = replace(read_from, exponent_doubts=(said_of,))
@@ -151,6 +153,43 @@ def weigh(run: Pressed) -> Evidence:
         drift_m_per_s=drift.rate_m_per_s if drift is not None and run.timed else None,
         notes=tuple(notes),
     )
+
+
+def _of_branches(
+    run: Pressed, loops: Sequence[Loop], main: Chord, elastic: Elastic, drift: Drift | None,
+    assumed: Sequence[float], loading: figures.Reading,
+) -> dict[str, Quantity]:  # fmt: skip
+    """The chords of the first unloading and of the second loading, where there are such."""
+    branches = {"unloading": loops[0].unloading}
+    if len(loops) > 1:
+        branches["reloading"] = loops[1].loading
+    found = {}
+    for name, branch in branches.items():
+        if branch is None or branch.path.size < LEAST_STRETCHES:
+            continue
+        from_n = max(main.from_n, float(branch.path.force_n.min()))
+        own = chord(branch, from_n, min(main.to_n, float(branch.path.force_n.max())))
+        if not own.span_m > 0.0:
+            continue
+        errors = [errors_of(run, branch, elastic, drift, length_n) for length_n in assumed]
+        reading = replace(
+            loading, main=own, upper=own, path=branch.path, errors=errors, law_sets=[]
+        )
+        kind = f"{name}_chord"
+        found[kind] = replace(figures.quantities(run, reading)["chord"], kind=kind)
+    return found
+
+
+def _headline(found: Mapping[str, Quantity], branch: str) -> Quantity:
+    """The chord of the branch that was asked for.
+
+    Raises:
+        DomainError: the run has none.
+    """
+    kind = "chord" if branch == LOADING else f"{branch}_chord"
+    if kind not in found:
+        raise DomainError(f"there is no {branch} to read a chord from")
+    return found[kind]
 
 
 def _lines(

@@ -29,7 +29,8 @@ class Quantity:
     """One stiffness.
 
     Attributes:
-        kind: "chord", "secant_from_touch", "secant_from_mean_plane" or "tangent".
+        kind: "chord", "secant_from_touch", "secant_from_mean_plane", "tangent",
+            "unloading_chord" or "reloading_chord".
         value_n_per_m: NaN where the data do not determine it.
         interval_n_per_m: nominal 95 %, (low, high).
         from_n, to_n: the forces between which it holds; `from_n` is 0 where the touch is one end.

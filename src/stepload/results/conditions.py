@@ -20,6 +20,7 @@ from stepload.estimators.sources import Sources
 from stepload.results.press_data import PressData
 
 FILE = "conditions.json"
+BRANCHES = ("loading", "unloading", "reloading")
 UNTOLD_STRUCTURE = (
     "the record is of an earlier version and does not say whether a serial arm pressed or a guided "
     "axis: it counts as an arm of which nothing is known; press again to have it told"
@@ -83,7 +84,7 @@ def from_attachments(attachments: Mapping[str, bytes]) -> Conditions:
 
 
 _NO_NUMBERS = ("sources", "kind", "laws", "pose", "temperature_c", "system_stiffness_note",
-               "across", "arm", "structure_note", "arm_sources")  # fmt: skip
+               "across", "arm", "structure_note", "arm_sources", "branch")  # fmt: skip
 _TABLE = ("deflection_force_n", "deflection_m", "deflection_sigma_m")
 
 
@@ -138,6 +139,8 @@ def _across(data: Any) -> Across:
 
 
 def _check(found: Conditions) -> None:
+    if found.branch not in BRANCHES:
+        raise ValueError(f"branch {found.branch!r}")
     if found.kind not in ("payload", "system"):
         raise ValueError(f"kind {found.kind!r}")
     if not isinstance(found.arm, bool):

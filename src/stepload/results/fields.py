@@ -78,7 +78,9 @@ BUDGET_LINE: tuple[Field[BudgetLine], ...] = (
 )  # fmt: skip
 
 KINDS = {
-    "chord": "chord *",
+    "chord": "chord, loading *",
+    "unloading_chord": "chord, unloading",
+    "reloading_chord": "chord, reloading",
     "secant_from_touch": "secant, zero fitted",
     "secant_from_mean_plane": "secant, from the mean plane",
     "tangent": "tangent",
