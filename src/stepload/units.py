@@ -276,6 +276,14 @@ def format_quantity(value: float, unit: str, digits: int = 3) -> str:
     return f"{_plain(shown, digits)} {steps[exponent]}{rest}"
 
 
+def rounded_down(value: float) -> float:
+    """`value` above 0 rounded down to three significant digits; 0 stays."""
+    if value <= 0.0:
+        return value
+    digit = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return float(f"{math.floor(value / digit * (1.0 + 1e-12)) * digit:.2e}")
+
+
 def _steps(symbol: str) -> dict[int, str]:
     """Powers of ten that `symbol` may stand for, with the spelling of each."""
     if symbol == "kg":

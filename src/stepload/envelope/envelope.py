@@ -43,7 +43,8 @@ from stepload.envelope.way_back import way_back_reasons
 from stepload.envelope.zero_reasons import stated_shift_n, zero_drift_reasons
 from stepload.errors import DomainError, RefusedError
 from stepload.estimators.identifiability import Identifiability, identifiability
-from stepload.plan.changed import follows
+from stepload.plan.changed import follows, rederived
+from stepload.plan.checks_between import least_touch_force
 from stepload.plan.model import Plan
 
 ALMOST = 0.999
@@ -56,6 +57,10 @@ IN_THE_INTERVAL = (
 """Codes of doubts that are bounded, and are part of the result's interval."""
 
 
+LOWER = 0.85
+"""Factor from one touch force to the next that is tried."""
+SURE_OF_TOUCH = 1.02
+"""Least touch force over the one that noise reaches."""
 SPARE_DRIFT = 1.2
 """Room for the stated drift over the drift: with more room the run is slower."""
 
@@ -153,15 +158,35 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
     """The envelope of a plan without trying any remedies; otherwise as `envelope_of`.
 
     What each level needs for `procedure.until` is left out: such a run goes up to the top force.
-    A `max_drift` that nobody wrote leaves room for the drift that the force sensor states.
+    A `touch_force` that nobody wrote is as low as the force budget needs, and a `max_drift` leaves
+    room for the drift that the force sensor states.
     """
     envelope = _derived(plan, measured)
+    if envelope.limits is None and follows(plan, "procedure", "touch_force_n"):
+        envelope = _with_lower_touch(envelope, measured)
+        plan = envelope.plan
     shift_n = stated_shift_n(plan, envelope.bounds.loop_s, envelope.stages)
     if shift_n <= plan.procedure.max_drift_n or not follows(plan, "procedure", "max_drift_n"):
         return envelope
     procedure = replace(plan.procedure, max_drift_n=SPARE_DRIFT * shift_n)
     roomier = _derived(replace(plan, procedure=procedure), measured)
     return envelope if roomier.limits is None else roomier
+
+
+def _with_lower_touch(envelope: Envelope, measured: Measured | None) -> Envelope:
+    """The plan at the highest touch force at which it may be pressed; as it is where none helps."""
+    plan = envelope.plan
+    least_n = SURE_OF_TOUCH * least_touch_force(plan.rig.force.noise_n)
+    touch_n = plan.procedure.touch_force_n
+    if plan.procedure.top_force_n > envelope.largest_safe_force_n:
+        return envelope
+    while touch_n > least_n:
+        touch_n = max(least_n, LOWER * touch_n)
+        procedure = replace(plan.procedure, touch_force_n=touch_n)
+        changed = _derived(rederived(plan, replace(plan, procedure=procedure)), measured)
+        if changed.limits is not None:
+            return changed
+    return envelope
 
 
 def _derived(plan: Plan, measured: Measured | None) -> Envelope:

@@ -16,7 +16,7 @@ from stepload.errors import DomainError, RefusedError
 from stepload.estimators.identifiability import Identifiability
 from stepload.estimators.smooth import NORMAL_95
 from stepload.plan.model import Plan, Provenance
-from stepload.units import format_quantity
+from stepload.units import format_quantity, rounded_down
 
 MOST_WORDS = 24
 """Words of a text from elsewhere that a finding quotes."""
@@ -56,6 +56,7 @@ def _above(plan: Plan, safe_n: float, counted: CountedLimit) -> str:
     """The top force beside F_c, or beside what is left of it on this rig."""
     top_n = plan.procedure.top_force_n
     top, used = format_quantity(top_n, "N"), format_quantity(counted.lower_n, "N")
+    safe = format_quantity(rounded_down(safe_n), "N")
     if top_n > counted.value_n:
         return (
             f"{top} is {top_n / counted.value_n:.3g} times the elastic limit of the contact,"
@@ -65,14 +66,13 @@ def _above(plan: Plan, safe_n: float, counted: CountedLimit) -> str:
     headroom_n = headroom(plan.rig.force.noise_n, plan.procedure.step_n)
     if safe_n >= 0.999 * (capacity_n - headroom_n):
         return (
-            f"{top} is above the {format_quantity(safe_n, 'N')} that arm and force sensor leave,"
+            f"{top} is above the {safe} that arm and force sensor leave,"
             " headroom taken off."
         )
     if safe_n <= 0.0:
         return f"Sensor errors, drift and headroom leave nothing of F_c = {used} (used) to press."
     return (
-        f"{top} is above the largest safe top force, {format_quantity(safe_n, 'N')}: F_c used"
-        f" is {used}, less sensor errors and headroom."
+        f"{top} is above the largest safe top force, {safe}: F_c used is {used}, less sensor errors and headroom."
     )
 
 
