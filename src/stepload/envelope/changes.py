@@ -119,11 +119,18 @@ def touch(plan: Plan, reason: Reason) -> Iterator[Change]:
 
 
 def second_channel(plan: Plan, reason: Reason) -> Iterator[Change]:
-    """The arm's own force as a second channel, where there is none."""
-    if plan.rig.second_force.source is not SecondForceSource.NONE:
-        return
+    """The arm's own force as a second channel, or one that is measured to agree more closely."""
+    now = plan.rig.second_force
     for tolerance_n in AGREE_N:
         text, tolerance_n = _written(tolerance_n, "N")
+        if now.source is not SecondForceSource.NONE:
+            if tolerance_n < now.tolerance_n:
+                yield Change(
+                    f"second_force.tolerance: {text}, if both channels agree within that",
+                    _changed(plan, "rig", second_force=replace(now, tolerance_n=tolerance_n)),
+                    "rig.second_force.tolerance",
+                )
+            continue
         second = SecondForce(SecondForceSource.ARM, tolerance_n, AGREE, noise_n=0.1 * tolerance_n)
         yield Change(
             f"the arm's own force as second_force, if it agrees within {text} + {AGREE:.0%}",

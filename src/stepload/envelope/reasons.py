@@ -10,6 +10,7 @@ from collections.abc import Iterator
 
 from stepload.envelope.bounds import AGE_S
 from stepload.envelope.ladder import headroom
+from stepload.envelope.pressing import largest_losses
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import CountedLimit
 from stepload.errors import DomainError, RefusedError
@@ -65,15 +66,15 @@ def _above(plan: Plan, safe_n: float, counted: CountedLimit) -> str:
     capacity_n = min(plan.rig.arm.max_push_n, 0.95 * plan.rig.force.range_n)
     headroom_n = headroom(plan.rig.force.noise_n, plan.procedure.step_n)
     if safe_n >= 0.999 * (capacity_n - headroom_n):
-        return (
-            f"{top} is above the {safe} that arm and force sensor leave,"
-            " headroom taken off."
-        )
+        return f"{top} is above the {safe} that arm and force sensor leave, headroom taken off."
+    most = [
+        f"{name} {format_quantity(loss_n, 'N')}"
+        for name, loss_n in largest_losses(plan, counted.lower_n)[:2]
+    ]
+    less = f"F_c used, {used}, less {' and '.join(most)} and more."
     if safe_n <= 0.0:
-        return f"Sensor errors, drift and headroom leave nothing of F_c = {used} (used) to press."
-    return (
-        f"{top} is above the largest safe top force, {safe}: F_c used is {used}, less sensor errors and headroom."
-    )
+        return f"Nothing is left to press: {less}"
+    return f"{top} is above the largest safe top force, {safe}: {less}"
 
 
 def _too_much(code: str, message: str, top_n: float, limit_n: float) -> Reason:

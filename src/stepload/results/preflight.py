@@ -115,7 +115,11 @@ def _figures(envelope: Envelope) -> Iterator[tuple[str, str, str]]:
     yield "top force", f(top_n, "N"), _of_limit(envelope)
     if refused:
         safe_n = envelope.largest_safe_force_n
-        yield "largest safe", f(rounded_down(safe_n), "N"), "F_c used, less sensor errors and headroom"
+        yield (
+            "largest safe",
+            f(rounded_down(safe_n), "N"),
+            "F_c used, less sensor errors and headroom",
+        )
     else:
         yield "stops at", f(envelope.force_limit_n, "N"), chance_words(envelope)
     laws = [theory.stiffest, theory.softest] if theory.is_range else [theory.law]

@@ -73,6 +73,9 @@ def written(data: dict[str, Any], remedy: str) -> dict[str, Any]:
         rf"step: {Q}": "procedure.step",
         rf"secant_force: {Q}": "identify.secant_force",
         rf"search_distance: {Q}": "procedure.search_distance",
+        rf"second_force.tolerance: {Q}, if both channels agree within that": (
+            "rig.second_force.tolerance"
+        ),
         rf"settle_timeout: {Q}": "procedure.settle_timeout",
         rf"a blunter \w+, radius {Q}": "payload.geometry.radius",
     }
