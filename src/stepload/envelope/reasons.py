@@ -67,14 +67,14 @@ def _above(plan: Plan, safe_n: float, counted: CountedLimit) -> str:
     headroom_n = headroom(plan.rig.force.noise_n, plan.procedure.step_n)
     if safe_n >= 0.999 * (capacity_n - headroom_n):
         return f"{top} is above the {safe} that arm and force sensor leave, headroom taken off."
-    most = [
-        f"{name} {format_quantity(loss_n, 'N')}"
-        for name, loss_n in largest_losses(plan, counted.lower_n)[:2]
-    ]
-    less = f"F_c used, {used}, less {' and '.join(most)} and more."
+    name, loss_n = largest_losses(plan, counted.lower_n)[0]
+    loss = f"{name}, {format_quantity(loss_n, 'N')}."
     if safe_n <= 0.0:
-        return f"Nothing is left to press: {less}"
-    return f"{top} is above the largest safe top force, {safe}: {less}"
+        return f"Nothing of F_c used ({used}) is left to press. Largest loss: {loss}"
+    return (
+        f"{top} is above the largest safe top force, {safe}. Largest loss from F_c used ({used}):"
+        f" {loss}"
+    )
 
 
 def _too_much(code: str, message: str, top_n: float, limit_n: float) -> Reason:

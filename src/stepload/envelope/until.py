@@ -110,7 +110,7 @@ def expected_result(plan: Plan, theory: Theory) -> Quantity:
     course, law_m, bend_m = _loading(plan, theory, conditions, plan.procedure.levels_n)
     looked = plan.procedure.until is not None
     return expected_chord(
-        sources_only(conditions, without_error(course, law_m + bend_m), looked=looked)
+        sources_only(conditions, without_error(course, law_m + bend_m), looked=looked), held=True
     )
 
 

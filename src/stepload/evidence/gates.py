@@ -21,6 +21,9 @@ HARMLESS = 0.01
 """Signs below this share of the chord's deformation do not veto."""
 HARMLESS_DRIFT = 0.05
 """Largest drift correction, as a share of the chord's deformation."""
+HARMLESS_ZERO = 0.1
+"""Largest effect of a zero of force that moved unevenly, as a share of the chord's deformation: it
+is a line of the budget, too."""
 LATERAL_SHARE = 0.05
 """Largest lateral force, as a share of the axial force, with a single K_s."""
 STRONG_LATERAL = 0.3
