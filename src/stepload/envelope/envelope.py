@@ -53,6 +53,7 @@ ALMOST = 0.999
 
 IN_THE_INTERVAL = (
     "stiffness_indicative", "stiffness_uncertain", "friction_unknown", "gauge_offset",
+    "close_to_k_max",
 )  # fmt: skip
 """Codes of doubts that are bounded, and are part of the result's interval."""
 

@@ -125,7 +125,8 @@ def rig_reasons(plan: Plan, secant_n_per_m: float) -> Iterator[Reason]:
     relative = system.sigma_n_per_m / system.stiffness_n_per_m
     quality = plan.identify.compensation_quality_s
     cost = NORMAL_95 * relative * secant_n_per_m / system.stiffness_n_per_m
-    effect = f"{format_quantity(system.stiffness_n_per_m, 'N/m')} ± {100.0 * relative:.2g} %"
+    known = f"{100.0 * NORMAL_95 * relative:.2g} % (95 %)"
+    effect = f"{format_quantity(system.stiffness_n_per_m, 'N/m')} ± {known}"
     if plan.rig.displacement is None and plan.identify.kind != "system":
         if system.provenance is Provenance.INDICATIVE:
             yield Reason(
@@ -136,8 +137,8 @@ def rig_reasons(plan: Plan, secant_n_per_m: float) -> Iterator[Reason]:
         elif relative * quality > 1.0:
             yield Reason(
                 "stiffness_uncertain", Severity.WARN,
-                f"K_s is known as {effect}; s = {quality:g} asks for {1.0 / quality:.1%}."
-                f" It costs ±{100.0 * cost:.2g} % of the result.",
+                f"K_s is known as {effect}; s = {quality:g} asks for"
+                f" ±{100.0 * NORMAL_95 / quality:.2g} %. It costs ±{100.0 * cost:.2g} % of the result.",
                 "stepload calibrate again, with more force and more levels",
                 relative, 1.0 / quality, "", cost, "rig.system_stiffness",
             )  # fmt: skip

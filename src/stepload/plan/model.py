@@ -178,7 +178,7 @@ class Procedure:
     nulling: Annotated[
         Nulling | None,
         Key(
-            "Takes force across the axis off before a level is held; `{}` takes all defaults. For "
+            "Takes lateral force off before a level is held; `{}` takes all defaults. For "
             "lowering that force only, it biases the result of a tool that is not aligned; none: "
             "not done."
         ),

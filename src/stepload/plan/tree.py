@@ -38,7 +38,10 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Scalar:
-    """A single value: None, bool, int, float or str by the YAML 1.2 core schema; `text` as written."""
+    """A single value: None, bool, int, float or str by the YAML 1.2 core schema.
+
+    `text` is what is written.
+    """
 
     place: Place
     value: bool | int | float | str | None

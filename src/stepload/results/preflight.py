@@ -106,7 +106,9 @@ def last_lines(envelope: Envelope) -> list[str]:
     room = COLUMNS - len(line)
     if room > len(more) + 1:
         return [f"{line}{more:>{room}}"]
-    return [line, more] if room >= 0 else [f"stepload hazards {shown} ({read_words(plan)})", more]
+    if room < 0:
+        line = _wrapped(f"stepload hazards {shown} ({read_words(plan)})", 2)
+    return [line, more]
 
 
 def _figures(envelope: Envelope) -> Iterator[tuple[str, str, str]]:
@@ -189,7 +191,7 @@ def _narrower(expected: Quantity) -> str:
     total = combined(expected.lines)
     left = math.sqrt(total**2 - 0.75 * widest.relative**2)
     half = math.sinh(NORMAL_95 * left)
-    return f"half the error of {widest.source}: {half_width(half)}"
+    return f"half the widest error ({widest.source}): {half_width(half)}"
 
 
 def _row(label: str, value: str, note: str) -> str:
