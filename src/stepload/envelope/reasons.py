@@ -138,7 +138,8 @@ def rig_reasons(plan: Plan, secant_n_per_m: float) -> Iterator[Reason]:
             yield Reason(
                 "stiffness_uncertain", Severity.WARN,
                 f"K_s is known as {effect}; s = {quality:g} asks for"
-                f" ±{100.0 * NORMAL_95 / quality:.2g} %. It costs ±{100.0 * cost:.2g} % of the result.",
+                f" ±{100.0 * NORMAL_95 / quality:.2g} %."
+                f" It costs ±{100.0 * cost:.2g} % of the result.",
                 "stepload calibrate again, with more force and more levels",
                 relative, 1.0 / quality, "", cost, "rig.system_stiffness",
             )  # fmt: skip
