@@ -40,7 +40,7 @@ from stepload.units import beside_limit
 WRONG_WAY_SAMPLES = 2
 """Fresh samples in a row with a wrong force before R11 trips; as many make a touch."""
 ACROSS_SIGMAS = 8.0
-"""Multiple of the noise for the force across the axis: two noisy components, each less its zero."""
+"""Multiple of the noise for the lateral force: two noisy components, each less its zero."""
 
 _LOAD, _RETRACT = int(Phase.LOAD), int(Phase.RETRACT)
 PRESSED = (_LOAD, int(Phase.HOLD))

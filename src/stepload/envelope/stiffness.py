@@ -14,6 +14,7 @@ from stepload.estimators.deflection import (
     DeflectionTable,
     least_sigma,
 )
+from stepload.estimators.smooth import NORMAL_95
 from stepload.units import format_quantity
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ def stiffness_reasons(plan: Plan) -> Iterator[Reason]:
         yield Reason(
             "no_deflection_table", Severity.NOTE,
             f"No table of the system's deflection in this pose ({known.why_no_table}): K_s counts "
-            f"as known to {relative:.1%}.",
+            f"as known to ±{100.0 * NORMAL_95 * relative:.2g} % (95 %).",
             "measure one in this pose: stepload calibrate PLAN --record FILE",
             stated.sigma_n_per_m / stated.stiffness_n_per_m, LEAST_RELATIVE, "",
         )  # fmt: skip

@@ -13,8 +13,8 @@ from stepload.evidence.drift import Drift
 from stepload.evidence.elastic import Elastic
 from stepload.evidence.figures import Discrepancies
 from stepload.evidence.gates import (
-    HARMLESS,
     HARMLESS_DRIFT,
+    HARMLESS_ZERO,
     Gate,
     creep_gates,
     judged,
@@ -102,7 +102,7 @@ def contact_signs(
             moved_n, meaning = 0.5 * abs(run.zero_step_n), "force_zero"
         harm_m = moved_n * elastic.at(main.from_n)
         step = format_quantity(run.zero_step_n or moved_n, "N")
-        allowed_m = HARMLESS * main.span_m
+        allowed_m = HARMLESS_ZERO * main.span_m
         gates.append(judged("force_zero", harm_m, allowed_m, "m", meaning=meaning, step=step))
         zero_m = harm_m / math.sqrt(3.0)
     if drift is not None:

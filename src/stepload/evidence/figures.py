@@ -102,7 +102,7 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
         length("time (gap, set, rate)", left.time_m),
         length("creep (found, or not excluded by the holds)", left.creep_m),
         length("zero of force", left.zero_m),
-        Line("force across the axis", run.sideways.size, sideways),
+        Line("lateral force", run.sideways.size, sideways),
         *(slip if left.slip_m > 0.0 else []),
         *run.askew.lines(q, main.from_n, main.to_n, main.span_m),
     ]

@@ -21,6 +21,9 @@ HARMLESS = 0.01
 """Signs below this share of the chord's deformation do not veto."""
 HARMLESS_DRIFT = 0.05
 """Largest drift correction, as a share of the chord's deformation."""
+HARMLESS_ZERO = 0.1
+"""Largest effect of a zero of force that moved unevenly, as a share of the chord's deformation: it
+is a line of the budget, too."""
 LATERAL_SHARE = 0.05
 """Largest lateral force, as a share of the axial force, with a single K_s."""
 STRONG_LATERAL = 0.3
@@ -90,19 +93,19 @@ _MEANS = {
     "force_zero_stated": "by the stated drift (rig.force.drift) the zero may have moved by {step} "
     "while loading, {value} of the deformation (allowed {limit}), and it was not looked at "
     "again: let the sensor warm up, and end the run in free air",
-    "lateral": "the force across the axis reaches {value} of that along it (allowed {limit}): the "
+    "lateral": "the lateral force reaches {value} of the axial force (allowed {limit}): the "
     "arm bends sideways, and its deflection is not that of K_s",
-    "strong_lateral": "the force across the axis reaches {value} of that along it (allowed "
+    "strong_lateral": "the lateral force reaches {value} of the axial force (allowed "
     "{limit}): the contact slides, and yields at a smaller force",
-    "other_friction": "the force across the axis differs by {value} of that along it from the "
+    "other_friction": "the lateral force differs by {value} of the axial force from the "
     "calibration (allowed {limit}): the arm bends sideways otherwise, and one K_s does not hold; "
     "calibrate dry and greased",
-    "lateral_correction": "what was taken out for the force across the axis is {value} of the "
+    "lateral_correction": "what was taken out for the lateral force is {value} of the "
     "deformation (allowed {limit}): press where the arm couples less, or reduce the friction",
     "slip": "the contact slipped while loading; on a plate tilted by as much as {tilt} degrees, "
     "which is not excluded, this may be {value} of the deformation (allowed {limit}): square the "
     "plate, or reduce the friction",
-    "share_change": "the force across the axis differs by {value} of that along it between the "
+    "share_change": "the lateral force differs by {value} of the axial force between the "
     "first loading and the second (allowed {limit}): friction has changed, or the contact has "
     "slipped to another place",
     "gauge_scale": "from {low} to {high} the gauge changes by {gauge}, the arm's travel less the "
