@@ -173,10 +173,9 @@ def test_a_stop_before_the_first_zero_is_not_called_clear() -> None:
         device.open(1.0)
     bench.operator.press()
     outcome = run_loop(bench.engine, bench.rig, NullRecorder())
-    assert bench.rig.world.true_force_n > 50.0
-    assert bench.rig.world.true_force_n == pytest.approx(bench.peak_n, rel=0.01)
+    assert 50.0 < bench.rig.world.true_force_n < bench.peak_n
     assert outcome.cause is not None
-    assert outcome.cause.rule == "pressed_back"
+    assert outcome.cause.rule == "not_free"
     assert not bench.engine.safe_reached
     assert "clear of the surface" not in outcome.why
 
