@@ -12,6 +12,7 @@ import re
 from dataclasses import dataclass
 from decimal import Decimal
 from difflib import get_close_matches
+from unicodedata import normalize
 
 from stepload.errors import BadInputError
 
@@ -130,6 +131,7 @@ def _nearest(symbol: str, wanted: _Unit | None) -> str:
         known = [each for each in known if _parse_unit(each).dimension == wanted.dimension]
     near = [u for u in known if u.lower() == symbol.lower()]
     near = near or get_close_matches(symbol, known, n=3, cutoff=0.5)
+    near = list(dict.fromkeys(normalize("NFKC", unit) for unit in near))  # µ has two code points
     if near:
         return "did you mean " + " or ".join(repr(unit) for unit in near[:3]) + "?"
     return "units are written like N, mm, GPa, N/m, N s/m, kHz, %, degC"
@@ -274,6 +276,14 @@ def format_quantity(value: float, unit: str, digits: int = 3) -> str:
         exponent = 0
     shown = float(Decimal(repr(rounded)).scaleb(-exponent))
     return f"{_plain(shown, digits)} {steps[exponent]}{rest}"
+
+
+def rounded_down(value: float) -> float:
+    """`value` above 0 rounded down to three significant digits; 0 stays."""
+    if value <= 0.0:
+        return value
+    digit = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return float(f"{math.floor(value / digit * (1.0 + 1e-12)) * digit:.2e}")
 
 
 def _steps(symbol: str) -> dict[int, str]:

@@ -44,9 +44,9 @@ def test_the_results_hold_it_as_the_schema_says(directory: Path) -> None:
 
 def test_the_report_has_a_figure_and_a_table(directory: Path) -> None:
     page = (directory / "report.html").read_text()
-    assert "Force across the axis" in page
+    assert "Lateral force" in page
     assert "How the contact was made" in page
-    assert "share of the force across the axis over the force" in page
+    assert "share of the lateral force over the force" in page
 
 
 def test_python_has_the_six_components_and_the_object(directory: Path) -> None:

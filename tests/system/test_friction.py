@@ -18,7 +18,7 @@ FLAT = CYCLES.replace("plastic-sphere", "stiff-flat") + "identify: {kind: system
 
 
 def as_arm(text: str, share: str, more: str = "") -> str:
-    """The plan on an arm that gives way sideways, with a force across the axis."""
+    """The plan on an arm that gives way sideways, with a lateral force."""
     simulated = f"{{law: smooth, lateral: {share}, lateral_coupling: 40 %}}"
     rig = f"profile: stvf\n  simulation: {simulated}{more}"
     return text.replace("profile: stvf", rig).replace("  arm:\n", "  arm:\n    structure: arm\n")
@@ -73,7 +73,7 @@ def test_payloads_of_other_frictions_come_out_alike(record: Path, tmp_path: Path
         place.mkdir()
         result = pressed(place, f"record: {record}", share)
         assert not fired(result) & {"lateral", "lateral_correction", "friction"}
-        [line] = [x for x in result["headline"]["lines"] if x["source"] == "force across the axis"]
+        [line] = [x for x in result["headline"]["lines"] if x["source"] == "lateral force"]
         assert "taken out" in line["size"]
         values[share] = result["headline"]["value_n_per_m"]
     assert values["20 %"] == pytest.approx(values["5 %"], rel=0.03)

@@ -136,8 +136,8 @@ def test_preflight(name: str, capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     ("name", "limit_n", "remedy"),
     [
-        ("plastic-cone", 9.61, "radius 27 mm"),
-        ("plastic-pyramid", 1.17, "no setting of this rig"),
+        ("plastic-cone", 9.61, "radius 25 mm"),
+        ("plastic-pyramid", 1.17, "radius 25 mm"),
         ("aluminium-sphere", 261.0, "top_force: 1"),
     ],
 )

@@ -161,7 +161,7 @@ def test_a_plan_is_judged_and_run_without_a_word(
     assert done.simulated
     assert done.path == tmp_path / "run" / "run.mcap"
     assert capfd.readouterr() == ("", "")
-    with pytest.raises(RefusedError, match="no measurement"):
+    with pytest.raises(RefusedError, match="rig"):
         stepload.run(plan, dry_run=False, out=tmp_path / "other")
 
 

@@ -61,7 +61,7 @@ def left_of_limit(poisson_ratio: float, share: float) -> float:
     if not poisson_ratio <= POISSON_RATIOS[-1]:
         raise DomainError(f"Poisson's ratio is {poisson_ratio:g}; it is at most 0.5")
     if not share >= 0.0:
-        raise DomainError(f"the share of the force across the axis is {share:g}; at least 0")
+        raise DomainError(f"the share of the lateral force is {share:g}; at least 0")
     if share > SHARES[-1]:
         return 0.0
     return float(_left(poisson_ratio, share))

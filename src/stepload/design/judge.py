@@ -21,7 +21,7 @@ from stepload.estimators.fit import BoolArray, FloatArray
 from stepload.estimators.smooth import NORMAL_95
 from stepload.evidence.contact_gates import HARMLESS_TOUCH, OF_TWO_CYCLES, SLOW_CREEP
 from stepload.evidence.figures import HOPELESS
-from stepload.evidence.gates import CREEP_SHARE, FAR, HARMLESS, HARMLESS_DRIFT
+from stepload.evidence.gates import CREEP_SHARE, FAR, HARMLESS, HARMLESS_DRIFT, HARMLESS_ZERO
 from stepload.evidence.lawfit import fit_law
 from stepload.evidence.laws import BILINEAR, HERTZ_LINEAR, PLASTIC, ROUGH, STIFFENING
 from stepload.evidence.loops import BETWEEN, EARLY
@@ -76,7 +76,7 @@ def judge(payload: Payload, course: Course, runs: Runs, own: Reference) -> Judge
     time_m = np.max([beyond, *(np.abs(signs[n]) for n in (*OF_TWO_CYCLES, "rate"))], axis=0)
     creep_m = _creep(own, course, runs, rate, safe, fires)
     harm_m = 0.5 * np.abs(runs.zero_step_n) * elastic.at(main.from_n)
-    fires["force_zero"] = harm_m > HARMLESS * safe
+    fires["force_zero"] = harm_m > HARMLESS_ZERO * safe
     moved = np.abs(rate) * abs(float(main.weights @ own.branches[0].path.time_s))
     fires["drift"] = moved > HARMLESS_DRIFT * safe
     fires["touch_shift"] = _touch(own, course, runs, rate, safe)

@@ -57,7 +57,7 @@ DRAWN = (
     f"{ROUGH_LENGTH_SIGMA:.0%}), in half of them creep of up to {CREEP:.0%}"
 )
 NOT_DRAWN = (
-    "yield, slip, adhesion, backlash, force across the axis, a K_s that is further off than it is "
+    "yield, slip, adhesion, backlash, lateral force, a K_s that is further off than it is "
     "said to be, a touch that is found late, runs that are stopped: a rig with these measures less"
 )
 

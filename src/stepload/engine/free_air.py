@@ -103,10 +103,6 @@ class FreeAir:
             return True
         if self._touching is not None:
             return False
-        guard = self._course.guard
-        if not self._course.proven and change_n > 0.0:
-            self._course.fail(*guard.turn(change_n, limit_n, guard.from_m))
-            return False
         self._course.fail(
             "not_free", change_n, limit_n, "N",
             f"the {name} changed by {change_n:+.3g} N when the arm backed off by"

@@ -97,12 +97,14 @@ class _Run:
         engine, course = self.engine, self.engine.course
         status, retracted = self._status(), engine.safe_reached or course.done
         signal_number = engine.operator.signal_number
+        # Nobody can move a simulated arm back.
+        stands_m = 0.0 if self.rig.clock.virtual else course.target_m - course.start_m
         return RunOutcome(
             status=status,
             cause=engine.cause,
             why=why_it_stopped(
                 status, engine.cause, retracted, engine.still_closed, self.safing, self.start_s,
-                self.loop_end_s, signal_number, course.target_m - course.start_m,
+                self.loop_end_s, signal_number, stands_m,
                 course.guard.found.message if course.guard.found else "",
             ),
             retracted=retracted,

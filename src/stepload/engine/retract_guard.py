@@ -85,11 +85,6 @@ class RetractGuard:
         self.found: Breach | None = None
         self.goal_m = math.nan
 
-    @property
-    def from_m(self) -> float:
-        """Target at which the way back began."""
-        return self._from_m
-
     def follow(
         self, now_s: float, target_m: float, sup: Supervisor, touched: bool
     ) -> Breach | None:
@@ -125,11 +120,7 @@ class RetractGuard:
         if self.proven or len(grown) < len(self._channels):
             return None
         _, grown_n, limit_n, channel = max(grown, key=lambda one: one[0])
-        return self.turn(grown_n, limit_n, channel.least_m if sup.tared else self._from_m)
-
-    def turn(self, grown_n: float, limit_n: float, goal_m: float) -> Breach:
-        """The breach of a wrong way back: the arm must go to `goal_m`."""
-        self.goal_m = goal_m
+        self.goal_m = channel.least_m if sup.tared else self._from_m
         along = self._channels[0]
         whose = (
             "the arm's direction (approach)"

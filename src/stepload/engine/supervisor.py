@@ -40,7 +40,7 @@ from stepload.units import beside_limit
 WRONG_WAY_SAMPLES = 2
 """Fresh samples in a row with a wrong force before R11 trips; as many make a touch."""
 ACROSS_SIGMAS = 8.0
-"""Multiple of the noise for the force across the axis: two noisy components, each less its zero."""
+"""Multiple of the noise for the lateral force: two noisy components, each less its zero."""
 
 _LOAD, _RETRACT = int(Phase.LOAD), int(Phase.RETRACT)
 PRESSED = (_LOAD, int(Phase.HOLD))
@@ -111,6 +111,7 @@ class Supervisor:
         self._cross = CrossCheck(period_s, limits.channel_skew_s, limits.cross_filter_s, noises_n)
         self.answers = AnswerWatch(limits, found)
         self._cross_s = self._last_n = 0.0
+        self._now_s = self._zeroed_s = 0.0
         self.zero_n = self.second_zero_n = 0.0
         self.force_n = self.smooth_n = self.slope_n_per_s = 0.0
         self.second_n = math.nan
@@ -173,6 +174,7 @@ class Supervisor:
         are zeroed by their recent readings, as those of a second sensor are.
         """
         self.zero_n, self.second_zero_n = zero_n, second_zero_n
+        self._zeroed_s = self._now_s
         self.force.tare(wrench)
         if self.second is not None:
             self.second.tare()
@@ -199,6 +201,7 @@ class Supervisor:
         `target_m` is the target in force until now (NaN before the first), `compliance_m_per_n` the
         controller's c_use.
         """
+        self._now_s = now_s
         # Every stream is followed, whatever fails.
         in_force = self.force.take(force_samples, now_s)
         in_arm = self.arm.take(arm_samples, now_s)
@@ -386,10 +389,16 @@ class Supervisor:
         )  # fmt: skip
 
     def _judge_way(self, force_n: float) -> Breach | None:
-        """R11: the force grows the wrong way along the pressing axis, or across it."""
+        """R11: the force grows the wrong way along the pressing axis, or across it.
+
+        With two channels F_allowed leaves room for a zero that drifts as stated on a long way.
+        """
         limits = self._limits
         limit_n, across_n = limits.touch_force_n, self.force.smooth_across_n
         across_limit_n = max(limit_n, ACROSS_SIGMAS * limits.noise_n)
+        if limits.cross_check:
+            drifted_n = limits.drift_n_per_s * (self._now_s - self._zeroed_s)
+            limit_n += min(drifted_n, limits.zero_shift_n)
         pulls = force_n < -limit_n
         across = across_n > across_limit_n and across_n > 2.0 * abs(force_n)
         if self.force.fresh:

@@ -16,51 +16,39 @@ from stepload.plan.model import Plan
 
 Judge = Callable[[Plan], tuple[Reason, ...]]
 """Every reason for and against a plan; raises where there is no envelope at all."""
-MOST_TRIALS = 80
-"""Plans judged in the search for changes that lift every refusal."""
+MOST_TRIALS = 200
+"""Plans judged in the search for so many changes that lift every refusal."""
 MOST_TOGETHER = 3
 NONE_HELPS = "no setting of this rig that was tried lifts this"
 
-Way = tuple[tuple[str, Change], ...]
-"""Changes that are made one after the other, each with the code of the refusal that it lifts."""
+Way = tuple[Change, ...]
+"""Changes that are made one after the other."""
 
 
 def advised(plan: Plan, reasons: tuple[Reason, ...], judge: Judge) -> tuple[Reason, ...]:
     """The reasons with remedies that were tried.
 
-    Those of refusals lift all of them together, where up to `MOST_TOGETHER` changes do.
+    Refusals have one remedy in common: the fewest changes, up to `MOST_TOGETHER`, that lift all.
+    Refusals that no change is known for are left as they are.
     """
-    way = _Search(judge).way(plan, reasons, MOST_TOGETHER, ()) or ()
-    return tuple(
-        _with_remedy(reason, _changes_for(plan, reason, reasons, judge, way))
-        if reason.code in FAMILIES and reason.severity is not Severity.NOTE
-        else reason
-        for reason in reasons
-    )
+    way = _fewest(plan, reasons, judge)
+
+    def remedied(reason: Reason) -> Reason:
+        if reason.code not in FAMILIES or reason.severity is Severity.NOTE:
+            return reason
+        if reason.severity is Severity.REFUSE:
+            return _with_remedy(reason, way)
+        change = lifting(plan, reason, reasons, judge)
+        return _with_remedy(reason, () if change is None else (change,))
+
+    return tuple(remedied(reason) for reason in reasons)
 
 
-def _with_remedy(reason: Reason, changes: list[Change]) -> Reason:
+def _with_remedy(reason: Reason, changes: Way) -> Reason:
     if not changes:
         return replace(reason, remedy=NONE_HELPS)
     remedy = ", and ".join(change.text for change in changes)
     return replace(reason, remedy=remedy, key=changes[0].key)
-
-
-def _changes_for(
-    plan: Plan, reason: Reason, reasons: tuple[Reason, ...], judge: Judge, way: Way
-) -> list[Change]:
-    """The part of the way that lifts a refusal, and what that brings; else one change for it."""
-    refused = _codes(reasons)
-    if reason.severity is Severity.REFUSE and way:
-        codes = [code for code, _ in way]
-        if reason.code not in codes:  # lifted by what lifts another one
-            return [way[0][1]]
-        at = codes.index(reason.code)
-        others = {codes.index(code) for code in refused if code in codes}  # where each first is
-        end = min((i for i in others if i > at), default=len(way))
-        return [change for _, change in way[at:end]]
-    change = lifting(plan, reason, reasons, judge)
-    return [] if change is None else [change]
 
 
 def lifting(plan: Plan, reason: Reason, reasons: tuple[Reason, ...], judge: Judge) -> Change | None:
@@ -77,11 +65,21 @@ def lifting(plan: Plan, reason: Reason, reasons: tuple[Reason, ...], judge: Judg
     return None
 
 
-class _Search:
-    """Looks for changes that lift every refusal one after the other, the mildest first."""
+def _fewest(plan: Plan, reasons: tuple[Reason, ...], judge: Judge) -> Way:
+    """The fewest changes that lift every refusal; none where none do."""
+    for depth in range(1, MOST_TOGETHER + 1):
+        way = _Search(judge, _codes(reasons) - FAMILIES.keys()).way(plan, reasons, depth, ())
+        if way is not None:
+            return way
+    return ()
 
-    def __init__(self, judge: Judge) -> None:
+
+class _Search:
+    """Looks for changes that lift the refusals one after the other, the mildest first."""
+
+    def __init__(self, judge: Judge, left: set[str]) -> None:
         self._judge = judge
+        self._left = left
         self._trials = MOST_TRIALS
 
     def way(
@@ -91,7 +89,8 @@ class _Search:
 
         None changes a key again: a force that was lowered is not raised.
         """
-        refusal = next((r for r in reasons if r.severity is Severity.REFUSE), None)
+        refusals = [each for each in reasons if each.severity is Severity.REFUSE]
+        refusal = next((each for each in refusals if each.code not in self._left), None)
         if refusal is None:
             return ()
         families = FAMILIES.get(refusal.code, ()) if depth > 0 else ()
@@ -108,7 +107,7 @@ class _Search:
                     continue
                 rest = self.way(changed, after, depth - 1, (*used, family, change.key))
                 if rest is not None:
-                    return ((refusal.code, change), *rest)
+                    return (change, *rest)
         return None
 
 

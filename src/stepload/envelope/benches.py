@@ -111,7 +111,7 @@ def bench(rig: str, top_n: float | None) -> Bench:
         share = known.system_stiffness_sigma_n_per_m / known.system_stiffness_n_per_m
         stiffness = format_quantity(known.system_stiffness_n_per_m, "N/m")
         note = f"K_s = {stiffness}, known to {100.0 * share:.2g} % ({by})"
-        alike = "the force across the axis is taken to be that of its calibration"
+        alike = "the lateral force is taken to be that of its calibration"
         serial = alike if plan.rig.arm.structure is Structure.ARM else ""
         doubts = (known.system_stiffness_note, serial, *told.table_doubts(top_n))
         note = "; ".join(filter(None, (note, *doubts)))

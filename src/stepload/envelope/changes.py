@@ -19,9 +19,9 @@ from stepload.estimators.identifiability import gauge_resolution_for
 from stepload.plan.changed import follows, rederived
 from stepload.plan.checks_between import least_touch_force
 from stepload.plan.model import DisplacementSpec, Plan, SecondForce, SecondForceSource
-from stepload.units import format_quantity, parse_quantity
+from stepload.units import format_quantity, parse_quantity, rounded_down
 
-DOWN = (0.999, 0.95, 0.9, 0.75, 0.5, 0.3, 0.2, 0.1)
+DOWN = (1.0, 0.999, 0.95, 0.9, 0.75, 0.5, 0.3, 0.2, 0.1)
 UP = (1.1, 1.25, 1.5, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0)
 KNOWN = (0.04, 0.03, 0.02, 0.01)
 """Relative standard uncertainties of a yield strength that was measured."""
@@ -45,12 +45,6 @@ class Change:
 
 Family = Callable[[Plan, Reason], Iterator[Change]]
 """Changes of one kind, the mildest first."""
-
-
-def _floor(value: float) -> float:
-    """`value` rounded down to three significant digits."""
-    digit = 10.0 ** (math.floor(math.log10(value)) - 2)
-    return math.floor(value / digit * (1.0 + 1e-12)) * digit
 
 
 def _ceil(value: float) -> float:
@@ -78,7 +72,7 @@ def with_top(plan: Plan, top_n: float) -> Change:
     words = [f"top_force: {text}"]
     if follows(plan, "procedure", "levels_n"):
         if procedure.step_n > top_n:
-            step, values["step_n"] = _written(_floor(top_n / 2.0), "N")
+            step, values["step_n"] = _written(rounded_down(top_n / 2.0), "N")
             words.append(f"step: {step}")
     else:
         below = (level for level in procedure.levels_n if level < top_n)
@@ -102,13 +96,13 @@ def lower_top(plan: Plan, reason: Reason) -> Iterator[Change]:
     # No line of advice names a force above the part of F_c that may be counted on.
     most_n = min(most_n, theory_of(plan.payload).counted.lower_n)
     for share in DOWN:
-        if 0.0 < _floor(share * most_n) < top_n:
-            yield with_top(plan, _floor(share * most_n))
+        if 0.0 < rounded_down(share * most_n) < top_n:
+            yield with_top(plan, rounded_down(share * most_n))
 
 
 def higher_top(plan: Plan, reason: Reason) -> Iterator[Change]:
     for factor in UP:
-        yield with_top(plan, _floor(factor * plan.procedure.top_force_n))
+        yield with_top(plan, rounded_down(factor * plan.procedure.top_force_n))
 
 
 def touch(plan: Plan, reason: Reason) -> Iterator[Change]:
@@ -125,11 +119,18 @@ def touch(plan: Plan, reason: Reason) -> Iterator[Change]:
 
 
 def second_channel(plan: Plan, reason: Reason) -> Iterator[Change]:
-    """The arm's own force as a second channel, where there is none."""
-    if plan.rig.second_force.source is not SecondForceSource.NONE:
-        return
+    """The arm's own force as a second channel, or one that is measured to agree more closely."""
+    now = plan.rig.second_force
     for tolerance_n in AGREE_N:
         text, tolerance_n = _written(tolerance_n, "N")
+        if now.source is not SecondForceSource.NONE:
+            if tolerance_n < now.tolerance_n:
+                yield Change(
+                    f"second_force.tolerance: {text}, if both channels agree within that",
+                    _changed(plan, "rig", second_force=replace(now, tolerance_n=tolerance_n)),
+                    "rig.second_force.tolerance",
+                )
+            continue
         second = SecondForce(SecondForceSource.ARM, tolerance_n, AGREE, noise_n=0.1 * tolerance_n)
         yield Change(
             f"the arm's own force as second_force, if it agrees within {text} + {AGREE:.0%}",
@@ -171,7 +172,7 @@ def gauge(plan: Plan, reason: Reason) -> Iterator[Change]:
         t=identify.accuracy_t,
     )
     for share in (0.8, 0.4):
-        text, fine_m = _written(_floor(share * just_m), "m")
+        text, fine_m = _written(rounded_down(share * just_m), "m")
         now = plan.rig.displacement
         driver = now.driver if now else plan.rig.arm.driver
         rate_hz = now.rate_hz if now else plan.rig.arm.rate_hz
@@ -213,15 +214,18 @@ def more_patience(plan: Plan, reason: Reason) -> Iterator[Change]:
 
 
 def blunter(plan: Plan, reason: Reason) -> Iterator[Change]:
-    """A larger radius of what is pressed: F_c grows with its square."""
+    """A larger radius: F_c grows with its square, and theory holds up to more force."""
     geometry = plan.payload.geometry
     if not isinstance(geometry, (Sphere, BluntTip)):
         return
+    used_n, least = theory_of(plan.payload).counted.lower_n, 1.0
+    if reason.unit == "N" and used_n > 0.0:
+        least = max(1.0, math.sqrt(plan.procedure.top_force_n / used_n))
     for factor in UP:
-        text, radius_m = _written(_ceil(factor * geometry.radius_m), "m")
-        kind = getattr(geometry, "kind", "sphere")
+        text, radius_m = _written(_ceil(least * factor * geometry.radius_m), "m")
+        kind = getattr(geometry, "kind", "sphere").removesuffix("_tip")
         yield Change(
-            f"a blunter {kind}, radius {text} or more",
+            f"a blunter {kind}, radius {text}",
             _changed(plan, "payload", geometry=replace(geometry, radius_m=radius_m)),
             "payload.geometry.radius",
         )
@@ -235,8 +239,8 @@ FAMILIES: dict[str, tuple[Family, ...]] = {
     "unidentifiable": (gauge, higher_top, lower_top, accept),
     "close_to_k_max": (gauge, higher_top, lower_top),
     "unidentifiable_accepted": (gauge, higher_top, lower_top),
-    "deep_contact": (lower_top,),
-    "tip_exceeded": (lower_top,),
+    "deep_contact": (lower_top, blunter),
+    "tip_exceeded": (lower_top, blunter),
     "thin_payload": (lower_top,),
     "search_short": (longer_search,),
     "slow_steps": (more_patience,),

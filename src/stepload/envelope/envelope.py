@@ -44,7 +44,8 @@ from stepload.envelope.zero_drift import second_zero_n
 from stepload.envelope.zero_reasons import looked_after_s, zero_drift_reasons
 from stepload.errors import DomainError, RefusedError
 from stepload.estimators.identifiability import Identifiability, identifiability
-from stepload.plan.changed import follows
+from stepload.plan.changed import follows, rederived
+from stepload.plan.checks_between import least_touch_force
 from stepload.plan.model import Plan, SecondForceSource
 
 ALMOST = 0.999
@@ -53,10 +54,15 @@ ALMOST = 0.999
 
 IN_THE_INTERVAL = (
     "stiffness_indicative", "stiffness_uncertain", "friction_unknown", "gauge_offset",
+    "close_to_k_max",
 )  # fmt: skip
 """Codes of doubts that are bounded, and are part of the result's interval."""
 
 
+LOWER = 0.85
+"""Factor from one touch force to the next that is tried."""
+SURE_OF_TOUCH = 1.02
+"""Least touch force over the one that noise reaches."""
 SPARE_DRIFT = 1.5
 """Room for the stated drift over the drift as planned: a softer payload takes longer, and with more
 room the run is slower."""
@@ -155,9 +161,13 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
     """The envelope of a plan without trying any remedies; otherwise as `envelope_of`.
 
     What each level needs for `procedure.until` is left out: such a run goes up to the top force.
-    A `max_drift` that nobody wrote and the tolerance of R5 leave room for the stated drift.
+    A `touch_force` that nobody wrote is as low as the force budget needs; a `max_drift` that nobody
+    wrote and the tolerance of R5 leave room for the stated drift.
     """
     envelope = _derived(plan, measured)
+    if envelope.limits is None and follows(plan, "procedure", "touch_force_n"):
+        envelope = _with_lower_touch(envelope, measured)
+        plan = envelope.plan
     if (roomy := _with_drift(plan, envelope)) == plan:
         return envelope
     roomier = _derived(roomy, measured)
@@ -178,6 +188,22 @@ def _with_drift(plan: Plan, envelope: Envelope) -> Plan:
         if apart_n > second.tolerance_n:
             second = replace(second, tolerance_n=apart_n, zero_error_n=zero_n)
     return replace(plan, procedure=procedure, rig=replace(plan.rig, second_force=second))
+
+
+def _with_lower_touch(envelope: Envelope, measured: Measured | None) -> Envelope:
+    """The plan at the highest touch force at which it may be pressed; as it is where none helps."""
+    plan = envelope.plan
+    least_n = SURE_OF_TOUCH * least_touch_force(plan.rig.force.noise_n)
+    touch_n = plan.procedure.touch_force_n
+    if plan.procedure.top_force_n > envelope.largest_safe_force_n:
+        return envelope
+    while touch_n > least_n:
+        touch_n = max(least_n, LOWER * touch_n)
+        procedure = replace(plan.procedure, touch_force_n=touch_n)
+        changed = _derived(rederived(plan, replace(plan, procedure=procedure)), measured)
+        if changed.limits is not None:
+            return changed
+    return envelope
 
 
 def _derived(plan: Plan, measured: Measured | None) -> Envelope:

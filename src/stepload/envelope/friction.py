@@ -59,7 +59,7 @@ def friction_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
     yield Reason(
         "friction_unknown",
         Severity.WARN,
-        f"Friction under the tip is unknown: ±{100.0 * cost:.2g} % of the result.",
+        f"Lateral force by unknown friction: ±{100.0 * cost:.2g} % of the result.",
         SIX_AXES if plan.rig.arm.kinematics else NO_ARM,
         cost, math.nan, "", cost,
     )  # fmt: skip

@@ -109,7 +109,7 @@ class RunLimits:
     search_end_m: float = _limit("m", "plan", "R8")
     jump_n: float = _limit("N", "10 sigma + 2 quanta; more while the arm moves", "R9")
     clock_s: float = _limit("s", "15 ms, 5 periods or the longest age limit", "R10")
-    contact_n_s_per_m: float = _limit("N s/m", "a hidden hard stop of 1e9 N/m", "speed cap")
+    contact_n_s_per_m: float = _limit("N s/m", "a hidden hard stop of 1 GN/m", "speed cap")
     guarded_speed_m_s: float = _limit("m/s", "force budget")
     fast_speed_m_s: float = _limit("m/s", "force budget with all of F_lim")
     retract_speed_m_s: float = _limit("m/s", "half the arm's, 20 mm/s")

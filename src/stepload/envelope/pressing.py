@@ -15,7 +15,7 @@ from stepload.envelope.bounds import (
 )
 from stepload.envelope.catch_up import largest_catch_up
 from stepload.envelope.dragged import counted_left
-from stepload.envelope.ladder import ForceLimits, force_limits
+from stepload.envelope.ladder import ForceLimits, force_limits, headroom
 from stepload.envelope.leash import OLD_S, ONE_CHANNEL, TWO_CHANNELS, leash_travel, least_rise_n
 from stepload.envelope.press import (
     IMPACT_FACTOR,
@@ -193,22 +193,8 @@ def _forces(
     too low pass that by what they state. With one channel nothing checks the gain: it may read too
     little by three times its uncertainty, or as it is bent if that is more; a shift of its zero
     comes on top."""
-    rig, second = plan.rig, plan.rig.second_force
-    if second.source is SecondForceSource.NONE:
-        too_little = max(3.0 * rig.force.gain_uncertainty, rig.force.nonlinearity or 0.0)
-        if too_little >= 1.0:
-            raise RefusedError(
-                f"3 times the gain's uncertainty of {rig.force.gain_uncertainty:.0%}, or its"
-                " nonlinearity, is all of the reading, and nothing checks the only force channel",
-                hint="calibrate the force sensor (rig.force.gain_uncertainty), or declare a second"
-                " force channel",
-            )
-        tolerance_n, relative = 0.0, too_little / (1.0 - too_little)
-        bias_n = shift_n * (1.0 + relative)
-    else:
-        tolerance_n = second.tolerance_n + cross_blind_n(rig, noise_n, second_noise_n)
-        relative = second.tolerance_relative
-        bias_n = max(shift_n, second_zero_n(second))
+    rig = plan.rig
+    tolerance_n, relative, bias_n = _channel_errors(plan, noise_n, shift_n, second_noise_n)
     return force_limits(
         elastic_limit_n,
         top_force_n=top_force_n,
@@ -221,6 +207,49 @@ def _forces(
         capacity_n=min(rig.arm.max_push_n, 0.95 * rig.force.range_n),
         left=left,
     )
+
+
+def largest_losses(plan: Plan, elastic_limit_n: float) -> list[tuple[str, float]]:
+    """What takes most off F_c before the largest safe top force, in N, the largest first."""
+    noise_n, second = plan.rig.force.noise_n, plan.rig.second_force
+    shift_n = counted_shift_n(plan, press_rig(plan.rig, noise_n).loop_s)
+    try:
+        tolerance_n, relative, bias_n = _channel_errors(plan, noise_n, shift_n, 0.0)
+    except RefusedError:
+        return [("gain", elastic_limit_n)]
+    part_n = counted_left(plan) * elastic_limit_n
+    common_n = common_error(plan.rig)[0] * part_n
+    read_n = max(part_n - common_n - bias_n - tolerance_n, 0.0)
+    has_second = second.source is not SecondForceSource.NONE
+    losses = {
+        "lateral force": elastic_limit_n - part_n,
+        "errors common to the channels": common_n,
+        "second channel's zero" if bias_n > shift_n and has_second else "drift of the zero": bias_n,
+        "second channel's tolerance and noise": tolerance_n,
+        "gain": read_n * relative / (1.0 + relative),
+        "headroom": headroom(noise_n, plan.procedure.step_n),
+    }
+    return sorted(losses.items(), key=lambda each: -each[1])
+
+
+def _channel_errors(
+    plan: Plan, noise_n: float, shift_n: float, second_noise_n: float
+) -> tuple[float, float, float]:
+    """Tolerance in N, relative tolerance, and error of the zero in N, of the force channels."""
+    rig, second = plan.rig, plan.rig.second_force
+    if second.source is SecondForceSource.NONE:
+        too_little = max(3.0 * rig.force.gain_uncertainty, rig.force.nonlinearity or 0.0)
+        if too_little >= 1.0:
+            raise RefusedError(
+                f"3 times the gain's uncertainty of {rig.force.gain_uncertainty:.0%}, or its"
+                " nonlinearity, is all of the reading, and nothing checks the only force channel",
+                hint="calibrate the force sensor (rig.force.gain_uncertainty), or declare a second"
+                " force channel",
+            )
+        relative = too_little / (1.0 - too_little)
+        return 0.0, relative, shift_n * (1.0 + relative)
+    tolerance_n = second.tolerance_n + cross_blind_n(rig, noise_n, second_noise_n)
+    return tolerance_n, second.tolerance_relative, max(shift_n, second_zero_n(second))
 
 
 def _check_touch(touch_force_n: float, noise_n: float) -> None:

@@ -10,13 +10,14 @@ from collections.abc import Iterator
 
 from stepload.envelope.bounds import AGE_S
 from stepload.envelope.ladder import headroom
+from stepload.envelope.pressing import largest_losses
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import CountedLimit
 from stepload.errors import DomainError, RefusedError
 from stepload.estimators.identifiability import Identifiability
 from stepload.estimators.smooth import NORMAL_95
 from stepload.plan.model import Plan, Provenance
-from stepload.units import format_quantity
+from stepload.units import format_quantity, rounded_down
 
 MOST_WORDS = 24
 """Words of a text from elsewhere that a finding quotes."""
@@ -56,6 +57,7 @@ def _above(plan: Plan, safe_n: float, counted: CountedLimit) -> str:
     """The top force beside F_c, or beside what is left of it on this rig."""
     top_n = plan.procedure.top_force_n
     top, used = format_quantity(top_n, "N"), format_quantity(counted.lower_n, "N")
+    safe = format_quantity(rounded_down(safe_n), "N")
     if top_n > counted.value_n:
         return (
             f"{top} is {top_n / counted.value_n:.3g} times the elastic limit of the contact,"
@@ -64,15 +66,14 @@ def _above(plan: Plan, safe_n: float, counted: CountedLimit) -> str:
     capacity_n = min(plan.rig.arm.max_push_n, 0.95 * plan.rig.force.range_n)
     headroom_n = headroom(plan.rig.force.noise_n, plan.procedure.step_n)
     if safe_n >= 0.999 * (capacity_n - headroom_n):
-        return (
-            f"{top} is above the {format_quantity(safe_n, 'N')} that arm and force sensor leave,"
-            " headroom taken off."
-        )
+        return f"{top} is above the {safe} that arm and force sensor leave, headroom taken off."
+    name, loss_n = largest_losses(plan, counted.lower_n)[0]
+    loss = f"{name}, {format_quantity(loss_n, 'N')}."
     if safe_n <= 0.0:
-        return f"Sensor errors, drift and headroom leave nothing of F_c = {used} (used) to press."
+        return f"Nothing of F_c used ({used}) is left to press. Largest loss: {loss}"
     return (
-        f"{top} is above the largest safe top force, {format_quantity(safe_n, 'N')}: F_c used"
-        f" is {used}, less sensor errors and headroom."
+        f"{top} is above the largest safe top force, {safe}. Largest loss from F_c used ({used}):"
+        f" {loss}"
     )
 
 
@@ -124,7 +125,8 @@ def rig_reasons(plan: Plan, secant_n_per_m: float) -> Iterator[Reason]:
     relative = system.sigma_n_per_m / system.stiffness_n_per_m
     quality = plan.identify.compensation_quality_s
     cost = NORMAL_95 * relative * secant_n_per_m / system.stiffness_n_per_m
-    effect = f"{format_quantity(system.stiffness_n_per_m, 'N/m')} ± {100.0 * relative:.2g} %"
+    known = f"{100.0 * NORMAL_95 * relative:.2g} % (95 %)"
+    effect = f"{format_quantity(system.stiffness_n_per_m, 'N/m')} ± {known}"
     if plan.rig.displacement is None and plan.identify.kind != "system":
         if system.provenance is Provenance.INDICATIVE:
             yield Reason(
@@ -135,7 +137,8 @@ def rig_reasons(plan: Plan, secant_n_per_m: float) -> Iterator[Reason]:
         elif relative * quality > 1.0:
             yield Reason(
                 "stiffness_uncertain", Severity.WARN,
-                f"K_s is known as {effect}; s = {quality:g} asks for {1.0 / quality:.1%}."
+                f"K_s is known as {effect}; s = {quality:g} asks for"
+                f" ±{100.0 * NORMAL_95 / quality:.2g} %."
                 f" It costs ±{100.0 * cost:.2g} % of the result.",
                 "stepload calibrate again, with more force and more levels",
                 relative, 1.0 / quality, "", cost, "rig.system_stiffness",

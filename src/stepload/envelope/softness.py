@@ -15,7 +15,7 @@ from stepload.envelope.theory import Theory
 from stepload.plan.model import Plan
 from stepload.units import format_quantity
 
-SPARE = 1.5
+SPARE = 1.25
 """Factor on the expected time of a step, which must then be below the time allowed for it."""
 
 

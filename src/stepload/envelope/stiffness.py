@@ -13,6 +13,7 @@ from stepload.estimators.deflection import (
     BEYOND,
     DeflectionTable,
 )
+from stepload.estimators.smooth import NORMAL_95
 from stepload.units import format_quantity
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def stiffness_reasons(plan: Plan) -> Iterator[Reason]:
         yield Reason(
             "no_deflection_table", Severity.NOTE,
             f"No table of the system's deflection in this pose ({known.why_no_table}): K_s counts "
-            f"as known to {relative:.1%}.",
+            f"as known to ±{100.0 * NORMAL_95 * relative:.2g} % (95 %).",
             "measure one in this pose: stepload calibrate PLAN --record FILE",
             relative, math.nan, "",
         )  # fmt: skip

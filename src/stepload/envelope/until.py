@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -101,16 +101,17 @@ def until_of(plan: Plan, theory: Theory) -> Until | None:
 
 
 def expected_result(plan: Plan, theory: Theory) -> Quantity:
-    """The chord of a run by theory's law, with the interval that the known errors alone give.
+    """The chord of a run by theory's stiffest law, with the interval that the known errors give.
 
     Raises:
         DomainError: there is no contact law, or no loading, to predict from.
     """
     conditions = conditions_of(plan, theory)
-    course, law_m, bend_m = _loading(plan, theory, conditions, plan.procedure.levels_n)
+    stiffest = replace(theory, law=theory.stiffest)
+    course, law_m, bend_m = _loading(plan, stiffest, conditions, plan.procedure.levels_n)
     looked = plan.procedure.until is not None
     return expected_chord(
-        sources_only(conditions, without_error(course, law_m + bend_m), looked=looked)
+        sources_only(conditions, without_error(course, law_m + bend_m), looked=looked), held=True
     )
 
 

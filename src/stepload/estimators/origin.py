@@ -141,7 +141,7 @@ _RULES: dict[str, Callable[[Origin, Origin, float], Common]] = {
     "force calibration": _gain,
     "force linearity": _gain,
     "smooth deformation error": _smooth,
-    "force across the axis": _across,
+    "lateral force": _across,
     "misalignment of sensor and plate": _mounting,
     "gauge off the axis of an arm that turns": _machine,
 }

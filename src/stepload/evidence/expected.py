@@ -7,18 +7,22 @@ narrower.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.smooth import smooth_lengths
 from stepload.evidence import figures
-from stepload.evidence.chord import chord
-from stepload.evidence.elastic import elastic_of
+from stepload.evidence.chord import Chord, chord
+from stepload.evidence.elastic import Elastic, elastic_of
 from stepload.evidence.errors import errors_of
-from stepload.evidence.loops import loops_of
+from stepload.evidence.loops import Loop, loops_of
 from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Quantity
+from stepload.evidence.rehearse import TO_SIGMA, creep_threshold
+from stepload.evidence.signs import hold_creep
 
 SAMPLES_HZ = 50.0
 """Samples per second. A rig is faster, but averaging of more noise is not counted on."""
@@ -47,16 +51,18 @@ def loading(
     return np.arange(force_n.size) / SAMPLES_HZ, force_n, np.concatenate(held)
 
 
-def expected_chord(run: Pressed) -> Quantity:
+def expected_chord(run: Pressed, *, held: bool = False) -> Quantity:
     """The chord of a run's first loading with the interval that its sources of error alone give.
 
     Args:
         run: a loading without error, and what is known of the errors of the one to come.
+        held: whether the creep counts that its holds cannot exclude.
 
     Raises:
         DomainError: the loading has too few places of different force.
     """
-    first = loops_of(run.tracks, run.conditions.bend, 0.0)[0].loading
+    loops = loops_of(run.tracks, run.conditions.bend, 0.0)
+    first = loops[0].loading
     main = chord(first)
     elastic = elastic_of(first, main, run.conditions.bend)
     lengths = smooth_lengths(run.conditions.sources.smooth_length_n, elastic.top_n)
@@ -67,8 +73,20 @@ def expected_chord(run: Pressed) -> Quantity:
         errors=[errors_of(run, first, elastic, None, length_n) for length_n in lengths],
         law_sets=[],
         power=elastic.q,
+        left=figures.Discrepancies(
+            creep_m=_unseen_creep(run, loops, main, elastic) if held else 0.0
+        ),
     )
     return figures.quantities(run, reading)["chord"]
+
+
+def _unseen_creep(run: Pressed, loops: Sequence[Loop], main: Chord, elastic: Elastic) -> float:
+    """Standard uncertainty in m of the creep that holds as planned do not exclude."""
+    creep = hold_creep(loops, main.from_n, elastic)
+    if creep is None:
+        return 0.0
+    limit_m = creep_threshold(creep, loops, elastic, run.conditions.sources)
+    return limit_m * creep.total_per_mean / TO_SIGMA
 
 
 def without_error(

@@ -83,7 +83,7 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
 
     sideways = run.sideways.relative * abs(bend) / main.span_m
     common = [
-        Line("force across the axis", run.sideways.size, sideways),
+        Line("lateral force", run.sideways.size, sideways),
         *run.askew.lines(q, main.from_n, main.to_n, main.span_m),
         *read_from.lines,
     ]

@@ -74,7 +74,7 @@ class Sideways:
                 "it did so as in the calibration is not known: record all six axes of the force "
                 "sensor and calibrate dry and greased, or measure with a gauge across the contact"
             )
-        return "force across the axis is not in the data: its share is not known"
+        return "lateral force is not in the data: its share is not known"
 
 
 def expected_sideways(told: Conditions) -> Sideways:

@@ -36,7 +36,7 @@ class Alignment:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Nulling:
-    """Before a level is held, the force across the axis is taken off sideways."""
+    """Before a level is held, the lateral force is taken off sideways."""
 
     time_constant_s: Annotated[
         float | None,

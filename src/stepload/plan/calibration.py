@@ -113,9 +113,7 @@ class CalibrationRecord:
     share_reach: Annotated[
         _Part, Key("How far from it the shares went from which `across` was measured.")
     ] = 0.0
-    across_told: Annotated[
-        Remark, Key("What the runs tell of the force across the axis, in words.")
-    ] = ""
+    across_told: Annotated[Remark, Key("What the runs tell of the lateral force, in words.")] = ""
     damping_n_s_per_m: Annotated[Damping, Key("Damping C_s, a lower bound.")] = 0.0
     force_from_n: Annotated[Force, Key("Lowest force of the fit.")]
     force_to_n: Annotated[Force, Key("Highest force of the fit.")]
@@ -182,7 +180,7 @@ def _impossible(source: Source, record: CalibrationRecord) -> Iterator[Problem]:
         yield source.problem(1, 1, "tcp_position and tcp_rotation: three numbers each, or none")
     told = record.across_m_per_n, record.across_sigma_m_per_n, record.at_share
     if problem := across_problem(*told):
-        yield source.problem(1, 1, f"force across the axis: {problem}")
+        yield source.problem(1, 1, f"lateral force: {problem}")
     rows = record.deflection_force_n, record.deflection_m, record.deflection_sigma_m
     if not any(rows):
         return

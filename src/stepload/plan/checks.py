@@ -219,12 +219,12 @@ def _table(stiffness: SystemStiffness) -> Iterator[Impossibility]:
 
 
 def _across(stiffness: SystemStiffness) -> Iterator[Impossibility]:
-    """The numbers of the force across the axis: two each, and none without its error."""
+    """The numbers of the lateral force: two each, and none without its error."""
     told = stiffness.across_m_per_n, stiffness.across_sigma_m_per_n, stiffness.at_share
     if problem := across_problem(*told):
         yield Impossibility(
             ("across",),
-            f"force across the axis: {problem}",
+            f"lateral force: {problem}",
             "two numbers each, for the sensor's two other axes in the order x, y, z; `stepload "
             "calibrate` measures them",
         )

@@ -25,12 +25,16 @@ _SUFFIXES = {"degC": "c", "%": "", "m/s": "m_s", "m/s^2": "m_s2", "1/K": "per_k"
 
 
 class LeafError(Exception):
-    """A value that may not stand where it does; `hint` says what was expected."""
+    """A value that may not stand where it does.
 
-    def __init__(self, message: str, hint: str) -> None:
+    `hint` says what was expected; `quoted` whether the value in quotes would do.
+    """
+
+    def __init__(self, message: str, hint: str, *, quoted: bool = False) -> None:
         super().__init__(message)
         self.message = message
         self.hint = hint
+        self.quoted = quoted
 
 
 @dataclass(frozen=True, slots=True)
@@ -292,9 +296,8 @@ def _text(
 ) -> str:
     hint = f"expected {expected}"
     if not isinstance(value, str):
-        if isinstance(value, (bool, int, float)):
-            hint += f'; put it in quotes: "{printable(str(value))}"'
-        raise LeafError(f"{_shown(value)} is not a text", hint)
+        quoted = isinstance(value, (bool, int, float))
+        raise LeafError(f"{_shown(value)} is not a text", hint, quoted=quoted)
     if not value.strip() and not empty:
         raise LeafError("an empty text", hint)
     if len(value) > limit:

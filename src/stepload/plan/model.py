@@ -6,7 +6,7 @@ Other rooms import every part of a plan from here.
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, ClassVar
 
@@ -178,7 +178,7 @@ class Procedure:
     nulling: Annotated[
         Nulling | None,
         Key(
-            "Takes force across the axis off before a level is held; `{}` takes all defaults. For "
+            "Takes lateral force off before a level is held; `{}` takes all defaults. For "
             "lowering that force only, it biases the result of a tool that is not aligned; none: "
             "not done."
         ),
@@ -280,7 +280,9 @@ class Plan:
             PlanError: with the place at which each option is to be written.
         """
         if self.missing:
-            raise PlanError(self.missing)
+            first, *others = self.missing
+            first = replace(first, hint=f"{first.hint}; or add --dry-run to rehearse")
+            raise PlanError((first, *others))
 
     @property
     def digest(self) -> str:

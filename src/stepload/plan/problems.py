@@ -11,7 +11,8 @@ from stepload.errors import BadInputError
 MAX_PROBLEMS = 50
 """Problems shown; the rest are counted."""
 
-_WIDTH = 120
+_WIDTH = 72
+"""Characters of a line of the file; with its number, a screen is 80 columns wide."""
 
 
 def printable(text: str, limit: int = 60) -> str:

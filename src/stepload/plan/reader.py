@@ -173,7 +173,11 @@ def _leaf(name: str, leaf: Leaf, node: Node, problems: list[Problem]) -> object:
     try:
         return leaf.read(value)
     except LeafError as error:
-        raise _refused(problems, node, f"{name}: {error.message}", error.hint) from None
+        message, hint = f"{name}: {error.message}", error.hint
+        if error.quoted and isinstance(node, Scalar):
+            message = f"{name}: {printable(node.text)} is not a text"
+            hint += f'; put it in quotes: "{printable(node.text)}"'
+        raise _refused(problems, node, message, hint) from None
 
 
 def _refused(problems: list[Problem], node: Node, message: str, hint: str = "") -> UnknownError:

@@ -261,7 +261,13 @@ class SecondForce:
         Choice(tuple(SecondForceSource)),
         Key("none, the arm's own estimate, or a second force sensor."),
     ] = SecondForceSource.NONE
-    tolerance_n: Annotated[ForceOrZero, Key("Allowed difference, absolute part.")] = 0.0
+    tolerance_n: Annotated[
+        ForceOrZero,
+        Key(
+            "Allowed difference, absolute part; more where the second zero and what the stated "
+            "drift may come to in a cycle are more."
+        ),
+    ] = 0.0
     tolerance_relative: Annotated[Share, Key("Allowed difference, share of the force.")] = 0.0
     time_s: Annotated[Duration, Key("How long the difference may last.")] = 0.02
     noise_n: Annotated[

@@ -38,10 +38,14 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Scalar:
-    """A single value: None, bool, int, float or str by the YAML 1.2 core schema."""
+    """A single value: None, bool, int, float or str by the YAML 1.2 core schema.
+
+    `text` is what is written.
+    """
 
     place: Place
     value: bool | int | float | str | None
+    text: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +154,8 @@ class _Builder:
             while not isinstance(item := next(events), ev.SequenceEndEvent):
                 items.append(self.node(item, events, depth + 1))
             return Sequence(place, items)
-        return Scalar(place, resolve(event.value) if event.style is None else event.value)
+        value = resolve(event.value) if event.style is None else event.value
+        return Scalar(place, value, event.value)
 
     def mapping(self, place: Place, events: Iterator[ev.Event], depth: int) -> Mapping:
         mapping = Mapping(place)

@@ -66,11 +66,11 @@ def across_of_runs(runs: Sequence[SavedRun]) -> AcrossRuns:
     if silent := [str(run.path) for run in runs if run.data.across_n is None]:
         if len(silent) < len(runs):
             raise BadInputError(
-                f"{', '.join(silent)}: no force across the axis is told there, as it is in the "
+                f"{', '.join(silent)}: no lateral force is told there, as it is in the "
                 "others; with them under which friction K_s was measured would be lost",
                 hint="leave these runs out, or press again with a six-axis force sensor",
             )
-        return AcrossRuns(None, f"the force sensor tells no force across the axis: {NOT_KNOWN}")
+        return AcrossRuns(None, f"the force sensor tells no lateral force: {NOT_KNOWN}")
     fit = fit_across(
         [_cells(run) for run in runs],
         contacts=[series_contact(run.conditions) for run in runs],
@@ -115,7 +115,7 @@ def _told(fit: AcrossFit) -> str:
     ]
     c = np.array(fit.across.per_newton_m) * fit.stiffness_n_per_m
     text = (
-        f"force across the axis: {span}; per newton across {c[0]:+.3f} and {c[1]:+.3f} of what one "
+        f"lateral force: {span}; per newton across {c[0]:+.3f} and {c[1]:+.3f} of what one "
         f"along does; at a share of {TYPICAL_SHARE:.0%} beside the calibrated one known along "
         f"{' and '.join(along)} of the deflection (standard uncertainty)"
     )

@@ -285,7 +285,7 @@ def _against(each: ComparedRun, given: CurveGiven, tolerance: float) -> AgainstC
 def _friction(each: ComparedRun) -> float:
     """Effect of friction on the arm, as a share of the stiffness; no fit's budget has it."""
     lines = each.found.headline.lines if each.found.headline is not None else ()
-    return next((line.relative for line in lines if line.source == "force across the axis"), 0.0)
+    return next((line.relative for line in lines if line.source == "lateral force"), 0.0)
 
 
 def _curve_secant(fit: Fit, result: CurveComparison) -> float | None:

@@ -114,7 +114,7 @@ def _doubted(found: Difference, runs: Sequence[ComparedRun]) -> Difference:
     if (apart := shares_apart([each.found.run.sideways for each in runs])) > LATERAL_SHARE:
         shown, limit = beside_limit(apart, LATERAL_SHARE)
         doubts.append(
-            f"their shares of force across the axis differ by {shown} (allowed {limit}), and one "
+            f"their shares of lateral force differ by {shown} (allowed {limit}), and one "
             "K_s does not hold for both: calibrate dry and greased"
         )
     if not doubts:

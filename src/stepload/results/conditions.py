@@ -129,12 +129,12 @@ def _across(data: Any) -> Across:
     found = Across(**told)
     pairs = found.per_newton_m, found.sigma_m_per_n, found.at_share
     if any(pair is not None and len(pair) != 2 for pair in pairs):
-        raise ValueError("two numbers are needed for the force across the axis")
+        raise ValueError("two numbers are needed for the lateral force")
     numbers = [*(v for pair in pairs for v in pair or ()), found.correlation, found.reach]
     if not all(isinstance(v, int | float) and math.isfinite(v) for v in numbers):
-        raise ValueError("a number of the force across the axis is not finite")
+        raise ValueError("a number of the lateral force is not finite")
     if min(*found.sigma_m_per_n, found.reach, 1.0 - abs(found.correlation)) < 0.0:
-        raise ValueError("an uncertainty of the force across the axis is impossible")
+        raise ValueError("an uncertainty of the lateral force is impossible")
     return found
 
 

@@ -19,6 +19,7 @@ from stepload.plan.hazards import read_words, rig_argument
 from stepload.plan.places import place_of
 from stepload.plan.references import names_a_file
 from stepload.units import format_quantity as f
+from stepload.units import rounded_down
 
 COLUMNS = 80
 MOST_FINDINGS = 3
@@ -59,15 +60,17 @@ def duration(seconds: float) -> str:
 def finding_lines(envelope: Envelope) -> list[str]:
     """What changes the verdict, the costliest first, each with its remedy and the key's place."""
     lines: list[str] = []
-    remedies = set()
+    shown: list[Reason] = []
     words = len(headline(envelope).split())
-    for number, reason in enumerate(findings(envelope.reasons)[:MOST_FINDINGS], 1):
+    for reason in findings(envelope.reasons)[:MOST_FINDINGS]:
         words += len(f"{reason.message} {reason.remedy}".split()) + 2
-        if words > MOST_WORDS and number > 1:
+        if words > MOST_WORDS and shown:
             break
+        shown.append(reason)
+    last = {reason.remedy: number for number, reason in enumerate(shown, 1)}
+    for number, reason in enumerate(shown, 1):
         lines.append(_wrapped(f"  {number} {reason.message}", 4))
-        if reason.remedy and reason.remedy not in remedies:
-            remedies.add(reason.remedy)
+        if reason.remedy and last[reason.remedy] == number:
             lines.append(_remedy(envelope, reason))
     return lines
 
@@ -103,7 +106,9 @@ def last_lines(envelope: Envelope) -> list[str]:
     room = COLUMNS - len(line)
     if room > len(more) + 1:
         return [f"{line}{more:>{room}}"]
-    return [line, more] if room >= 0 else [f"stepload hazards {shown} ({read_words(plan)})", more]
+    if room < 0:
+        line = _wrapped(f"stepload hazards {shown} ({read_words(plan)})", 2)
+    return [line, more]
 
 
 def _figures(envelope: Envelope) -> Iterator[tuple[str, str, str]]:
@@ -112,7 +117,11 @@ def _figures(envelope: Envelope) -> Iterator[tuple[str, str, str]]:
     yield "top force", f(top_n, "N"), _of_limit(envelope)
     if refused:
         safe_n = envelope.largest_safe_force_n
-        yield "largest safe", f(safe_n, "N"), "F_c used, less sensor errors and headroom"
+        yield (
+            "largest safe",
+            f(rounded_down(safe_n), "N"),
+            "F_c used, less sensor errors and headroom",
+        )
     else:
         yield "stops at", f(envelope.force_limit_n, "N"), chance_words(envelope)
     laws = [theory.stiffest, theory.softest] if theory.is_range else [theory.law]
@@ -182,7 +191,7 @@ def _narrower(expected: Quantity) -> str:
     total = combined(expected.lines)
     left = math.sqrt(total**2 - 0.75 * widest.relative**2)
     half = math.sinh(NORMAL_95 * left)
-    return f"half the error of {widest.source}: {half_width(half)}"
+    return f"half the widest error ({widest.source}): {half_width(half)}"
 
 
 def _row(label: str, value: str, note: str) -> str:

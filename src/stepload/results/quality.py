@@ -86,7 +86,7 @@ def summary(found: ContactQuality | Missing) -> str:
         return ""
     slips = len(found.slips)
     slipped = f"{slips} slip event{'s' if slips > 1 else ''}" if slips else "no slip event"
-    parts = [f"force across the axis {found.share:.1%} of that along it", slipped]
+    parts = [f"lateral force {found.share:.1%} of that along it", slipped]
     if found.loop.kind in _LOOPS:
         parts.insert(1, _LOOPS[found.loop.kind])
     if (point := found.eccentric) is not None:

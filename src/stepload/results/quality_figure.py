@@ -43,10 +43,10 @@ def share_over_force(found: ContactQuality) -> str:
 def quality_figure(found: ContactQuality) -> Figure:
     """The figure with its caption."""
     return Figure(
-        "contact", "Force across the axis",
+        "contact", "Lateral force",
         "Force along the sensor's two axes across, as a share of that along the pressing axis, with"
         " twice the standard uncertainty by noise; dotted: the second cycle. Loading and unloading"
         " that differ are sliding friction.",
-        "share of the force across the axis over the force",
+        "share of the lateral force over the force",
         partial(share_over_force, found),
     )  # fmt: skip

@@ -78,7 +78,7 @@ def sideways(events: Sequence[Event]) -> tuple[str, ...]:
         largest_n = max(number_or_nan(data.get("before_n")) for data in nulled)
         left_n = max(number_or_nan(data.get("after_n")) for data in nulled)
         told.append(
-            f"nulling was on: before {len(nulled)} holds the force across the axis was taken off"
+            f"nulling was on: before {len(nulled)} holds the lateral force was taken off"
             f" sideways, from {largest_n:.3g} N at the most to {left_n:.3g} N; where tool and"
             " sensor are not aligned this biases the stiffness (0.3 to 5 % at 2 deg in simulation)"
         )

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import shutil
 import sys
 import textwrap
@@ -38,6 +39,8 @@ NARROW = 80
 MOST_REASONS = 3
 LONGEST_WORD = 20
 """Words longer than this are broken in a table: paths, identifiers."""
+_OF_A_FILE = re.compile(r" *\d* \| ")
+"""A line of a user's file, with its number."""
 BESIDE = 2
 """Characters between two columns of a table."""
 
@@ -183,6 +186,13 @@ class Output:
 
     def error(self, error: SteploadError) -> None:
         """A clear error on standard error; with `--json` an error object on standard output too."""
+        shown = visible(f"error: {error}")
+        if sys.stderr.isatty():
+            columns = shutil.get_terminal_size().columns
+            shown = "\n".join(
+                line if _OF_A_FILE.match(line) else _wrapped(line, columns, "     ")
+                for line in shown.split("\n")
+            )
         with _perhaps_gone(sys.stderr):
-            print(visible(f"error: {error}"), file=sys.stderr, flush=True)
+            print(shown, file=sys.stderr, flush=True)
         self.result({"error": error.message, "hint": error.hint, "exit_code": error.exit_code})

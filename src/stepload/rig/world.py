@@ -84,7 +84,7 @@ class WorldSpec:
 
     `drift_m_s` is the speed at which the surface comes nearer, unseen by the arm; `slip_m` lost
     motion between the measured travel and the drive. The load path's compliance is
-    1/K_s (1 + `softness` exp(−F/`softness_force_n`)). `lateral` is the force across the axis over
+    1/K_s (1 + `softness` exp(−F/`softness_force_n`)). `lateral` is the lateral force over
     the force along it; the force sensor reads `cross_talk` of it along the axis, and besides
     errors of `sensor_quadratic` and `sensor_cubic` of full scale at full scale.
     Force sensors of `six_components` have noise across the axis too. `mount` gives

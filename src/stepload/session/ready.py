@@ -26,8 +26,6 @@ def refuse_simulated(plan: Plan) -> None:
     named = simulated_devices(plan)
     if named:
         raise RefusedError(
-            f"{named[0]} names the driver {SIMULATED}, which simulates a payload of its own and"
-            " not the plan's: what it says is no measurement",
-            hint="rehearse the plan with --dry-run, or name the drivers of your devices: "
-            + ", ".join(f"{key}.driver" for key in named),
+            f"{', '.join(named)}: simulated, so nothing can be pressed",
+            hint="add --dry-run to rehearse; name the drivers of your devices to press",
         )

@@ -71,6 +71,17 @@ def test_a_zero_that_drifts_as_stated_stops_no_sound_run(sign: float) -> None:
     assert abs(engine.course.zero_shift_n) > 1.5
 
 
+def test_r11_leaves_room_for_the_stated_drift_beside_a_second_channel() -> None:
+    """On the way that ends by R11 above, where the rig file states no drift."""
+    plan = long_way(max_drift_n=6.0, surface_distance_m=4.5e-3, retract_m=1.5e-4)
+    force = replace(plan.rig.force, drift_n_per_s=0.1)
+    plan = replace(plan, rig=replace(plan.rig, force=force))
+    spec = spec_for(plan, 4, force_drift_n_per_s=-0.1)
+    engine = pressed(plan, spec, False).engine
+    assert engine.cause is None
+    assert engine.course.levels_done == 2
+
+
 def test_a_zero_that_moves_beyond_the_drift_allowed_still_ends_the_run() -> None:
     plan = long_way(max_drift_n=2.0, surface_distance_m=6e-3, retract_m=1.5e-4)
     engine = pressed(plan, spec_for(plan, 4, force_drift_n_per_s=-0.1), True).engine

@@ -46,7 +46,7 @@ def _last(engine: Engine, kind: str) -> Mapping[str, Any]:
 
 @pytest.mark.parametrize("make", [stvf_plan, ur_plan])
 @pytest.mark.parametrize("softness", [0.1, *long([1.0]), 300.0])
-@pytest.mark.parametrize("force_n", [1.5, 20.0, 50.0])
+@pytest.mark.parametrize("force_n", [1.5, 20.0, 50.0, 150.0])
 def test_a_start_pose_in_contact_is_found(make: Any, softness: float, force_n: float) -> None:
     bench = _pressed(make(**QUICK), force_n, softness)
     engine = run(bench, 20.0)
@@ -58,18 +58,6 @@ def test_a_start_pose_in_contact_is_found(make: Any, softness: float, force_n: f
     assert bench.peak_n == pytest.approx(force_n, rel=0.02)
     left_n = bench.rig.world.true_force_n
     assert left_n < 0.5 * force_n if softness == 300.0 else left_n == 0.0
-
-
-@pytest.mark.parametrize("make", [stvf_plan, ur_plan])
-def test_a_start_pose_that_presses_hard_is_left_as_it_was_found(make: Any) -> None:
-    """A reading that falls by half of F_lim may be one of wrong signs, which no zero shows yet."""
-    bench = _pressed(make(**QUICK), 150.0, 0.1)
-    engine = run(bench, 20.0)
-    assert engine.cause is not None
-    assert engine.cause.rule == "pressed_back"
-    assert engine.target_m == pytest.approx(engine.course.start_m, abs=1e-9)
-    assert bench.rig.world.true_force_n == pytest.approx(150.0, rel=0.02)
-    assert bench.peak_n < 1.1 * 150.0
 
 
 @pytest.mark.parametrize("make", [stvf_plan, ur_plan])

@@ -17,7 +17,7 @@ from stepload.engine.retract import not_open
 from stepload.engine.supervisor import Supervisor
 from stepload.engine.watch import Breach
 from stepload.plan.model import Plan, SecondForce, SecondForceSource
-from stepload.record.outcome import RunOutcome
+from stepload.record.outcome import RunOutcome, RunStatus
 from stepload.record.rows import Phase
 from stepload.rig.samples import ForceSample
 from stepload.rig.world import WorldFault
@@ -173,10 +173,8 @@ def test_a_stop_before_the_first_zero_is_not_called_clear() -> None:
         device.open(1.0)
     bench.operator.press()
     outcome = run_loop(bench.engine, bench.rig, NullRecorder())
-    assert bench.rig.world.true_force_n > 50.0
-    assert bench.rig.world.true_force_n == pytest.approx(bench.peak_n, rel=0.01)
-    assert outcome.cause is not None
-    assert outcome.cause.rule == "pressed_back"
+    assert 50.0 < bench.rig.world.true_force_n < bench.peak_n
+    assert outcome.status is RunStatus.INTERRUPTED
     assert not bench.engine.safe_reached
     assert "clear of the surface" not in outcome.why
 

@@ -1,4 +1,4 @@
-"""Force across the axis: what is taken out, how sure it is, and what runs tell of it."""
+"""Lateral force: what is taken out, how sure it is, and what runs tell of it."""
 
 from __future__ import annotations
 

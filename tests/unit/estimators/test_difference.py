@@ -144,7 +144,7 @@ def test_what_the_records_do_not_tell_stays_open() -> None:
 
 
 FRICTION, ASKEW, TURNS = (
-    "force across the axis", "misalignment of sensor and plate",
+    "lateral force", "misalignment of sensor and plate",
     "gauge off the axis of an arm that turns",
 )  # fmt: skip
 

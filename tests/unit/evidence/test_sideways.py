@@ -1,4 +1,4 @@
-"""The force across the axis: which rule holds for a run, what it leaves and what it blocks."""
+"""The lateral force: which rule holds for a run, what it leaves and what it blocks."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def test_it_stands_in_the_budget() -> None:
     assert quiet.headline.verdict is ResultVerdict.IDENTIFIED
     unknown = Sideways("unknown", relative=UNKNOWN_FRICTION)
     evidence = weigh(press(World(said={"sideways": unknown})))
-    [line] = [x for x in evidence.headline.lines if x.source == "force across the axis"]
+    [line] = [x for x in evidence.headline.lines if x.source == "lateral force"]
     assert line.relative > 0.02
     assert evidence.headline.half_width > quiet.headline.half_width
     assert unknown.note in evidence.notes

@@ -287,7 +287,7 @@ def test_a_choice_is_read_as_the_element_it_equals() -> None:
         (Number(0.0, 9.0, above=True), float("nan"), "nan is not a plain", "above 0 up to 9"),
         (Number(0, 9, integer=True), 3.0, "3.0 is not a whole number", "from 0 to 9"),
         (Number(0, 9, integer=True), False, "false is not a whole number", "from 0 to 9"),
-        (Text(5), 7, "7 is not a text", 'put it in quotes: "7"'),
+        (Text(5), 7, "7 is not a text", "one line of at most 5"),
         (Text(5), [], "a list is not a text", "one line of at most 5"),
         (Text(5), "  ", "an empty text", "one line of at most 5"),
         (Text(5), "123456", "a text of 6 characters", "at most 5 characters"),

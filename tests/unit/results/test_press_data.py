@@ -1,4 +1,4 @@
-"""One zero of travel for all cycles, the touches beside it, and the force across the axis."""
+"""One zero of travel for all cycles, the touches beside it, and the lateral force."""
 
 from __future__ import annotations
 

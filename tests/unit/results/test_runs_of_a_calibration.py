@@ -47,7 +47,7 @@ def test_a_run_that_is_not_known_to_be_of_an_arm_does_not_take_the_three_numbers
 
 
 def test_a_run_without_the_force_across_does_not_take_the_three_numbers_along() -> None:
-    with pytest.raises(BadInputError, match=r"b\.mcap: no force across the axis is told there"):
+    with pytest.raises(BadInputError, match=r"b\.mcap: no lateral force is told there"):
         across_of_runs([run("a"), run("b", across=False)])
     alone = across_of_runs([run("a", across=False), run("b", across=False)])
     assert "under which friction K_s was measured is not known" in alone.told

@@ -111,7 +111,7 @@ def test_version_inputs_and_a_package(rtde, peers):
 
 def test_text_and_packages_of_another_layout_are_passed_over(rtde):
     other = encode(frames.DATA, b"\x01abc")
-    text = encode(frames.TEXT, b"\x02hi")
+    text = encode(ord("M"), b"\x02hi")
     with rtde(text, other, package(stamp_s=7.0)) as connection:
         connection.start(125.0)
         assert connection.read().timestamp_s == 7.0
@@ -126,7 +126,7 @@ def test_a_package_that_cannot_be_true_is_an_error(rtde):
 
 
 def test_what_has_arrived_is_taken_at_once_and_silence_is_not_an_error(rtde, clock):
-    both = package(stamp_s=1.0) + encode(frames.TEXT, b"x") + package(stamp_s=2.0)
+    both = package(stamp_s=1.0) + encode(ord("M"), b"x") + package(stamp_s=2.0)
     with rtde(both, package(stamp_s=3.0), delay_s=0.001) as connection:
         connection.start(500.0)
         assert [state.timestamp_s for state in connection.arrived(0.05)] == [1.0, 2.0]
@@ -159,7 +159,7 @@ def test_silence_ends_at_the_deadline(rtde, clock):
 
 def test_a_peer_that_drips_other_frames_for_ever_ends_at_the_deadline(rtde, clock):
     began_s = clock.now_s
-    with rtde(*[encode(frames.TEXT, b"x")] * 500) as connection:
+    with rtde(*[encode(ord("M"), b"x")] * 500) as connection:
         connection.start(125.0)
         with pytest.raises(DeviceError, match="in time"):
             connection.read()

@@ -77,7 +77,7 @@ class Case:
         world: its name; `seed` with it makes the same case again.
         ideal: a power law or a declared roughness, with errors of the declared sizes.
         unseen: what is wrong leaves no trace in a record of this kind.
-        lateral: force across the axis over the axial one.
+        lateral: lateral force over the axial one.
         six_axes: whether the sensor sees it.
         settled: what is as true as the prompt law where a contact creeps faster than it is pressed;
             None: nothing is.

@@ -257,7 +257,7 @@ def wrong_stiffness_table(name: str, seed: int, rng: Rng) -> Case:
 
 
 def lateral(name: str, seed: int, rng: Rng) -> Case:
-    """A force across the axis, which bends the arm along it; one sensor in five does not see it."""
+    """A lateral force, which bends the arm along it; one sensor in five does not see it."""
     case = replace(start(name, seed, rng), six_axes=bool(rng.uniform() < 0.8))
     share, coupling = rng.uniform(0.0, 0.3), rng.uniform(0.05, 0.6) * float(rng.choice([-1, 1]))
     straight = case.contact.system
