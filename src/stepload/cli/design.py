@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from stepload.errors import BadInputError
-from stepload.results.terminal import AsJson, Output, Processes
+from stepload.results.terminal import AsJson, Output
 
 
 def design(
@@ -26,16 +26,6 @@ def design(
             "--surface-distance", help="Travel from the start pose to the surface, with its unit."
         ),
     ] = "5 mm",
-    samples: Annotated[
-        int, typer.Option("--samples", min=1, help="Simulated runs of each plan that is tried.")
-    ] = 250,
-    seed: Annotated[
-        int,
-        typer.Option(
-            "--seed", min=0, help="Seed of all random draws; the same seed gives the same plan."
-        ),
-    ] = 1,
-    processes: Processes = None,
     out: Annotated[Path, typer.Option("--out", help="Plan to write; it must be new.")] = Path(
         "designed.yaml"
     ),
@@ -43,15 +33,13 @@ def design(
 ) -> None:
     """Write the plan with the narrowest interval, below the elastic limit and within a time.
 
-    Top force, number of steps and holds are chosen by simulated runs; nothing is moved. Exit 3: no
-    plan was shown to be rightly IDENTIFIED in 90 % of its runs; the reason and what would help are
-    told.
+    Top force, number of steps and holds are chosen by the expected interval; nothing is moved. Exit
+    3: no plan has one within ±1/t; the reason and what would help are told.
 
     Example: stepload design procedures/payloads/plastic-sphere.yaml stvf --time "3 min"
     """
     from stepload.design import make, tables, words, written
     from stepload.plan.room_to_write import check_new, check_room
-    from stepload.runner.pool import Pool
     from stepload.units import format_quantity
 
     output = Output(as_json=as_json)
@@ -59,31 +47,15 @@ def design(
     surface = format_quantity(_positive("--surface-distance", surface_distance, "m"), "m", 6)
     check_new("--out", out)
     check_room("--out", out)
-    with Pool(processes) as pool:
-        found = make.design(
-            rig,
-            payload,
-            within_s=within_s,
-            surface=surface,
-            samples=samples,
-            seed=seed,
-            pool=pool,
-            on_start=lambda plans: output.line(
-                f"{plans} plans of {samples} simulated identifications each"
-            ),
-        )
+    found = make.design(rig, payload, within_s=within_s, surface=surface)
     typed = ["stepload", "design", str(payload), rig, "--time", time, "--surface-distance",
-             surface_distance, "--samples", str(samples), "--seed", str(seed)]  # fmt: skip
+             surface_distance]  # fmt: skip
     text = written.text_of(found, out, payload, rig, surface, shlex.join(typed))
     written.write(out, text)
     said = tables.data(found)
     output.tables(tables.curve_table(found))
     for sentence in words.sentences(found):
         output.line(sentence)
-    output.line(
-        f"{said['checked']} of these runs were put through the whole pipeline too; "
-        f"{said['agreed']} have the same verdict there. Not simulated: {said['not_drawn']}."
-    )
     output.line(f"written: {out}; look at it next with: stepload preflight {shlex.quote(str(out))}")
     output.result({**said, "path": out, "plan": text})
 

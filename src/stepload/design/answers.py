@@ -1,36 +1,15 @@
-"""A map in words: what this rig measures, where (34) is wrong, what to buy."""
+"""A map in words: what this rig measures, where (34) is wrong, what narrows the interval."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 
-from stepload.design.binomial import Share
-from stepload.design.points import BUY, PAYLOADS
-from stepload.design.work import Row
+from stepload.design.points import BUY, PAYLOADS, Row
 from stepload.envelope.benches import Bench, Specimen
+from stepload.evidence.expected import Narrowing
 from stepload.units import format_quantity
-
-REQUIRED = 0.9
-"""Share of its runs that a rig must call IDENTIFIED, and rightly, to measure a payload: the lower
-end of the 95 % interval of that share counts, never the share itself."""
-
-
-class Can(StrEnum):
-    """Whether a rig measures a payload."""
-
-    YES = "yes"
-    UNSURE = "not shown"
-    NO = "no"
-
-
-def can(measured: Share) -> Can:
-    """Whether a rig measures a payload, from the bounds of its probability of doing so."""
-    if measured.of and measured.low >= REQUIRED:
-        return Can.YES
-    return Can.NO if measured.high < REQUIRED else Can.UNSURE
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,8 +19,6 @@ class Map:
     rig: Bench
     specimens: Sequence[Specimen]
     rows: Sequence[Row]
-    seed: int
-    samples: int
 
     def of(self, series: str) -> list[Row]:
         """The rows of a series."""
@@ -56,12 +33,10 @@ class Reach:
         series, value, change: the row.
         from_n_per_m, to_n_per_m: softest and stiffest measured column, with all columns between
             measured too; NaN where there is none.
-        beyond_n_per_m: the next column, which is not measured; NaN where the map ends.
-        within_n_per_m: the stiffest column in which the headline is right within 1/t as often,
-            whatever its verdict; NaN where there is none.
+        within_n_per_m: the stiffest column with an interval within ±1/t, below (34) or not; NaN
+            where there is none.
+        beyond_n_per_m: the next column; NaN where the map ends.
         k_max_n_per_m: (34).
-        unsure: it is undecided whether the next column, or any column where none is measured, is
-            measured.
     """
 
     series: str
@@ -69,23 +44,20 @@ class Reach:
     change: str
     from_n_per_m: float
     to_n_per_m: float
-    beyond_n_per_m: float
     within_n_per_m: float
+    beyond_n_per_m: float
     k_max_n_per_m: float
-    unsure: bool = False
 
     @property
     def guideline(self) -> str:
-        """Comparison with the guideline (34) in this row."""
-        if math.isnan(self.to_n_per_m):
-            if self.unsure:
-                return "not tested: too few --samples"
-            return "too bold: nothing is measured"
-        if self.to_n_per_m > self.k_max_n_per_m:
-            return f"too careful, by {self.to_n_per_m / self.k_max_n_per_m:.3g} at least"
+        """Comparison of the interval with the guideline (34) in this row."""
+        if math.isnan(self.within_n_per_m):
+            return "too bold: no interval is narrow enough"
+        if self.within_n_per_m > self.k_max_n_per_m:
+            return f"too careful, by {self.within_n_per_m / self.k_max_n_per_m:.3g} at least"
         if math.isnan(self.beyond_n_per_m):
             return "not tested: the map ends below it"
-        if self.beyond_n_per_m < self.k_max_n_per_m and not self.unsure:
+        if self.beyond_n_per_m < self.k_max_n_per_m:
             return f"too bold, by {self.k_max_n_per_m / self.beyond_n_per_m:.3g} at least"
         return "right, as far as the columns tell"
 
@@ -101,20 +73,18 @@ def reaches(found: Map) -> list[Reach]:
 
 
 def _reach(series: str, value: float, change: str, rows: Sequence[Row]) -> Reach:
-    secants = [row.point.cell.payload.secant_n_per_m for row in rows]
-    said = [can(row.measured) for row in rows]
-    first, last = _block([each is Can.YES for each in said])
-    within = _block([can(row.within) is Can.YES for row in rows])[1]
+    secants = [row.point.secant_n_per_m for row in rows]
+    first, last = _block([row.measured for row in rows])
+    within = _block([row.narrow for row in rows])[1]
     return Reach(
         series,
         math.nan if series == BUY else value,
         change,
         secants[first] if last >= 0 else math.nan,
         secants[last] if last >= 0 else math.nan,
-        secants[last + 1] if 0 <= last < len(rows) - 1 else math.nan,
         secants[within] if within >= 0 else math.nan,
+        secants[within + 1] if 0 <= within < len(rows) - 1 else math.nan,
         rows[0].k_max_n_per_m,
-        Can.UNSURE in (said if last < 0 else said[last + 1 : last + 2]),
     )
 
 
@@ -129,20 +99,21 @@ def _block(yes: Sequence[bool]) -> tuple[int, int]:
 
 @dataclass(frozen=True, slots=True)
 class PayloadAnswer:
-    """Answer for one payload.
-
-    Attributes:
-        specimen: the payload.
-        can: whether the rig measures it without a change; NO where it is not pressed.
-        row: result without a change; None where it is not pressed.
-        best: the most effective single change; None where the rig measures it already, or no change
-            helps.
-    """
+    """Answer for one payload; `row` is None where it is not pressed."""
 
     specimen: Specimen
-    can: Can
     row: Row | None
-    best: Row | None
+
+    @property
+    def can(self) -> str:
+        """Whether the rig measures it."""
+        return "yes" if self.row is not None and self.row.measured else "no"
+
+    @property
+    def best(self) -> Narrowing | None:
+        """What narrows its interval most; None where nothing does."""
+        found = self.row.narrowing if self.row is not None else ()
+        return min(found, key=lambda each: each.half_width, default=None)
 
     @property
     def text(self) -> str:
@@ -150,85 +121,59 @@ class PayloadAnswer:
         each = self.specimen
         if self.row is None:
             return f"{each.name}: no; {each.why}"
-        share, half = self.row.measured, self.row.half_width
         secant = format_quantity(each.secant_n_per_m, "N/m")
-        width = "wider than the figure" if math.isnan(half) else f"±{half:.0%}"
-        said = (
-            f"{each.name}: {self.can}: {secant} at {each.top_n:.3g} N, rightly IDENTIFIED in "
-            f"{share.value:.0%} of the runs ({share.low:.0%} to {share.high:.0%}), interval {width}"
-        )
+        said = f"{each.name}: {self.can}: {secant} at {each.top_n:.3g} N, interval "
+        said += half_text(self.row.half_width)
+        if self.row.point.secant_n_per_m >= self.row.k_max_n_per_m:
+            said += f", K_max (34) {format_quantity(self.row.k_max_n_per_m, 'N/m')}"
         if each.why:
             said += f"; {each.why}"
-        if self.can is Can.UNSURE:
-            return f"{said}; more --samples would tell"
-        return said if self.can is Can.YES else f"{said}. {self._advice()}"
+        told = narrowing_text(self.row.narrowing)
+        return f"{said}. {told}" if told else said
 
-    def _advice(self) -> str:
-        if self.best is None:
-            return "None of the changes looked at gains anything"
-        share, name = self.best.measured, self.best.point.change
-        if can(share) is Can.YES:
-            return f"To buy: {name}, with which it is measured ({share.value:.0%})"
-        half = self.best.half_width
-        width = "" if math.isnan(half) else f", interval ±{half:.0%}"
-        return f"No single change will do; {name} gains most ({share.value:.0%}{width})"
+
+def half_text(half: float) -> str:
+    """A half width in words."""
+    return f"±{half:.1%}" if half <= 1.0 else "wider than the figure"
+
+
+def narrowing_text(found: Sequence[Narrowing]) -> str:
+    """What narrows an interval, as a sentence; "" where nothing does."""
+    told = [f"{each.todo}: {half_text(each.half_width)} ({each.line})" for each in found]
+    return f"Narrower with {'; '.join(told)}" if told else ""
 
 
 def payload_answers(found: Map) -> list[PayloadAnswer]:
     """One answer for every payload."""
-    rows = found.of(PAYLOADS)
-    return [
-        payload_answer(each, [row for row in rows if row.point.payload == each.name])
-        for each in found.specimens
-    ]
-
-
-def payload_answer(specimen: Specimen, rows: Sequence[Row]) -> PayloadAnswer:
-    """The answer for one payload; its first row is the rig as it is, the others have a change."""
-    if not rows:
-        return PayloadAnswer(specimen, Can.NO, None, None)
-    now = can(rows[0].measured)
-    best = max(rows, key=gain)
-    gains = best is not rows[0] and now is Can.NO
-    return PayloadAnswer(specimen, now, rows[0], best if gains else None)
-
-
-def gain(row: Row) -> tuple[float, float]:
-    """Sort key of a row: whether it is measured, then the width of the interval."""
-    return row.measured.low, -math.inf if math.isnan(row.half_width) else -row.half_width
+    rows = {row.point.payload: row for row in found.of(PAYLOADS)}
+    return [PayloadAnswer(each, rows.get(each.name)) for each in found.specimens]
 
 
 def sentences(found: Map) -> list[str]:
     """The answers in words."""
-    every = reaches(found)
-    bought = [each for each in every if each.series == BUY]
+    bought = [each for each in reaches(found) if each.series == BUY]
     said = [each.text for each in payload_answers(found)]
-    said += [_how_stiff(each, found.rig.top_n) for each in bought[:1]]
+    said += [_how_stiff(each, found.rig) for each in bought[:1]]
     best = max(bought, key=lambda each: _number(each.to_n_per_m), default=None)
     if best is not None and _number(best.to_n_per_m) > _number(bought[0].to_n_per_m):
         said.append(f"Of the changes looked at, {best.change} reaches farthest: {extent(best)}")
     return said
 
 
-def _how_stiff(each: Reach, top_n: float) -> str:
-    limit = format_quantity(each.k_max_n_per_m, "N/m")
-    if math.isnan(each.to_n_per_m) and each.unsure:
-        return (
-            f"As it is this rig may measure some stiffness of the map at {top_n:.4g} N, or none: "
-            f"so few runs do not show it, more --samples would tell; (34): {limit}"
-        )
+def _how_stiff(each: Reach, rig: Bench) -> str:
+    limit, top = format_quantity(each.k_max_n_per_m, "N/m"), f"{rig.top_n:.4g} N"
     if math.isnan(each.to_n_per_m):
-        return f"As it is this rig measures no stiffness of the map at {top_n:.4g} N; (34): {limit}"
+        return f"As it is this rig measures no stiffness of the map at {top}; (34): {limit}"
     return (
-        f"As it is this rig measures spheres of {extent(each)} (secant at {top_n:.4g} N) in at "
-        f"least {REQUIRED:.0%} of its runs; the guideline (34), {limit}, is {each.guideline}"
+        f"As it is this rig measures spheres of {extent(each)} (secant at {top}) to "
+        f"±{1.0 / rig.conditions.t:.0%} or better; the guideline (34), {limit}, is {each.guideline}"
     )
 
 
 def extent(each: Reach) -> str:
     """The measured range of stiffness in words; a single column is no range."""
     if math.isnan(each.to_n_per_m):
-        return "not shown" if each.unsure else "nothing"
+        return "nothing"
     low, high = (format_quantity(n, "N/m") for n in (each.from_n_per_m, each.to_n_per_m))
     return f"about {low}" if low == high else f"{low} to {high}"
 

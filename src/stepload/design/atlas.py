@@ -6,15 +6,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from stepload.design.answers import Map
-from stepload.design.points import columns, points
-from stepload.design.work import Work, run_all
+from stepload.design.points import columns, points, row_of
 from stepload.envelope.benches import bench, specimen
 from stepload.errors import BadInputError
 from stepload.plan.shipped import payload_folder
-from stepload.runner.pool import Pool
 
-CHECK_EVERY = 7
-"""One run of every so many cells goes through the whole pipeline as well."""
 Start = Callable[[int], None]
 
 
@@ -29,11 +25,7 @@ def make(
     *,
     shipped: Sequence[Path] = (),
     top_n: float | None = None,
-    samples: int,
-    seed: int,
-    pool: Pool,
     on_start: Start | None = None,
-    only: Sequence[str] = (),
 ) -> Map:
     """The map of a rig with its payloads.
 
@@ -42,11 +34,7 @@ def make(
         payloads: payload files; each name once.
         shipped: more of them, left out where `payloads` has one of the same name.
         top_n: top force; None: 300 N, or the largest that the rig can press.
-        samples: runs of each cell.
-        seed: the same seed gives the same map, whatever the number of processes.
-        pool: the worker pool.
         on_start: called with the number of cells before the computation.
-        only: series to compute; empty: all.
 
     Raises:
         BadInputError: no such rig or payload, or two payloads of one name.
@@ -64,8 +52,6 @@ def make(
         body for path in shipped if (body := specimen(rig, path, base.top_n)).name not in names
     )
     cells = points(base, bodies, columns(base, bodies))
-    asked = [cell for cell in cells if not only or cell.series in only]
     if on_start is not None:
-        on_start(len(asked))
-    rows = run_all(Work(seed, samples, CHECK_EVERY), asked, pool)
-    return Map(base, bodies, rows, seed, samples)
+        on_start(len(cells))
+    return Map(base, bodies, [row_of(cell) for cell in cells])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stepload.design.answers import Can, Map, Reach, can, reaches
+from stepload.design.answers import Map, Reach, reaches
 from stepload.design.atlas_tables import value_text
 from stepload.design.points import BUY, PANELS
 from stepload.results.figures import (
@@ -25,17 +25,19 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from stepload.design.work import Row
+    from stepload.design.points import Row
 
 TITLES = {
     "exponent": "exponent of the payload",
     "system stiffness": "system stiffness K_s",
-    "sigma of K_s": "how well K_s is known (below 5 %: by a table of the pose)",
+    "sigma of K_s": "how well K_s is known",
     "position resolution": "position resolution",
     "gauge": "gauge across the contact",
     BUY: "what to buy",
 }
 LABEL_ROWS = 4
+WHITE = 2.0
+"""Half width, in those that are wanted, from which a cell is white."""
 
 
 @contextmanager
@@ -52,8 +54,8 @@ def drawn(found: Map) -> Iterator[Figure]:
             f"secant stiffness of the payload at {found.rig.top_n:.4g} N [N/m]{beyond}"
         )
         figure.suptitle(
-            f"{plain(found.rig.name)}: how often a payload is rightly IDENTIFIED "
-            f"({found.samples} runs a cell)",
+            f"{plain(found.rig.name)}: 95 % interval of the chord, "
+            f"±{1.0 / found.rig.conditions.t:.0%} wanted",
             fontsize=11,
         )
         _legend(figure)
@@ -62,18 +64,20 @@ def drawn(found: Map) -> Iterator[Figure]:
 
 def _panel(axes: Axes, rows: Sequence[Row], every: Sequence[Reach], title: str) -> None:
     columns = len(rows) // len(every)
-    secants = np.array([row.point.cell.payload.secant_n_per_m for row in rows[:columns]])
+    secants = np.array([row.point.secant_n_per_m for row in rows[:columns]])
     step = np.sqrt(secants[1] / secants[0])
     edges = np.append(secants / step, secants[-1] * step)
-    values = np.array([row.measured.value for row in rows]).reshape(len(every), columns)
+    most = 1.0 / rows[0].point.conditions.t
+    halves = np.array([row.half_width for row in rows]).reshape(len(every), columns)
     axes.pcolormesh(
-        edges, np.arange(len(every) + 1), values, cmap="Blues", vmin=0.0, vmax=1.25, rasterized=True
-    )
+        edges, np.arange(len(every) + 1), np.nan_to_num(halves / most, nan=WHITE), cmap="Blues_r",
+        vmin=-0.5, vmax=WHITE, rasterized=True,
+    )  # fmt: skip
     for number, each in enumerate(every):
         axes.vlines(each.k_max_n_per_m, number, number + 1, color=INK, lw=2.2)
         axes.vlines(each.within_n_per_m * step, number, number + 1, color=ORANGE, lw=2.2)
         for secant, row in zip(secants, rows[number * columns :], strict=False):
-            if can(row.measured) is Can.YES:
+            if row.measured:
                 axes.plot(secant, number + 0.5, ".", color="white", ms=4)
     axes.set_yticks(np.arange(len(every)) + 0.5, [value_text(each) for each in every])
     axes.set(xscale="log", xlim=(edges[0], edges[-1]), ylim=(0, len(every)))
@@ -112,17 +116,10 @@ def _legend(figure: Figure) -> None:
     from matplotlib.patches import Patch
 
     marks = [
-        Patch(color=BLUE, label="blue: rightly IDENTIFIED, the darker the more often"),
-        Line2D(
-            [],
-            [],
-            color=GREY,
-            marker=".",
-            ls="",
-            label="dot: shown to be 90 % of the runs at least",
-        ),
+        Patch(color=BLUE, label="blue: the darker, the narrower the interval"),
+        Line2D([], [], color=GREY, marker=".", ls="", label="dot: can be measured"),
         Line2D([], [], color=INK, lw=2.2, label="guideline (34)"),
-        Line2D([], [], color=ORANGE, lw=2.2, label="headline within 1/t in 90 %, whatever is said"),
+        Line2D([], [], color=ORANGE, lw=2.2, label="interval within 1/t up to here"),
         Line2D([], [], color=GREEN, label="payload"),
         Line2D([], [], color=GREY, ls=":", label="payload that must not be pressed so hard"),
     ]

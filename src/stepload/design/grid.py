@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 
 from stepload.design.ceiling import Ceiling, rounded_down
-from stepload.design.law import Payload
-from stepload.design.points import Point
-from stepload.design.world import Cell
-from stepload.envelope.benches import Specimen
 from stepload.envelope.envelope import Envelope, derive
 from stepload.envelope.order import CYCLES, Order
 from stepload.envelope.reason import PlanVerdict, Severity
+from stepload.envelope.until import planned_run
 from stepload.envelope.unwritten import plan_of
 from stepload.errors import BadInputError, DomainError, RefusedError
-from stepload.estimators.conditions import Conditions
+from stepload.evidence.expected import expected_chord
+from stepload.evidence.pressed import Pressed
+from stepload.evidence.quantity import Quantity
 from stepload.plan.problems import PlanError
-from stepload.results.conditions import planned
 from stepload.units import format_quantity
 
 SHARES = (0.25, 0.5, 0.75, 1.0)
@@ -29,7 +27,6 @@ STEPS = (4, 6, 8, 12)
 HOLDS_S = (1.0, 2.0, 3.0, 5.0, 8.0)
 RAMPS_S = (1.0, 2.0)
 """Ramp times from one level to the next; in a fast ramp a damped load path lags behind."""
-SERIES = "design"
 MISSED = ("slow_steps",)
 """Preflight warnings that a level may not be reached, so that the run would differ."""
 
@@ -41,11 +38,10 @@ class Candidate:
     Attributes:
         top_n, step_n: its forces.
         share: its top force is about this share of the largest.
-        order: its steps, ramps and holds, and how long the arm takes for each.
+        order: its steps, ramps and holds.
         duration_s: its duration according to preflight.
-        specimen: the payload at this top force.
-        zero_drift_n_per_s: largest drift of the force's zero.
-        damping_n_s_per_m: C_s of the load path.
+        run: its run without error.
+        chord: the chord of that, with the interval that is to be expected.
     """
 
     top_n: float
@@ -53,9 +49,18 @@ class Candidate:
     share: float
     order: Order
     duration_s: float
-    specimen: Specimen
-    zero_drift_n_per_s: float
-    damping_n_s_per_m: float
+    run: Pressed
+    chord: Quantity
+
+    @property
+    def half_width(self) -> float:
+        """Expected half width of the interval, as a share of the chord."""
+        return self.chord.half_width
+
+    @property
+    def can(self) -> bool:
+        """Whether that is within ±1/t."""
+        return self.half_width <= 1.0 / self.run.conditions.t
 
     @property
     def text(self) -> str:
@@ -66,25 +71,6 @@ class Candidate:
             f"holds of {self.order.hold_s:g} s, "
             f"{CYCLES} cycles: {self.duration_s:.0f} s"
         )
-
-    def point(self, index: int, told: Conditions, change: str = "") -> Point:
-        """The cell that simulates and identifies it under the conditions `told`."""
-        body = self.specimen
-        cell = Cell(
-            Payload(body.secant_n_per_m, body.exponent, body.top_n),
-            replace(told, elastic_limit_n=None),
-            body.touch_n,
-            self.zero_drift_n_per_s,
-            self.damping_n_s_per_m,
-            self.order,
-        )
-        return Point(SERIES, index, math.nan, change, body.name, cell)
-
-    @property
-    def conditions(self) -> Conditions:
-        """The conditions of its identification."""
-        assert self.specimen.conditions is not None
-        return self.specimen.conditions
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,20 +109,10 @@ def grid(rig: str, payload: Path, limit: Ceiling, surface: str) -> Grid:
         if envelope.verdict is PlanVerdict.REFUSED or missed or envelope.climbs is None:
             reasons.append(_why(envelope))
             continue
-        climbs = envelope.climbs
-        order = replace(order, up_s=climbs.up_s, down_s=climbs.down_s)
-        law = envelope.theory.stiffest
-        secant = law.secant(top_n)
-        body = Specimen(
-            plan.payload.name, payload, top_n, "", secant, secant, law.n,
-            planned(envelope), plan.procedure.touch_force_n,
-        )  # fmt: skip
+        run = planned_run(envelope.plan, envelope.theory, envelope.climbs)
         found.append(
-            Candidate(
-                top_n, step_n, share, order, envelope.duration_s, body,
-                plan.rig.force.drift_n_per_s, plan.rig.system_stiffness.damping_n_s_per_m,
-            )
-        )  # fmt: skip
+            Candidate(top_n, step_n, share, order, envelope.duration_s, run, expected_chord(run))
+        )
     return Grid(tuple(found), len(reasons), *(reasons[-1] if reasons else ("", "")))
 
 

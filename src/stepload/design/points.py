@@ -1,17 +1,23 @@
-"""The cells of a map: its panels, the possible changes, and the payloads."""
+"""The cells of a map: its panels, the possible changes, and the payloads; the result of each."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from stepload.design.changes import finer, for_sale, gauged, known, stiffer
-from stepload.design.law import Payload
-from stepload.design.world import Cell
 from stepload.envelope.benches import Bench, Specimen, k_max
+from stepload.envelope.order import CYCLES, DEFAULT, FREE_S
+from stepload.errors import DomainError
 from stepload.estimators.conditions import Conditions
+from stepload.estimators.fit import FloatArray
+from stepload.evidence.changes import finer, for_sale, gauged, known, stiffer
+from stepload.evidence.expected import Course, Narrowing, expected_chord, expected_run, narrowing
+from stepload.evidence.figures import HOPELESS
+from stepload.evidence.pressed import Pressed
+from stepload.evidence.quantity import Line
 
 SPHERE = 1.5
 COLUMNS = 18
@@ -24,6 +30,7 @@ FINER = (0.25, 1.0, 4.0, 16.0, 64.0)
 GAUGES_M = (1e-7, 3e-7, 1e-6, 3e-6, 1e-5)
 PANELS = ("exponent", "system stiffness", "sigma of K_s", "position resolution", "gauge")
 BUY, PAYLOADS = "buy", "payloads"
+LARGEST = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,9 +41,12 @@ class Point:
         series: a panel's name, "buy" or "payloads".
         index: its number within the series.
         value: the quantity that the panel varies, in its unit; NaN elsewhere.
-        change: name of the change; "" in a panel.
-        payload: name of the payload; "" where a secant and an exponent stand for it.
-        cell: what is drawn and identified.
+        change: name of the change; "" without one.
+        payload: its name; "" where a secant and an exponent stand for it.
+        secant_n_per_m: from touch, at `top_n`, the top force.
+        exponent: n.
+        conditions: of the identification.
+        touch_n: force at which a touch is seen.
     """
 
     series: str
@@ -44,7 +54,73 @@ class Point:
     value: float
     change: str
     payload: str
-    cell: Cell
+    secant_n_per_m: float
+    exponent: float
+    top_n: float
+    conditions: Conditions
+    touch_n: float
+
+    def run(self) -> Pressed:
+        """Its run without error, in the default order of steps and holds."""
+        order, told = DEFAULT, self.conditions
+        course = Course(
+            self.top_n * np.arange(1, order.steps + 1) / order.steps,
+            min(self.touch_n, 0.5 * self.top_n / order.steps),
+            (order.ramp_s,) * order.steps, (order.ramp_s,) * (order.steps - 1), order.hold_s,
+            CYCLES, FREE_S,
+        )  # fmt: skip
+
+        def travel(force_n: FloatArray) -> FloatArray:
+            share = (force_n / self.top_n) ** (1.0 / self.exponent)
+            return np.asarray(self.top_n / self.secant_n_per_m * share + told.bend(force_n))
+
+        return expected_run(told, course.tracks(travel))
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """Result of a cell.
+
+    Attributes:
+        point: the cell.
+        k_max_n_per_m: (34) of it.
+        half_width: of the expected interval, as a share of the chord; NaN where it is wider than
+            the chord itself.
+        lines: the largest of its budget, the largest first.
+        narrowing: what narrows it most; of payloads only.
+        problem: why no stiffness can be determined in this cell, "" where it can.
+    """
+
+    point: Point
+    k_max_n_per_m: float
+    half_width: float = math.nan
+    lines: tuple[Line, ...] = ()
+    narrowing: tuple[Narrowing, ...] = ()
+    problem: str = ""
+
+    @property
+    def narrow(self) -> bool:
+        """Whether the interval is within ±1/t."""
+        return self.half_width <= 1.0 / self.point.conditions.t
+
+    @property
+    def measured(self) -> bool:
+        """Whether the payload is also below K_max."""
+        return self.narrow and self.point.secant_n_per_m < self.k_max_n_per_m
+
+
+def row_of(point: Point) -> Row:
+    """The result of a cell."""
+    limit = k_max(point.conditions, point.top_n)
+    try:
+        run = point.run()
+        found = expected_chord(run)
+        narrower = narrowing(run, found) if point.series == PAYLOADS else []
+    except (DomainError, np.linalg.LinAlgError) as error:
+        return Row(point, limit, problem=str(error))
+    half = found.half_width if found.half_width <= HOPELESS else math.nan
+    lines = sorted(found.lines, key=lambda line: -line.relative)[:LARGEST]
+    return Row(point, limit, half, tuple(lines), tuple(narrower))
 
 
 def columns(rig: Bench, specimens: Sequence[Specimen]) -> list[float]:
@@ -60,49 +136,33 @@ def points(rig: Bench, specimens: Sequence[Specimen], secants: Sequence[float]) 
     """Every cell of a map."""
     told = rig.conditions
     stiffness = told.sources.system_stiffness_n_per_m
-    rows: dict[str, list[tuple[float, float, Conditions]]] = {
-        "exponent": [(n, n, told) for n in EXPONENTS],
+    rows: dict[str, list[tuple[float, str, float, Conditions]]] = {
+        "exponent": [(n, "", n, told) for n in EXPONENTS],
         "position resolution": [
-            (told.position_resolution_m / f, SPHERE, finer(told, f)) for f in FINER
+            (told.position_resolution_m / f, "", SPHERE, finer(told, f)) for f in FINER
         ],
     }
     if stiffness is not None:
         rows["system stiffness"] = [
-            (f * stiffness, SPHERE, stiffer(told, f)) for f in STIFFNESS_FACTORS
+            (f * stiffness, "", SPHERE, stiffer(told, f)) for f in STIFFNESS_FACTORS
         ]
-        rows["sigma of K_s"] = [(share, SPHERE, known(told, share)) for share in KNOWN_TO]
-        rows["gauge"] = [(size, SPHERE, gauged(told, size)) for size in GAUGES_M]
+        rows["sigma of K_s"] = [(share, "", SPHERE, known(told, share)) for share in KNOWN_TO]
+        rows["gauge"] = [(size, "", SPHERE, gauged(told, size)) for size in GAUGES_M]
+    rows[BUY] = [
+        (math.nan, name, SPHERE, change(told)) for name, change in for_sale(told).items()
+    ]  # fmt: skip
     found = []
-    for series in PANELS:
+    for series in (*PANELS, BUY):
         places = [(row, secant) for row in rows.get(series, ()) for secant in secants]
-        for index, ((value, n, changed), secant) in enumerate(places):
-            cell = _cell(rig, changed, Payload(secant, n, rig.top_n))
-            found.append(Point(series, index, value, "", "", cell))
-    sold = for_sale(told)
-    bought = [(name, change, secant) for name, change in sold.items() for secant in secants]
-    for index, (name, change, secant) in enumerate(bought):
-        cell = _cell(rig, change(told), Payload(secant, SPHERE, rig.top_n))
-        found.append(Point(BUY, index, float("nan"), name, "", cell))
-    return [*found, *_of_payloads(rig, specimens, sold)]
-
-
-def _cell(rig: Bench, told: Conditions, payload: Payload, touch_n: float | None = None) -> Cell:
-    touch_n = rig.touch_n if touch_n is None else touch_n
-    return Cell(payload, told, touch_n, rig.zero_drift_n_per_s, rig.damping_n_s_per_m)
-
-
-def _of_payloads(
-    rig: Bench,
-    specimens: Sequence[Specimen],
-    sold: dict[str, Callable[[Conditions], Conditions]],
-) -> list[Point]:
-    found: list[Point] = []
-    for each in specimens:
-        if each.conditions is None:
-            continue
-        for name, change in sold.items():
-            payload = Payload(each.secant_n_per_m, each.exponent, each.top_n)
-            changed = replace(change(each.conditions), elastic_limit_n=None)
-            cell = _cell(rig, changed, payload, each.touch_n)
-            found.append(Point(PAYLOADS, len(found), float("nan"), name, each.name, cell))
+        found += [
+            Point(series, index, value, change, "", secant, n, rig.top_n, changed, rig.touch_n)
+            for index, ((value, change, n, changed), secant) in enumerate(places)
+        ]
+    pressed = [each for each in specimens if each.conditions is not None]
+    for index, each in enumerate(pressed):
+        assert each.conditions is not None
+        found.append(
+            Point(PAYLOADS, index, math.nan, "", each.name, each.secant_n_per_m, each.exponent,
+                  each.top_n, each.conditions, each.touch_n)
+        )  # fmt: skip
     return found

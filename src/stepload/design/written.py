@@ -25,10 +25,10 @@ LONGEST = 96
 
 def text_of(found: Design, path: Path, payload: Path, rig: str, surface: str, command: str) -> str:
     """The plan as text for the file `path`; other files are named relative to it."""
-    plan = found.chosen.candidate
+    plan = found.chosen
     wrapped = partial(textwrap.wrap, width=LONGEST, break_long_words=False, break_on_hyphens=False)
     lines = [
-        "# Designed by simulation. Made by:",
+        "# Designed by its expected interval. Made by:",
         f"#   {printable(command, 400)}",
         f"# (stepload {__version__}).",
         *(f"# {line}" for each in sentences(found)[:3] for line in wrapped(printable(each, 900))),

@@ -9,10 +9,9 @@ from stepload.envelope.conditions import conditions_of
 from stepload.envelope.envelope import Envelope, derive
 from stepload.envelope.unwritten import plan_of
 from stepload.errors import BadInputError, DomainError, RefusedError
-from stepload.estimators.across import Across
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.identifiability import identifiability
-from stepload.plan.model import Plan, Structure
+from stepload.plan.model import Plan
 from stepload.plan.shipped import payload_folder
 from stepload.units import format_quantity
 
@@ -60,8 +59,6 @@ class Bench:
         top_n: the top force of the map.
         conditions: of an identification of an unknown payload.
         touch_n: force at which a touch is detected.
-        zero_drift_n_per_s: largest drift of the force's zero.
-        damping_n_s_per_m: C_s of the load path.
         note: how well K_s is known, in words.
     """
 
@@ -69,8 +66,6 @@ class Bench:
     top_n: float
     conditions: Conditions
     touch_n: float
-    zero_drift_n_per_s: float
-    damping_n_s_per_m: float
     note: str
 
 
@@ -102,7 +97,7 @@ def bench(rig: str, top_n: float | None) -> Bench:
             hint="--top-force between 0 and that",
         )
     plan = plan_of(rig, _flat(), top_n)
-    told = _as_calibrated(derive(plan))
+    told = conditions_of(plan, derive(plan).theory)
     known = told.sources
     if known.system_stiffness_n_per_m is None:
         note = "a gauge across the contact: K_s is not in the chain"
@@ -111,9 +106,7 @@ def bench(rig: str, top_n: float | None) -> Bench:
         share = known.system_stiffness_sigma_n_per_m / known.system_stiffness_n_per_m
         stiffness = format_quantity(known.system_stiffness_n_per_m, "N/m")
         note = f"K_s = {stiffness}, known to {100.0 * share:.2g} % ({by})"
-        alike = "the lateral force is taken to be that of its calibration"
-        serial = alike if plan.rig.arm.structure is Structure.ARM else ""
-        doubts = (known.system_stiffness_note, serial, *told.table_doubts(top_n))
+        doubts = (known.system_stiffness_note, *told.table_doubts(top_n))
         note = "; ".join(filter(None, (note, *doubts)))
     return Bench(
         name=name,
@@ -123,16 +116,8 @@ def bench(rig: str, top_n: float | None) -> Bench:
             rough_length_m=None, theory_k=None, theory_n=None, modulus_pa=None,
         ),
         touch_n=plan.procedure.touch_force_n,
-        zero_drift_n_per_s=plan.rig.force.drift_n_per_s,
-        damping_n_s_per_m=plan.rig.system_stiffness.damping_n_s_per_m,
         note=note,
     )  # fmt: skip
-
-
-def _as_calibrated(envelope: Envelope) -> Conditions:
-    """The conditions without the effect of friction, which is taken to be as in the calibration."""
-    told = conditions_of(envelope.plan, envelope.theory)
-    return replace(told, across=Across(), arm=False)
 
 
 def most_push(rig: str) -> tuple[str, float]:
@@ -176,7 +161,7 @@ def specimen(rig: str, path: Path, top_n: float) -> Specimen:
         secant = law.secant(top_n)
         return Specimen(name, path, 0.0, why, secant, secant, law.n, None, 0.0)
     own, envelope = pressed
-    told = replace(_as_calibrated(envelope), secant_force_n=safe_n)
+    told = replace(conditions_of(own, envelope.theory), secant_force_n=safe_n)
     why = "; ".join(filter(None, (why, *told.table_doubts(safe_n))))
     return Specimen(
         name, path, safe_n, why, law.secant(top_n), law.secant(safe_n), law.n, told,

@@ -10,24 +10,23 @@ of its law.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
+from stepload.envelope.climb import Climbs
 from stepload.envelope.conditions import conditions_of
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import Theory
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.smooth import NORMAL_95
-from stepload.evidence.askew import askew_of
 from stepload.evidence.chord import REFERENCE_SHARE
-from stepload.evidence.expected import expected_chord, loading, without_error
-from stepload.evidence.path import Track
+from stepload.evidence.expected import Course, expected_chord, expected_run
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Quantity
-from stepload.evidence.sideways import expected_sideways
 from stepload.plan.checks_between import LEAST_LEVELS
 from stepload.plan.model import Plan
 from stepload.units import beside_limit, format_quantity
@@ -106,40 +105,56 @@ def expected_result(plan: Plan, theory: Theory) -> Quantity:
     Raises:
         DomainError: there is no contact law, or no loading, to predict from.
     """
-    conditions = conditions_of(plan, theory)
-    stiffest = replace(theory, law=theory.stiffest)
-    course, law_m, bend_m = _loading(plan, stiffest, conditions, plan.procedure.levels_n)
-    looked = plan.procedure.until is not None
-    return expected_chord(
-        sources_only(conditions, without_error(course, law_m + bend_m), looked=looked), held=True
-    )
+    return expected_chord(planned_run(plan, theory))
 
 
-def _loading(
-    plan: Plan, theory: Theory, conditions: Conditions, levels_n: tuple[float, ...]
-) -> tuple[tuple[FloatArray, FloatArray, FloatArray], FloatArray, FloatArray]:
-    """A loading without error: its course, deformation by theory and travel of the system in m."""
+def planned_run(plan: Plan, theory: Theory, climbs: Climbs | None = None) -> Pressed:
+    """The run of a plan without error, by theory's stiffest law; `climbs`: its ramps' times.
+
+    Raises:
+        DomainError: there is no contact law to predict from.
+    """
+    conditions, procedure = conditions_of(plan, theory), plan.procedure
+    course = _course(plan, procedure.levels_n)
+    if climbs is not None:
+        course = replace(course, up_s=climbs.up_s, down_s=climbs.down_s)
+    tracks = course.tracks(travel_of(theory.stiffest.deformation, conditions))
+    return expected_run(conditions, tracks, looked=procedure.until is not None)
+
+
+def travel_of(
+    deformation: Callable[[float], float], conditions: Conditions, factor: float = 1.0
+) -> Callable[[FloatArray], FloatArray]:
+    """Travel in m at forces (N,): that of the payload, times a factor, and of the system."""
+
+    def travel(force_n: FloatArray) -> FloatArray:
+        forces_n, places = np.unique(force_n, return_inverse=True)
+        law_m = np.array([deformation(each) for each in forces_n])[places]
+        return np.asarray(factor * law_m + conditions.bend(force_n))
+
+    return travel
+
+
+def _course(plan: Plan, levels_n: tuple[float, ...]) -> Course:
     procedure = plan.procedure
-    course = loading(
-        np.array(levels_n),
-        from_n=min(procedure.touch_force_n, 0.5 * levels_n[0]),
-        rate_n_per_s=procedure.load_rate_n_per_s,
-        hold_s=procedure.hold_s,
-    )
-    forces_n, places = np.unique(course[1], return_inverse=True)
-    law_m = np.array([theory.law.deformation(each) for each in forces_n])[places]
-    return course, law_m, conditions.bend(course[1])
+    from_n = min(procedure.touch_force_n, 0.5 * levels_n[0])
+    ramps_s = np.diff([from_n, *levels_n]) / procedure.load_rate_n_per_s
+    return Course(
+        np.array(levels_n), from_n, ramps_s.tolist(), ramps_s[1:].tolist(), procedure.hold_s,
+        procedure.cycles,
+    )  # fmt: skip
 
 
 def _need(
     plan: Plan, theory: Theory, conditions: Conditions, levels_n: tuple[float, ...], asked: float
 ) -> Need:
     top_n = levels_n[-1]
-    course, law_m, bend_m = _loading(plan, theory, conditions, levels_n)
+    course = replace(_course(plan, levels_n), unloads=False)
+    deformation = lru_cache(maxsize=None)(theory.law.deformation)
 
     def relative(factor: float) -> float:
-        tracks = without_error(course, factor * law_m + bend_m)
-        return expected_chord(sources_only(conditions, tracks, looked=True)).relative
+        tracks = course.tracks(travel_of(deformation, conditions, factor))
+        return expected_chord(expected_run(conditions, tracks, looked=True)).relative
 
     expected_m = theory.law.deformation(top_n) - theory.law.deformation(REFERENCE_SHARE * top_n)
     by_theory = relative(1.0)
@@ -154,22 +169,6 @@ def _need(
         sigma_m=expected_m * by_theory,
         expected_m=expected_m,
         half_width=MARGIN * math.sinh(NORMAL_95 * by_theory),
-    )
-
-
-def sources_only(
-    conditions: Conditions, tracks: Sequence[tuple[int, Track, None]], *, looked: bool
-) -> Pressed:
-    """The input of `evidence` for a run that has only the errors stated in the plan.
-
-    `looked`: its loading may end by its own deformation.
-    """
-    return Pressed(
-        tracks=tracks,
-        conditions=conditions,
-        sideways=expected_sideways(conditions),
-        askew=askew_of(conditions),
-        looked=looked,
     )
 
 

@@ -94,14 +94,7 @@ def weigh(run: Pressed) -> Evidence:
         DomainError: too little in contact, or a deformation that does not rise with the force.
     """
     told = run.conditions
-    loops = loops_of(run.tracks, told.bend, told.sources.force_noise_n)
-    loops = _whole(tuple(_positive(loop) for loop in loops))
-    raw = _raw_chord(loops[0].loading)
-    elastic = elastic_of(loops[0].loading, raw, told.bend)
-    drift = drift_of(loops, elastic.at, told.sources)
-    if drift is not None:
-        start_s = float(loops[0].loading.path.time_s[0])
-        loops = tuple(without_drift(loop, drift.rate_m_per_s, start_s) for loop in loops)
+    loops, elastic, drift = reduced(run)
     first = loops[0].loading
     lowest_n = float(first.path.force_n.min())
     main = chord(first) if run.between_n is None else chord(first, *run.between_n)
@@ -131,7 +124,7 @@ def weigh(run: Pressed) -> Evidence:
         errors=errors,
         law_sets=counting if power is not None else [],
         power=power.best.shape if power is not None else 1.0,
-        lines=_lines(run, loops, main, elastic, drift, inelastic),
+        lines=own_lines(run, loops, main, elastic, drift, inelastic),
         doubts=(*run.doubts, *blocking, *of_gauge, *_jumps(data, every, main)),
         law_doubts=(*run.law_doubts, *_refused(counting[here] if len(counting) > here else {})),
     )
@@ -153,6 +146,24 @@ def weigh(run: Pressed) -> Evidence:
         drift_m_per_s=drift.rate_m_per_s if drift is not None and run.timed else None,
         notes=tuple(notes),
     )
+
+
+def reduced(run: Pressed) -> tuple[tuple[Loop, ...], Elastic, Drift | None]:
+    """The cycles of a run, its drift taken out, with the elastic contact and the drift.
+
+    Raises:
+        DomainError: too little in contact, or a deformation that does not rise with the force.
+    """
+    told = run.conditions
+    loops = loops_of(run.tracks, told.bend, told.sources.force_noise_n)
+    loops = _whole(tuple(_positive(loop) for loop in loops))
+    raw = _raw_chord(loops[0].loading)
+    elastic = elastic_of(loops[0].loading, raw, told.bend)
+    drift = drift_of(loops, elastic.at, told.sources)
+    if drift is not None:
+        start_s = float(loops[0].loading.path.time_s[0])
+        loops = tuple(without_drift(loop, drift.rate_m_per_s, start_s) for loop in loops)
+    return loops, elastic, drift
 
 
 def _of_branches(
@@ -192,7 +203,7 @@ def _headline(found: Mapping[str, Quantity], branch: str) -> Quantity:
     return found[kind]
 
 
-def _lines(
+def own_lines(
     run: Pressed, loops: Sequence[Loop], main: Chord, elastic: Elastic, drift: Drift | None,
     inelastic: Inelastic,
 ) -> list[Line]:  # fmt: skip

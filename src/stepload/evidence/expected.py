@@ -1,102 +1,172 @@
-"""Expected uncertainty of a chord before it is measured, from the sources of error alone.
+"""Expected uncertainty of a chord before it is measured, and what narrows one.
 
-A loading without any error is used in place of the coming one. Effects of the contact (creep, set,
-a shape that no law has) cannot be known before, so the interval of the run itself is wider, never
-narrower.
+A run without any error is used in place of the coming one. What only the contact shows (slips, a
+drift that is not even) cannot be known before.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
+from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.smooth import smooth_lengths
 from stepload.evidence import figures
-from stepload.evidence.chord import Chord, chord
-from stepload.evidence.elastic import Elastic, elastic_of
+from stepload.evidence.answer import own_lines, reduced
+from stepload.evidence.askew import askew_of
+from stepload.evidence.changes import narrower
+from stepload.evidence.chord import chord
 from stepload.evidence.errors import errors_of
-from stepload.evidence.loops import Loop, loops_of
+from stepload.evidence.inelastic import inelastic_of
 from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Quantity
-from stepload.evidence.rehearse import TO_SIGMA, creep_threshold
-from stepload.evidence.signs import hold_creep
+from stepload.evidence.sideways import expected_sideways
 
 SAMPLES_HZ = 50.0
 """Samples per second. A rig is faster, but averaging of more noise is not counted on."""
+NAMED = 2
+"""So many of the largest lines are narrowed."""
+GAINS = 0.99
+"""A change that leaves more than this share of the half width gains nothing."""
+Tracks = list[tuple[int, Track, Track | None]]
 
 
-def loading(
-    levels_n: FloatArray, *, from_n: float, rate_n_per_s: float, hold_s: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Planned course of a loading: time in s, force in N and number of the hold, (N,) each.
+@dataclass(frozen=True, slots=True)
+class Course:
+    """The planned course of a run.
 
-    Args:
-        levels_n: rising, the last one the top.
-        from_n: force at which it begins, below the first level.
-        rate_n_per_s: of the ramps.
+    Attributes:
+        levels_n: (L,) rising, the last one the top.
+        from_n: force at which a loading begins, below the first level.
+        up_s: (L,) time up to each level.
+        down_s: (L − 1,) time from each level but the lowest down to the next.
         hold_s: at each level.
+        cycles: how many; of more than two the budget needs two.
+        free_s: in free air after each.
+        unloads: whether the course goes on after its first loading.
     """
-    forces, held, before = [], [], from_n
-    for number, level_n in enumerate(levels_n.tolist(), 1):
-        ramp = max(round((level_n - before) / rate_n_per_s * SAMPLES_HZ), 2)
-        rest = max(round(hold_s * SAMPLES_HZ), 4)
-        forces += [before + (level_n - before) * np.arange(1, ramp + 1) / ramp]
-        forces += [np.full(rest, level_n)]
-        held += [np.zeros(ramp), np.full(rest, number)]
-        before = level_n
-    force_n = np.concatenate(forces)
-    return np.arange(force_n.size) / SAMPLES_HZ, force_n, np.concatenate(held)
+
+    levels_n: FloatArray
+    from_n: float
+    up_s: Sequence[float]
+    down_s: Sequence[float]
+    hold_s: float
+    cycles: int = 2
+    free_s: float = 0.0
+    unloads: bool = True
+
+    def tracks(self, travel: Callable[[FloatArray], FloatArray]) -> Tracks:
+        """Its cycles without error; `travel` in m at forces (N,)."""
+        rising = [self.from_n, *self.levels_n.tolist()]
+        up = _way(rising, self.up_s, self.hold_s)
+        down = _way(rising[:0:-1], self.down_s[::-1], self.hold_s)
+        branches = [up, down] if self.unloads else [up]
+        moved = [travel(force_n) for force_n, _ in branches]
+        found: Tracks = []
+        at = 0
+        for number in range(1, min(self.cycles if self.unloads else 1, 2) + 1):
+            made: list[Track] = []
+            for (force_n, held), travel_m in zip(branches, moved, strict=True):
+                time_s = (at + np.arange(force_n.size)) / SAMPLES_HZ
+                made.append(Track(time_s, force_n, travel_m, held))
+                at += force_n.size
+            found.append((number, made[0], made[1] if len(made) > 1 else None))
+            at += round(self.free_s * SAMPLES_HZ)
+        return found
 
 
-def expected_chord(run: Pressed, *, held: bool = False) -> Quantity:
-    """The chord of a run's first loading with the interval that its sources of error alone give.
+def _way(
+    levels_n: Sequence[float], times_s: Sequence[float], hold_s: float
+) -> tuple[FloatArray, np.ndarray[tuple[int], np.dtype[np.intp]]]:
+    """Force in N and number of the hold along ramps from level to level."""
+    forces, held = [], []
+    rest = max(round(hold_s * SAMPLES_HZ), 4)
+    steps = zip(pairwise(levels_n), times_s, strict=True)
+    for number, ((low_n, high_n), time_s) in enumerate(steps, 1):
+        ramp = max(round(time_s * SAMPLES_HZ), 2)
+        forces += [low_n + (high_n - low_n) * np.arange(1, ramp + 1) / ramp]
+        forces += [np.full(rest, high_n)]
+        held += [np.zeros(ramp, dtype=np.intp), np.full(rest, number, dtype=np.intp)]
+    return np.concatenate(forces), np.concatenate(held)
 
-    Args:
-        run: a loading without error, and what is known of the errors of the one to come.
-        held: whether the creep counts that its holds cannot exclude.
+
+def expected_run(told: Conditions, tracks: Tracks, *, looked: bool = False) -> Pressed:
+    """A run that has only the errors stated in its conditions.
+
+    `looked`: its loading may end by its own deformation.
+    """
+    return Pressed(tracks=tracks, conditions=told, sideways=expected_sideways(told),
+                   askew=askew_of(told), looked=looked)  # fmt: skip
+
+
+def expected_chord(run: Pressed) -> Quantity:
+    """The chord of a run's first loading with the interval that its budget gives.
 
     Raises:
-        DomainError: the loading has too few places of different force.
+        DomainError: too little in contact, or a deformation that does not rise with the force.
     """
-    loops = loops_of(run.tracks, run.conditions.bend, 0.0)
-    first = loops[0].loading
-    main = chord(first)
-    elastic = elastic_of(first, main, run.conditions.bend)
-    lengths = smooth_lengths(run.conditions.sources.smooth_length_n, elastic.top_n)
+    loops, elastic, drift = reduced(run)
+    first, told = loops[0].loading, run.conditions
+    main = chord(first) if run.between_n is None else chord(first, *run.between_n)
+    inelastic = inelastic_of(run, loops, main.span_m, main.from_n, elastic, drift)
+    lengths = smooth_lengths(told.sources.smooth_length_n, elastic.top_n)
     reading = figures.Reading(
         main=main,
         upper=main,
         path=first.path,
-        errors=[errors_of(run, first, elastic, None, length_n) for length_n in lengths],
+        errors=[errors_of(run, first, elastic, drift, length_n) for length_n in lengths],
         law_sets=[],
         power=elastic.q,
-        left=figures.Discrepancies(
-            creep_m=_unseen_creep(run, loops, main, elastic) if held else 0.0
-        ),
+        lines=own_lines(run, loops, main, elastic, drift, inelastic),
     )
     return figures.quantities(run, reading)["chord"]
 
 
-def _unseen_creep(run: Pressed, loops: Sequence[Loop], main: Chord, elastic: Elastic) -> float:
-    """Standard uncertainty in m of the creep that holds as planned do not exclude."""
-    creep = hold_creep(loops, main.from_n, elastic)
-    if creep is None:
-        return 0.0
-    limit_m = creep_threshold(creep, loops, elastic, run.conditions.sources)
-    return limit_m * creep.total_per_mean / TO_SIGMA
+@dataclass(frozen=True, slots=True)
+class Narrowing:
+    """A line of the budget, one thing to do about it, and the half width of the interval then."""
+
+    line: str
+    todo: str
+    half_width: float
 
 
-def without_error(
-    course: tuple[FloatArray, FloatArray, FloatArray], travel_m: FloatArray
-) -> list[tuple[int, Track, None]]:
-    """The tracks of a run that is a loading only.
+def narrowing(run: Pressed, now: Quantity | None = None) -> list[Narrowing]:
+    """What narrows the chord of a run most: its two largest lines about which something helps.
 
     Args:
-        course: as `loading` gives it.
-        travel_m: (N,) along it.
+        run: measured, or expected.
+        now: its chord as it is; None: computed.
     """
-    time_s, force_n, held = course
-    return [(1, Track(time_s, force_n, travel_m, held.astype(np.intp)), None)]
+    now = now or expected_chord(run)
+    found: list[Narrowing] = []
+    for line in sorted(now.lines, key=lambda each: -each.relative):
+        change = narrower(line.source, run.conditions)
+        if change is None or any(each.todo == change[0] for each in found):
+            continue
+        then = expected_chord(changed(run, change[1](run.conditions))).half_width
+        if then < GAINS * now.half_width:
+            found.append(Narrowing(line.source, change[0], then))
+        if len(found) == NAMED:
+            break
+    return found
+
+
+def changed(run: Pressed, told: Conditions) -> Pressed:
+    """The same contact, pressed under other conditions."""
+    before = run.conditions
+
+    def moved(track: Track | None) -> Track | None:
+        if track is None:
+            return None
+        bent_m = told.bend(track.force_n) - before.bend(track.force_n)
+        return replace(track, travel_m=track.travel_m + bent_m)
+
+    tracks = [(number, moved(up) or up, moved(down)) for number, up, down in run.tracks]
+    askew = askew_of(told, run.askew.quality, run.askew.share)
+    return replace(run, tracks=tracks, conditions=told, askew=askew)
