@@ -15,7 +15,7 @@ from stepload.plan.load import load_plan
 
 PAYLOADS = ROOT / "procedures" / "payloads"
 SPHERE = PAYLOADS / "plastic-sphere.yaml"
-SMALL = ("design", SPHERE, "stvf", "--samples", 60, "--seed", 3)
+SMALL = ("design", SPHERE, "stvf")
 
 
 @pytest.fixture(autouse=True)
@@ -25,34 +25,22 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(grid, "HOLDS_S", (1.0, 5.0))
 
 
-@pytest.mark.long
-def test_a_plan_is_designed_written_and_told_the_same_by_one_process_and_by_two(
-    tmp_path: Path,
-) -> None:
+def test_a_plan_is_designed_written_and_promises_what_preflight_does(tmp_path: Path) -> None:
     (tmp_path / "plans").mkdir()
-    one = in_process(
-        *SMALL, "--processes", 1, "--json", "--out", "plans/a.yaml",
-        cwd=tmp_path,
-    )  # fmt: skip
-    two = in_process(
-        *SMALL, "--processes", 2, "--json", "--out", "plans/b.yaml",
-        cwd=tmp_path,
-    )  # fmt: skip
-    assert one.returncode == two.returncode == 0, one.stderr
+    one = in_process(*SMALL, "--json", "--out", "plans/a.yaml", cwd=tmp_path)
+    assert one.returncode == 0, one.stderr
     said = json.loads(one.stdout)
-    assert said | {"path": 0} == json.loads(two.stdout) | {"path": 0}
     assert said["chosen"]["can"] == "yes"
-    assert said["chosen"] in said["curve"]
-    assert said["chosen"]["samples"] == 240
-    assert said["agreed"] >= said["checked"] - 1 > 0
+    assert said["chosen"] in said["plans"]
+    soon = [each for each in said["plans"] if each["duration_s"] <= said["time_s"]]
+    narrowest = min(each["half_width"] for each in soon)
+    assert said["chosen"]["half_width"] <= 1.02 * narrowest
+    assert narrowest > max(each["half_width"] for each in said["narrowing"])
     assert said["largest_top_force_n"] == 300.0
-    for words in ("The plan for plastic sphere", "To expect:", "The top force cannot", "written:"):
-        assert words in one.stderr
 
     file = tmp_path / "plans" / "a.yaml"
     assert file.read_text() == said["plan"]
     assert "stepload design" in said["plan"]
-    assert "--seed 3" in said["plan"]
     plan = load_plan(file).procedure
     assert plan.top_force_n == said["chosen"]["top_force_n"]
     assert plan.hold_s == said["chosen"]["hold_s"]
@@ -70,7 +58,6 @@ def test_a_file_is_named_from_where_the_plan_lies(tmp_path: Path) -> None:
         assert written._file(tmp_path / named, tmp_path / "plans" / "a.yaml") == f'"{way}"'
 
 
-@pytest.mark.long
 def test_a_rig_file_is_named_from_where_the_plan_lies(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -82,12 +69,6 @@ def test_a_rig_file_is_named_from_where_the_plan_lies(
         "design",
         SPHERE,
         "./my rig.yaml",
-        "--samples",
-        60,
-        "--seed",
-        3,
-        "--processes",
-        1,
         "--out",
         "plans/a.yaml",
         cwd=tmp_path,
@@ -104,14 +85,7 @@ def test_a_rig_file_is_named_from_where_the_plan_lies(
     [
         ((PAYLOADS / "plastic-cone.yaml", "stvf"), "must not be pressed on STVF"),
         ((PAYLOADS / "aluminium-sphere.yaml", "stvf"), "preflight refuses it, or says"),
-        pytest.param(
-            (PAYLOADS / "silicone-sphere.yaml", "ur5e"), "any one of these would do: gauge of",
-            marks=pytest.mark.long,
-        ),
         ((SPHERE, "stvf", "--time", "40 s"), "takes only 40 s"),
-        pytest.param(
-            (SPHERE, "stvf", "--samples", 2), "more --samples would tell", marks=pytest.mark.long
-        ),
     ],
 )  # fmt: skip
 def test_where_no_plan_will_do_none_is_written(
@@ -165,5 +139,4 @@ def test_a_place_where_nothing_can_be_written_is_told_before_the_work(
     said = in_process(*SMALL, "--out", "new.yaml", cwd=tmp_path)
     assert said.returncode == 2
     assert "No space left on device" in said.stderr
-    assert "simulated identifications" not in said.stderr
     assert list(tmp_path.iterdir()) == []

@@ -99,11 +99,10 @@ def objects(directory: Path) -> dict[str, Any]:
         few.setattr(points, "EXPONENTS", (1.5,))
         few.setattr(points, "COLUMNS", 2)
         few.setattr(atlas, "shipped_payloads", lambda: [PAYLOADS / "plastic-cone.yaml"])
-        seed = ("--seed", 3, "--processes", 1)
-        verb("map", "map", "stvf", "--payload", SPHERE, "--samples", 12, *seed)
+        verb("map", "map", "stvf", "--payload", SPHERE)
         few.setattr(grid, "STEPS", (4,))
         few.setattr(grid, "HOLDS_S", (5.0,))
-        verb("design", "design", SPHERE, "stvf", "--samples", 60, *seed)
+        verb("design", "design", SPHERE, "stvf")
     verb("bad_input", "identify", "nothing.csv")
     return made
 

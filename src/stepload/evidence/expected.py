@@ -6,6 +6,7 @@ drift that is not even) cannot be known before.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -98,10 +99,16 @@ def _way(
 def expected_run(told: Conditions, tracks: Tracks, *, looked: bool = False) -> Pressed:
     """A run that has only the errors stated in its conditions.
 
+    A drift of the force's zero is stated as its largest: its rms is expected from tare to tare.
     `looked`: its loading may end by its own deformation.
     """
+    up, down = tracks[0][1:]
+    step_n = None
+    if down is not None:
+        step_n = told.sources.zero_drift_n_per_s * float(down.time_s[-1] - up.time_s[0])
+        step_n /= math.sqrt(3.0)
     return Pressed(tracks=tracks, conditions=told, sideways=expected_sideways(told),
-                   askew=askew_of(told), looked=looked)  # fmt: skip
+                   askew=askew_of(told), looked=looked, zero_step_n=step_n)  # fmt: skip
 
 
 def expected_chord(run: Pressed) -> Quantity:
@@ -150,7 +157,7 @@ def narrowing(run: Pressed, now: Quantity | None = None) -> list[Narrowing]:
         if change is None or any(each.todo == change[0] for each in found):
             continue
         then = expected_chord(changed(run, change[1](run.conditions))).half_width
-        if then < GAINS * now.half_width:
+        if then < GAINS * now.half_width and then <= figures.HOPELESS:
             found.append(Narrowing(line.source, change[0], then))
         if len(found) == NAMED:
             break
@@ -169,4 +176,7 @@ def changed(run: Pressed, told: Conditions) -> Pressed:
 
     tracks = [(number, moved(up) or up, moved(down)) for number, up, down in run.tracks]
     askew = askew_of(told, run.askew.quality, run.askew.share)
-    return replace(run, tracks=tracks, conditions=told, askew=askew)
+    step_n, drift = run.zero_step_n, before.sources.zero_drift_n_per_s
+    if step_n is not None and drift > 0.0:
+        step_n *= told.sources.zero_drift_n_per_s / drift
+    return replace(run, tracks=tracks, conditions=told, askew=askew, zero_step_n=step_n)

@@ -1,4 +1,4 @@
-"""The file of a design says what was simulated, and nothing stays that preflight refuses."""
+"""The file of a design is the plan that was chosen, and nothing stays that preflight refuses."""
 
 from __future__ import annotations
 
@@ -7,12 +7,9 @@ from pathlib import Path
 import pytest
 
 from stepload.design import grid as room
-from stepload.design.binomial import share
 from stepload.design.ceiling import ceiling
-from stepload.design.front import Tried
 from stepload.design.grid import grid
 from stepload.design.make import Design
-from stepload.design.work import Row
 from stepload.design.written import text_of, write
 from stepload.errors import BadInputError, RefusedError
 from stepload.plan.load import load_plan
@@ -31,20 +28,17 @@ def found() -> Design:
         patch.setattr(room, "HOLDS_S", (8.0,))
         plans = grid("stvf", SPHERE, limit, "5 mm")
     plan = plans.candidates[-1]
-    every = share(250, 250)
-    point = plan.point(0, plan.conditions)
-    one = Tried(plan, Row(point, 1.0, every, every, every, every, 0.1, ""))
-    return Design(limit, 500.0, plans, [one], [one], one, 1, 250)
+    return Design(limit, 500.0, plans, [plan], plan, [])
 
 
 def text(found: Design, path: Path) -> str:
     return text_of(found, path, SPHERE, "stvf", "5 mm", "stepload design")
 
 
-def test_the_written_plan_is_the_one_that_was_simulated(found: Design, tmp_path: Path) -> None:
+def test_the_written_plan_is_the_chosen_one(found: Design, tmp_path: Path) -> None:
     path = tmp_path / "new.yaml"
     write(path, text(found, path))
-    plan, chosen = load_plan(path).procedure, found.chosen.candidate
+    plan, chosen = load_plan(path).procedure, found.chosen
     assert (chosen.order.ramp_s, chosen.order.hold_s) == (2.0, 8.0)
     assert plan.top_force_n == pytest.approx(chosen.top_n)
     assert len(plan.levels_n) == chosen.order.steps
