@@ -136,21 +136,23 @@ def envelope_of(plan: Plan, measured: Measured | None = None) -> Envelope:
         return envelope
     told = advised(plan, envelope.reasons, lambda p: derive(p).reasons)
     if envelope.limits is not None:
-        told = _by_result(plan, envelope.theory, told)
+        told = _by_result(envelope, told)
     until = None if envelope.limits is None else until_of(plan, envelope.theory)
     if until is not None:
         told = (*told, *until_reasons(until))
     return replace(envelope, until=until, reasons=told, verdict=verdict_of(told))
 
 
-def _by_result(plan: Plan, theory: Theory, reasons: tuple[Reason, ...]) -> tuple[Reason, ...]:
+def _by_result(envelope: Envelope, reasons: tuple[Reason, ...]) -> tuple[Reason, ...]:
     """The reasons; what is in the result's interval is a note where that is narrow enough."""
     if not any(each.code in IN_THE_INTERVAL for each in reasons):
         return reasons
+    plan = envelope.plan
     try:
-        enough = expected_result(plan, theory).half_width <= 1.0 / plan.identify.accuracy_t
+        expected = expected_result(plan, envelope.theory, envelope.climbs)
     except DomainError:
         return reasons
+    enough = expected.half_width <= 1.0 / plan.identify.accuracy_t
     return tuple(
         replace(each, severity=Severity.NOTE) if enough and each.code in IN_THE_INTERVAL else each
         for each in reasons

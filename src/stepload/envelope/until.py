@@ -99,16 +99,16 @@ def until_of(plan: Plan, theory: Theory) -> Until | None:
     return Until(asked, tuple(needs), conditions)
 
 
-def expected_result(plan: Plan, theory: Theory) -> Quantity:
+def expected_result(plan: Plan, theory: Theory, climbs: Climbs | None) -> Quantity:
     """The chord of a run by theory's stiffest law, with the interval that the known errors give.
 
     Raises:
         DomainError: there is no contact law, or no loading, to predict from.
     """
-    return expected_chord(planned_run(plan, theory))
+    return expected_chord(planned_run(plan, theory, climbs))
 
 
-def planned_run(plan: Plan, theory: Theory, climbs: Climbs | None = None) -> Pressed:
+def planned_run(plan: Plan, theory: Theory, climbs: Climbs | None) -> Pressed:
     """The run of a plan without error, by theory's stiffest law; `climbs`: its ramps' times.
 
     Raises:

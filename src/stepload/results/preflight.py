@@ -152,7 +152,7 @@ def expected_of(envelope: Envelope) -> Quantity | None:
     if envelope.plan.identify.kind == "system":
         return None
     try:
-        expected = expected_result(envelope.plan, envelope.theory)
+        expected = expected_result(envelope.plan, envelope.theory, envelope.climbs)
     except DomainError:
         return None
     return expected if math.isfinite(expected.half_width) else None

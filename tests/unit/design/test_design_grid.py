@@ -123,8 +123,8 @@ def test_every_plan_of_the_grid_is_one_that_preflight_lets_run() -> None:
         envelope = derive(plan_of("stvf", SPHERE, each.top_n, each.order))
         assert envelope.verdict is not PlanVerdict.REFUSED
         assert each.duration_s == envelope.duration_s
-        expected = expected_result(envelope.plan, envelope.theory)
-        assert each.half_width == pytest.approx(expected.half_width, rel=0.05)
+        expected = expected_result(envelope.plan, envelope.theory, envelope.climbs)
+        assert each.half_width == pytest.approx(expected.half_width, rel=1e-9)
         assert each.chord.to_n == pytest.approx(each.top_n, rel=1e-3)
 
 
