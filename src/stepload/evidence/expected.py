@@ -28,7 +28,7 @@ from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Quantity
 from stepload.evidence.sideways import expected_sideways
 
-SAMPLES_HZ = 50.0
+SAMPLES_HZ = 200.0
 """Samples per second. A rig is faster, but averaging of more noise is not counted on."""
 NAMED = 2
 """So many of the largest lines are narrowed."""
@@ -64,9 +64,9 @@ class Course:
     def tracks(self, travel: Callable[[FloatArray], FloatArray]) -> Tracks:
         """Its cycles without error; `travel` in m at forces (N,)."""
         rising = [self.from_n, *self.levels_n.tolist()]
-        up = _way(rising, self.up_s, self.hold_s)
-        down = _way(rising[:0:-1], self.down_s[::-1], self.hold_s)
-        branches = [up, down] if self.unloads else [up]
+        branches = [_way(rising, self.up_s, self.hold_s)]
+        if self.unloads and len(rising) > 2:
+            branches.append(_way(rising[:0:-1], self.down_s[::-1], self.hold_s))
         moved = [travel(force_n) for force_n, _ in branches]
         found: Tracks = []
         at = 0
