@@ -1,4 +1,4 @@
-"""Contribution of lateral force to the budget, and the gates that it may fire."""
+"""Contribution of lateral force to the budget, and the doubts that it raises."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ def identification_data(found: Identification) -> dict[str, Any]:
 
 
 def _evidence_data(found: Identification) -> dict[str, Any]:
-    """The headline, every other figure, and the evaluated gates."""
+    """The headline, every other figure, and what is not elastic."""
     evidence = found.evidence
     if evidence is None:
         return {"headline": None, "quantities": {}, "exponent": None, "inelastic": None, "laws": []}

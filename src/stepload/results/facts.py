@@ -129,12 +129,12 @@ def _given_instead(plan: Plan, found: Identification | None) -> str | None:
 
 
 def _counted(plan: Plan) -> str:
-    """K_s with the standard uncertainty that was used, and further notes on it."""
+    """K_s with the standard uncertainty that was used."""
     known, value = known_stiffness(plan), plan.rig.system_stiffness.stiffness_n_per_m
     text = f"{f(value, 'N/m')} ± {f(known.sigma_n_per_m, 'N/m')} (standard uncertainty)"
     if known.table is not None:
         return f"{text}, and a table of the deflection"
-    return f"{text}; {known.note}" if known.note else text
+    return text
 
 
 def started_on(text: str) -> date | None:

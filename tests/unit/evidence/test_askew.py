@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pressed_runs import World, press
+from stepload.evidence.gates import HARMLESS
 
 from stepload.estimators.across import CROSS_COMPLIANCE, Across
 from stepload.estimators.contact_point import OFF_AXIS_M, ContactPoint
@@ -28,7 +29,6 @@ from stepload.evidence.askew import (
     Askew,
     coupling_of,
 )
-from stepload.evidence.gates import HARMLESS
 
 FORCES = np.linspace(30.0, 300.0, 10)
 YIELDS = 1.0 / 3.49e6

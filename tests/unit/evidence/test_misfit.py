@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pressed_runs import World, hertz, press, told
+from stepload.evidence.gates import HARMLESS, Gate
 
 from stepload.estimators.fit import FloatArray
 from stepload.evidence.answer import weigh
-from stepload.evidence.gates import HARMLESS, Gate
 from stepload.evidence.pressed import Pressed
 
 TOUCH = "secant_from_touch"

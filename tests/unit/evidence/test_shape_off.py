@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from stepload.evidence.shape import _off
 
 from stepload.errors import DomainError
-from stepload.evidence.shape import _off
 
 
 @pytest.mark.parametrize("slope", [-1.0, 0.0])

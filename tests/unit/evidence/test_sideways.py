@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 from pressed_runs import World, press
+from stepload.evidence.gates import LARGEST_CORRECTION, STRONG_LATERAL
 
 from stepload.estimators.across import CROSS_COMPLIANCE, Across
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.sources import Sources
 from stepload.evidence.answer import weigh
-from stepload.evidence.gates import LARGEST_CORRECTION, STRONG_LATERAL
 from stepload.evidence.sideways import (
     GUIDED_COMPLIANCE,
     UNKNOWN_FRICTION,

@@ -22,16 +22,11 @@ from pathlib import Path
 
 import numpy as np
 
-from stepload.evidence.answer import weigh
-from stepload.evidence.pressed import Pressed
-from stepload.results.pressed import pressed
-from stepload.results.saved import saved_run
 from stepload_verify.trials.dynamic import press as dynamic
 from stepload_verify.trials.dynamic import worlds as dynamic_worlds
 from stepload_verify.trials.each import for_each
 from stepload_verify.trials.honest.answer import QUANTITIES, Outcome, evidence, judged
 from stepload_verify.trials.honest.held_out import HELD_OUT, HELD_OUT_IDEAL
-from stepload_verify.trials.honest.measure import record
 from stepload_verify.trials.honest.score import report, verdict
 from stepload_verify.trials.honest.worlds import IDEAL, KNOWN, SPOILED, World, make
 
@@ -85,8 +80,7 @@ def show(world: str, seed: int) -> None:
     case = make(ALL, world, seed)
     print(f"{case.rig}\n{case.procedure}")
     print(f"gain {case.faults.gain:+.4f}, lag {case.faults.lag_s:.4f} s, {case.declared}")
-    if _show(judged(case)):
-        _show_gates(pressed(*record(case)), case.rig.depth_m)
+    _show(judged(case))
 
 
 def show_dynamic(world: str, seed: int) -> None:
@@ -94,14 +88,11 @@ def show_dynamic(world: str, seed: int) -> None:
     directory = Path(tempfile.mkdtemp(prefix=f"{world}-{seed}-"))
     outcome = dynamic.judged(world, seed, keep=directory)
     print(f"{directory}: peak {outcome.peak:.3f} F_c {outcome.stop}")
-    if _show(outcome):
-        saved = saved_run(directory)
-        deepest_m = float(saved.data.travel_m.max())
-        _show_gates(pressed(saved.data, saved.conditions), deepest_m)
+    _show(outcome)
 
 
-def _show(outcome: Outcome) -> bool:
-    """Print the answers; whether there are any."""
+def _show(outcome: Outcome) -> None:
+    """Print the answers."""
     print(f"{outcome.world} {outcome.seed}: {outcome.family}, {outcome.story or 'nothing added'}")
     if outcome.problem:
         print(f"{'BROKEN' if outcome.broken else 'refused'}: {outcome.problem}")
@@ -115,17 +106,6 @@ def _show(outcome: Outcome) -> bool:
         )
         for reason in said.why:
             print(f"    {reason}")
-    return bool(outcome.scored)
-
-
-def _show_gates(run: Pressed, depth_m: float) -> None:
-    """Print every gate; lengths as shares of the depth."""
-    for gate in weigh(run).gates:
-        fires = "fires" if gate.fires else ""
-        size = 1.0 / depth_m if gate.unit == "m" else 1.0
-        print(
-            f"  gate {gate.name:14s} {size * gate.value:.5f} of {size * gate.threshold:.5f} {fires}"
-        )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
