@@ -18,6 +18,7 @@ from stepload.plan.model import (
     Payload,
     Plan,
     Rig,
+    SecondForceSource,
     Structure,
     SystemStiffness,
 )
@@ -69,7 +70,16 @@ def conditions_of(plan: Plan, theory: Theory) -> Conditions:
         yields_m_per_n=1.0 / stiffness.stiffness_n_per_m,
         gauge_offset_m=gauge_offset_of(rig),
         arm_sources=_sources(plan, None) if beside else None,
+        second_share=_second_share(plan),
     )
+
+
+def _second_share(plan: Plan) -> float | None:
+    """How far the second channel's gain may differ: as stated, else what its newtons come to."""
+    second = plan.rig.second_force
+    if second.source is SecondForceSource.NONE:
+        return None
+    return second.tolerance_relative or second.tolerance_n / plan.procedure.top_force_n
 
 
 def _sources(plan: Plan, gauge: DisplacementSpec | None) -> Sources:

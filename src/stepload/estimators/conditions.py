@@ -48,6 +48,8 @@ class Conditions:
             0 without one.
         arm_sources: the sources of the arm's travel where a gauge measures beside it; None without
             a gauge, and in records of earlier versions.
+        second_share: how far, as a share of the force, a sound second force channel may differ;
+            None without one.
         branch: whose chord is the headline: loading, unloading or reloading.
         structure_note: remark on `arm` where it is not stated; "" where it is.
     """
@@ -78,6 +80,7 @@ class Conditions:
     gauge_offset_m: float = 0.0
     structure_note: str = ""
     branch: str = "loading"
+    second_share: float | None = None
     arm_sources: Sources | None = None
     rough_length_sigma: float = ROUGH_LENGTH_SIGMA
 

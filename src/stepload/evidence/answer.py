@@ -30,6 +30,7 @@ from stepload.evidence.laws import FIXED, POWER
 from stepload.evidence.loops import LEAST_STRETCHES, Branch, Loop, loops_of
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Exponent, Line, Quantity
+from stepload.evidence.second import against_second
 from stepload.units import format_quantity
 
 UPPER_SHARE = 0.7
@@ -99,9 +100,10 @@ def weigh(run: Pressed) -> Evidence:
     lowest_n = float(first.path.force_n.min())
     main = chord(first) if run.between_n is None else chord(first, *run.between_n)
     inelastic = inelastic_of(run, loops, main.span_m, main.from_n, elastic, drift)
-    of_gauge, said = against_arm(run, main)
+    of_gauge, said_of_gauge = against_arm(run, main)
+    of_second, said_of_second = against_second(run)
     notes, blocking = _cannot_show(run, loops)
-    notes += said
+    notes += [*said_of_gauge, *said_of_second]
     notes.append(
         "the point of touch is extrapolated by the laws: the data begin at "
         f"{format_quantity(lowest_n, 'N')}, and a film or a seat that gives way below makes a "
@@ -125,7 +127,7 @@ def weigh(run: Pressed) -> Evidence:
         law_sets=counting if power is not None else [],
         power=power.best.shape if power is not None else 1.0,
         lines=own_lines(run, loops, main, elastic, drift, inelastic),
-        doubts=(*run.doubts, *blocking, *of_gauge, *_jumps(data, every, main)),
+        doubts=(*run.doubts, *of_second, *blocking, *of_gauge, *_jumps(data, every, main)),
         law_doubts=(*run.law_doubts, *_refused(counting[here] if len(counting) > here else {})),
     )
     found = figures.quantities(run, read_from)

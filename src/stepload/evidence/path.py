@@ -28,6 +28,7 @@ class Track:
         time_s, force_n, travel_m: travel in metres from one zero for all branches of a run.
         held: number of the hold that a sample lies in; 0 while the force is moving.
         arm_m: position of the arm where `travel_m` is that of a gauge; else None.
+        second_n: second force channel, NaN where it has no sample; None without one.
     """
 
     time_s: FloatArray
@@ -35,6 +36,7 @@ class Track:
     travel_m: FloatArray
     held: IntArray
     arm_m: FloatArray | None = None
+    second_n: FloatArray | None = None
 
 
 @dataclass(frozen=True, slots=True)

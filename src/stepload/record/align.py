@@ -43,6 +43,7 @@ class Aligned:
     the force across it, not tared either, `torque_n_m` (N, 3) the torque along the pressing axis
     last, the two across it before, in the order x, y, z. `displacement_m` is None without a gauge.
     `phase`, `cycle`, `step` and `level_n` are those of the tick before the sample.
+    `second_n` is the second force channel, NaN where it has no sample; None without one.
     `left_out` counts force samples that were marked bad or lie in a gap of another channel.
     """
 
@@ -58,6 +59,7 @@ class Aligned:
     left_out: int
     across_n: FloatArray
     torque_n_m: FloatArray
+    second_n: FloatArray | None = None
 
 
 def sample_times(channel: str, columns: SampleColumns) -> tuple[FloatArray, ChannelClock]:
@@ -172,4 +174,20 @@ def align(recording: Recording, axis: str | None = None, lag_s: float = 0.0) -> 
         left_out=int(len(usable) - usable.sum()),
         across_n=across(recording.force.wrench[usable], axis),
         torque_n_m=torques(recording.force.wrench[usable], axis),
+        second_n=_second(recording, at_s[usable], arm_s),
     )
+
+
+def _second(recording: Recording, at_s: FloatArray, arm_s: FloatArray) -> FloatArray | None:
+    """The second force channel (N,): a second sensor, or the force of an arm that has one."""
+    columns, axis = recording.second_force, recording.metadata.get("second_force_axis", "")
+    if columns is not None and axis and len(columns.receive_time_s) >= 2:
+        time_s, _ = sample_times("second_force", columns)
+        value_n = project(columns.wrench, axis)
+    else:
+        time_s, value_n = arm_s, recording.arm.force_n
+    known = np.isfinite(value_n)
+    if known.sum() < 2:
+        return None
+    second_n, inside = _interpolate(at_s, time_s[known], value_n[known])
+    return np.where(inside, second_n, np.nan)

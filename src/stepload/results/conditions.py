@@ -162,7 +162,7 @@ def _check(found: Conditions) -> None:
     numbers = {**asdict(found.sources), **asdict(found)}
     optional = {"system_stiffness_n_per_m", "zero_sigma_m", "elastic_limit_n", "roughness_m",
                 "rough_length_m", "smooth_length_n", "smooth_degrees", "theory_k", "theory_n",
-                "modulus_pa", "plate_pa", "lever_m"}  # fmt: skip
+                "modulus_pa", "plate_pa", "lever_m", "second_share"}  # fmt: skip
     positive = {"secant_force_n", "p", "s", "t", "system_stiffness_n_per_m", "elastic_limit_n",
                 "position_resolution_m", "smooth_length_n", "theory_k", "theory_n", "modulus_pa",
                 "plate_pa", "rough_length_sigma"}  # fmt: skip

@@ -82,6 +82,7 @@ class PressData:
         doubts: sentences that block every figure: a rule that stopped the run says that its
             readings were wrong.
         arm_m: position of the arm beside a `gauge`; None without one.
+        second_n: the second force channel, tared; NaN where it has no sample, None without one.
     """
 
     time_s: FloatArray
@@ -106,6 +107,7 @@ class PressData:
     looked: bool = False
     doubts: tuple[str, ...] = ()
     arm_m: FloatArray | None = None
+    second_n: FloatArray | None = None
 
     @property
     def contact(self) -> IntArray:
@@ -321,6 +323,7 @@ def press_data(
     torque_n_m, torque_noise_n_m = _tared(aligned.torque_n_m, aligned, recording)
     if across is not None and across_n is not None and not gauge:
         travel_m = travel_m - across.taken_m(force_n, across_n)
+    second_n = aligned.second_n
     circled = any(event.kind == "circle_touch" for event in recording.events)
     since_m, touches = _zeroed(aligned, _touches(recording), travel_m, circled=circled)
     return PressData(
@@ -346,4 +349,5 @@ def press_data(
         looked=any(event.kind == "until" for event in recording.events),
         doubts=stop_doubts(recording.events),
         arm_m=aligned.position_m if gauge else None,
+        second_n=None if second_n is None else second_n - np.interp(aligned.time_s, times, seconds),
     )

@@ -143,7 +143,8 @@ def _share(branch: Branch) -> float | None:
 def _track(data: PressData, mask: NDArray[np.bool_]) -> Track:
     held = holds_of(data.phase[mask])
     arm_m = None if data.arm_m is None else data.arm_m[mask]
-    return Track(data.time_s[mask], data.force_n[mask], data.travel_m[mask], held, arm_m)
+    second_n = None if data.second_n is None else data.second_n[mask]
+    return Track(data.time_s[mask], data.force_n[mask], data.travel_m[mask], held, arm_m, second_n)
 
 
 def _touches(data: PressData) -> tuple[Touch, Touch] | None:
