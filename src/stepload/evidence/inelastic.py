@@ -35,9 +35,10 @@ class Part:
     sigma_m: float
 
     @property
-    def surely_m(self) -> float:
-        """What of it no error explains with 95 %."""
-        return max(abs(self.value_m) - NORMAL_95 * self.sigma_m, 0.0)
+    def shown_m(self) -> float:
+        """Its size; 0 where the errors alone may explain it (95 %)."""
+        size_m = abs(self.value_m)
+        return size_m if size_m > NORMAL_95 * self.sigma_m else 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,13 +50,13 @@ class Inelastic:
 
     @property
     def share(self) -> float:
-        """The largest part that no error explains, over the deformation of the chord."""
-        return max((part.surely_m for part in self.parts), default=0.0) / self.span_m
+        """The largest part that errors do not explain, over the deformation of the chord."""
+        return max((part.shown_m for part in self.parts), default=0.0) / self.span_m
 
     @property
     def largest(self) -> str:
         """Name of that part; "" without any."""
-        return max(self.parts, key=lambda part: part.surely_m).name if self.parts else ""
+        return max(self.parts, key=lambda part: part.shown_m).name if self.parts else ""
 
     def of(self, name: str) -> Part | None:
         """A part by its name."""
