@@ -9,7 +9,7 @@ from functools import cache
 
 from stepload.contact.law_names import LAW_NAMES
 from stepload.errors import DomainError
-from stepload.estimators.smooth import smooth_lengths
+from stepload.estimators.smooth import NORMAL_95, smooth_lengths
 from stepload.evidence import figures
 from stepload.evidence.chord import Chord, chord
 from stepload.evidence.drift import Drift, drift_of, without_drift
@@ -29,7 +29,7 @@ from stepload.evidence.lawfit import (
 from stepload.evidence.laws import FIXED, POWER
 from stepload.evidence.loops import LEAST_STRETCHES, Branch, Loop, loops_of
 from stepload.evidence.pressed import Pressed
-from stepload.evidence.quantity import Exponent, Line, Quantity
+from stepload.evidence.quantity import Exponent, Line, Quantity, combined
 from stepload.evidence.second import against_second
 from stepload.units import format_quantity
 
@@ -37,6 +37,8 @@ UPPER_SHARE = 0.7
 """The upper chord begins at this share of the top force."""
 UNEVEN = 0.2
 """Standard uncertainty of a drift that was taken out as an even one, as a share of it."""
+OF_SIGNS = ("drift that is not even", "drift (one cycle)")
+"""Lines whose size is that of a sign of what is not elastic, as far as it may be a drift."""
 LOADING = "loading"
 REFUSED = 1e-3
 """Probability below which the χ² of the best law refuses all of them."""
@@ -87,7 +89,12 @@ class Evidence:
     @property
     def elastic(self) -> bool:
         """Whether what is not elastic lies within the interval of the headline."""
-        return self.inelastic.share <= self.headline.half_width
+        return self.inelastic.share <= self.within
+
+    @property
+    def within(self) -> float:
+        """Half width of that interval without the lines that tell of the signs themselves."""
+        return _within(self.headline)
 
 
 def weigh(run: Pressed) -> Evidence:
@@ -144,7 +151,7 @@ def weigh(run: Pressed) -> Evidence:
     found = figures.quantities(run, read_from)
     found |= _of_branches(run, loops, main, elastic, drift, assumed, read_from)
     headline = _headline(found, told.branch)
-    if inelastic.share > headline.half_width:
+    if inelastic.share > _within(headline):
         said_of = f"{inelastic.share:.1%} of the deformation is not elastic ({inelastic.largest})"
         read_from = replace(read_from, exponent_doubts=(said_of,))
     if told.laws:
@@ -159,6 +166,10 @@ def weigh(run: Pressed) -> Evidence:
         drift_m_per_s=drift.rate_m_per_s if drift is not None and run.timed else None,
         notes=tuple(notes),
     )
+
+
+def _within(headline: Quantity) -> float:
+    return NORMAL_95 * combined([line for line in headline.lines if line.source not in OF_SIGNS])
 
 
 def reduced(run: Pressed) -> tuple[tuple[Loop, ...], Elastic, Drift | None]:
@@ -241,13 +252,13 @@ def own_lines(
         again = inelastic.of("reload")
         if again is not None and again.shown_m > 0.0:
             uneven_m = math.hypot(uneven_m, again.value_m / math.sqrt(3.0))
-        found += length("drift that is not even", format_quantity(uneven_m, "m"), uneven_m)
+        found += length(OF_SIGNS[0], format_quantity(uneven_m, "m"), uneven_m)
     elif gap is not None:
         # One cycle: what lies between loading and unloading may be a drift.
         lasted_s = float(path.time_s[-1] - path.time_s[0])
         share = abs(elapsed_s) / max(2.0 * lasted_s, 1e-12)
         may_m = share * math.hypot(gap.value_m, gap.sigma_m) / math.sqrt(3.0)
-        found += length("drift (one cycle)", format_quantity(may_m, "m"), may_m)
+        found += length(OF_SIGNS[1], format_quantity(may_m, "m"), may_m)
     slipped_m, unseen_m = run.askew.slip_m(main.from_n, main.to_n, elastic.payload_at)
     slip_m = math.hypot(slipped_m, unseen_m) / math.sqrt(3.0)
     return found + length("slip on a tilted plate", format_quantity(slip_m, "m"), slip_m)
