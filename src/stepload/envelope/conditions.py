@@ -128,7 +128,12 @@ def gauge_offset_of(rig: Rig) -> float:
 
 
 def across_of(stiffness: SystemStiffness) -> Across:
-    """The calibrated effect of lateral force; empty where the calibration record is not valid."""
+    """The calibrated effect of lateral force; empty where the calibration record is not valid.
+
+    A K_s without a record is that of a person, for a press without lateral force.
+    """
+    if stiffness.record is None:
+        return Across(at_share=(0.0, 0.0), stated=True)
     if stiffness.validity_problem:
         return Across()
     return Across(

@@ -45,6 +45,8 @@ def friction_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
             "", worst, math.nan, "",
         )  # fmt: skip
         return
+    if known.stated:
+        return
     if known.at_share is not None:
         yield Reason(
             "one_friction", Severity.NOTE,

@@ -42,6 +42,7 @@ class Across:
         correlation: correlation of the two errors.
         at_share: t₀; None where it is not known under which friction K_s was measured.
         reach: largest distance from t₀ of the shares that c was measured with.
+        stated: whether a person states K_s, whose σ then holds for the friction of this contact.
     """
 
     per_newton_m: Pair | None = None
@@ -49,6 +50,7 @@ class Across:
     correlation: float = 0.0
     at_share: Pair | None = None
     reach: float = 0.0
+    stated: bool = False
 
     @property
     def covariance(self) -> FloatArray:

@@ -59,7 +59,7 @@ class Sideways:
         if self.rule == "unknown":
             return "friction not known to be that of the calibration"
         if self.rule == "one number":
-            return f"{self.away:.1%} away from the calibration"
+            return f"{self.away:.1%} away from that of K_s"
         if self.share is None:
             return NOT_KNOWN
         taken = f", {self.taken:.1%} of the deflection taken out"
@@ -109,7 +109,7 @@ def sideways(
         if told.arm and across.at_share is not None:
             errors = _along(across.away(share))
             return Sideways("one number", size, away, CROSS_COMPLIANCE * away, errors=errors)
-    if told.arm:
+    if told.arm and not across.stated:
         return Sideways("unknown", size, relative=UNKNOWN_FRICTION)
     errors = () if share is None else _along(share)
     return Sideways("guided", size, relative=GUIDED_COMPLIANCE * (size or 0.0), errors=errors)

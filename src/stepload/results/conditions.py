@@ -133,6 +133,8 @@ def _across(data: Any) -> Across:
     numbers = [*(v for pair in pairs for v in pair or ()), found.correlation, found.reach]
     if not all(isinstance(v, int | float) and math.isfinite(v) for v in numbers):
         raise ValueError("a number of the lateral force is not finite")
+    if not isinstance(found.stated, bool):
+        raise ValueError(f"stated is {found.stated!r}")
     if min(*found.sigma_m_per_n, found.reach, 1.0 - abs(found.correlation)) < 0.0:
         raise ValueError("an uncertainty of the lateral force is impossible")
     return found
