@@ -106,7 +106,7 @@ def test_what_is_not_elastic_is_told_and_no_law_is_identified(
     [
         (World(drift_m_per_s=0.3e-6), "drift that is not even", 0.02),
         (World(set_m=10e-6), "drift that is not even", 0.05),
-        (World(cycles=1, drift_m_per_s=0.1e-6), "drift (one cycle)", 0.02),
+        (World(cycles=1, drift_m_per_s=0.05e-6), "drift (one cycle)", 0.01),
         (World(lateral=0.08), "lateral force", 0.02),
         (World(said={"zero_step_n": 40.0}), "zero of force", 0.1),
     ],

@@ -62,7 +62,7 @@ def test_the_law_that_is_true_may_be_chosen_where_the_power_law_does_not_fit() -
     assert free.exponent is not None
     assert free.exponent.verdict != "identified"
     found = chosen(world, "two-springs")
-    assert found.quantities[TOUCH] == free.quantities[TOUCH]
+    assert found.quantities[TOUCH].value_n_per_m == free.quantities[TOUCH].value_n_per_m
     assert found.quantities[TOUCH].verdict == "identified", found.quantities[TOUCH].why
     low, high = found.quantities[TOUCH].interval_n_per_m
     assert low <= 300.0 / two_springs(np.array([300.0]))[0] <= high
