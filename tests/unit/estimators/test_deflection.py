@@ -11,7 +11,7 @@ from pressed_runs import there_and_back
 from stepload.errors import DomainError
 from stepload.estimators.budget import budget
 from stepload.estimators.conditions import Conditions
-from stepload.estimators.deflection import DeflectionTable, least_sigma
+from stepload.estimators.deflection import DeflectionTable
 from stepload.estimators.fit import Fit
 from stepload.estimators.inverse_law import joint
 from stepload.estimators.judge import ResultVerdict
@@ -112,14 +112,10 @@ def test_the_rows_err_like_a_smooth_error_and_all_of_them_in_common() -> None:
     assert both == pytest.approx(np.hypot(rows, common), rel=1e-6)
 
 
-def test_k_s_without_a_table_is_known_to_five_percent_at_the_best() -> None:
-    assert least_sigma(4e6, 4e4) == (
-        2e5, "K_s stated without a table of this pose: at least 5 %"
-    )  # fmt: skip
-    assert least_sigma(4e6, 3e5) == (3e5, "")
-    sigma, note = least_sigma(KS, 0.01 * KS)
-    stated = Sources(KS, system_stiffness_sigma_n_per_m=sigma, system_stiffness_note=note)
-    assert line_of(stated)[1] == "5 %, K_s stated without a table of this pose: at least 5 %"
+def test_k_s_without_a_table_is_known_as_stated() -> None:
+    told = {"system_stiffness_sigma_n_per_m": 0.01 * KS}
+    assert line_of(Sources(KS, **told))[1] == "1 %"
+    assert line_of(Sources(KS, system_stiffness_note="nobody", **told))[1] == "1 %, nobody"
 
 
 def test_data_beyond_the_table_are_marginal() -> None:

@@ -203,11 +203,12 @@ def test_a_table_of_this_pose_is_taken_with_what_its_rows_have_in_common() -> No
         with_table(validity_problem="expired on 2025-03-31"),
     ],
 )
-def test_without_a_valid_table_of_this_pose_k_s_is_known_to_five_percent(plan: Plan) -> None:
+def test_without_a_valid_table_of_this_pose_k_s_is_known_as_stated(plan: Plan) -> None:
     sources = planned(envelope_of(plan)).sources
     assert (sources.deflection_force_n, sources.deflection()) == ((), None)
-    assert sources.system_stiffness_sigma_n_per_m == pytest.approx(0.05 * 3.49e6)
-    assert sources.system_stiffness_note.startswith("K_s stated without a table of this pose")
+    stated = plan.rig.system_stiffness.sigma_n_per_m
+    assert sources.system_stiffness_sigma_n_per_m == pytest.approx(stated)
+    assert sources.system_stiffness_note == ""
     assert "no_deflection_table" in {reason.code for reason in envelope_of(plan).reasons}
 
 
@@ -253,8 +254,7 @@ def test_an_old_record_has_no_table_and_its_fifty_newtons_are_nobodys() -> None:
         del old["sources"][key]
     old["sources"] |= {"smooth_length_n": 50.0, "system_stiffness_sigma_n_per_m": 3.49e4}
     found = from_attachments({FILE: json.dumps(old).encode()}).sources
-    assert found.system_stiffness_sigma_n_per_m == pytest.approx(0.05 * 3.49e6)
-    assert found.system_stiffness_note
+    assert found.system_stiffness_sigma_n_per_m == pytest.approx(3.49e4)
     assert found.smooth_length_n is None
 
 
@@ -279,11 +279,11 @@ def test_a_damaged_table_in_a_record_is_refused(bad: dict[str, object]) -> None:
 
 
 def test_a_table_that_begins_too_high_is_none() -> None:
-    """One row lets the line below it go anywhere: the 5 % stay."""
+    """One row lets the line below it go anywhere."""
     plan = with_table(deflection_force_n=(100.0, 300.0))
     sources = planned(envelope_of(plan)).sources
     assert sources.deflection_force_n == ()
-    assert "at least 5 %" in sources.system_stiffness_note
+    assert sources.system_stiffness_sigma_n_per_m == plan.rig.system_stiffness.sigma_n_per_m
 
 
 def test_a_choice_of_laws_goes_into_the_record_and_back() -> None:
