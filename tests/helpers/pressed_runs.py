@@ -167,5 +167,5 @@ def there_and_back(force_n: FloatArray, travel_m: FloatArray, conditions: Condit
     return Pressed(
         [(1, Track(time, force_n, travel_m, held), back)],
         conditions,
-        doubts=tuple(conditions.table_doubts(float(force_n.max()))),
+        
     )  # fmt: skip

@@ -29,9 +29,9 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
     from stepload.envelope.theory import chance_of_yield
     from stepload.results import fields
     from stepload.results.model import data
-    from stepload.results.preflight import expected_of
 
-    expected = expected_of(envelope) if envelope.stages else None
+    planned = planned_of(envelope) if envelope.stages else None
+    expected = planned[1] if planned else None
     found = envelope.identifiability
     sideways = {"alignment": envelope.aligning, "nulling": envelope.nulling}
     return {

@@ -106,7 +106,7 @@ def bench(rig: str, top_n: float | None) -> Bench:
         share = known.system_stiffness_sigma_n_per_m / known.system_stiffness_n_per_m
         stiffness = format_quantity(known.system_stiffness_n_per_m, "N/m")
         note = f"K_s = {stiffness}, known to {100.0 * share:.2g} % ({by})"
-        doubts = (known.system_stiffness_note, *told.table_doubts(top_n))
+        doubts = (known.system_stiffness_note, *told.table_remarks(top_n))
         note = "; ".join(filter(None, (note, *doubts)))
     return Bench(
         name=name,
@@ -162,7 +162,6 @@ def specimen(rig: str, path: Path, top_n: float) -> Specimen:
         return Specimen(name, path, 0.0, why, secant, secant, law.n, None, 0.0)
     own, envelope = pressed
     told = replace(conditions_of(own, envelope.theory), secant_force_n=safe_n)
-    why = "; ".join(filter(None, (why, *told.table_doubts(safe_n))))
     return Specimen(
         name, path, safe_n, why, law.secant(top_n), law.secant(safe_n), law.n, told,
         own.procedure.touch_force_n,

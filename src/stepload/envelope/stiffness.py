@@ -79,9 +79,9 @@ def stiffness_reasons(plan: Plan) -> Iterator[Reason]:
     share = min(1.0, last_n / top_n)
     short = top_n > BEYOND * last_n
     yield Reason(
-        "deflection_table", Severity.WARN if short else Severity.NOTE,
+        "deflection_table", Severity.NOTE,
         f"The table of the system's deflection ends at {format_quantity(last_n, 'N')}, "
-        f"{share:.0%} of the top force" + (": the result is marginal." if short else "."),
+        f"{share:.0%} of the top force.",
         f"stepload calibrate in this pose, up to {format_quantity(top_n, 'N')}" if short else "",
-        last_n, top_n, "N", 1.0 - share,
+        last_n, top_n, "N",
     )  # fmt: skip

@@ -158,10 +158,8 @@ def _need(
 
     expected_m = theory.law.deformation(top_n) - theory.law.deformation(REFERENCE_SHARE * top_n)
     by_theory = relative(1.0)
-    needed, least = math.inf, math.inf
-    if not conditions.table_doubts(top_n):
-        needed = _factor(relative, math.asinh(asked / MARGIN) / NORMAL_95)
-        least = _factor(relative, math.asinh(asked) / NORMAL_95)
+    needed = _factor(relative, math.asinh(asked / MARGIN) / NORMAL_95)
+    least = _factor(relative, math.asinh(asked) / NORMAL_95)
     return Need(
         level_n=top_n,
         needed_m=expected_m * needed,

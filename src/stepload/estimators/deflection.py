@@ -7,6 +7,7 @@ of F/K_s (27).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -27,7 +28,7 @@ REACHED = 0.97
 """Least force that a run reaches over its planned top force. With it, a table that satisfies
 `BEGINS` for the plan also does for the run."""
 BEYOND = 1.05
-"""Peak force over a table's highest row (a mean over forces) up to which no doubt is raised."""
+"""Peak force over a table's highest row (a mean over forces) up to which nothing is said."""
 
 
 @lru_cache(maxsize=16)
@@ -64,18 +65,37 @@ class DeflectionTable:
         """Deflection (N,) in m at forces (N,); odd in the force, so that a pull mirrors a push."""
         size, last_n = np.abs(np.asarray(force_n, dtype=np.float64)), self.force_n[-1]
         inside = _curve(self.force_n, self.deflection_m)(np.minimum(size, last_n))
-        # The origin counts as a row.
-        before_n, before_m = (0.0, *self.force_n)[-2], (0.0, *self.deflection_m)[-2]
-        slope = (self.deflection_m[-1] - before_m) / (last_n - before_n)
-        further = np.maximum(size - last_n, 0.0) * slope
+        further = np.maximum(size - last_n, 0.0) * self._last_slope
         return np.asarray(np.sign(force_n) * (inside + further))
 
     def sigma_at(self, force_n: FloatArray) -> FloatArray:
         """Standard uncertainty (N,) in m at forces (N,); beyond the rows that of the nearest."""
         return np.asarray(np.interp(np.abs(force_n), self.force_n, self.sigma_m))
 
+    def unseen_sigma_at(self, force_n: FloatArray) -> FloatArray:
+        """Standard uncertainty (N,) in m where no row is near, fully correlated; elsewhere 0.
+
+        Beyond the last row the slope counts as known to `ASSUMED_RELATIVE`, or to the difference of
+        the last slope and the mean one. Below a first row above `BEGINS` of the largest force, that
+        share of its deflection may be a bow.
+        """
+        size, first_n, last_n = np.abs(force_n), self.force_n[0], self.force_n[-1]
+        mean = self.deflection_m[-1] / last_n
+        bent = max(ASSUMED_RELATIVE * mean, abs(self._last_slope - mean) / math.sqrt(3.0))
+        found = np.maximum(size - last_n, 0.0) * bent
+        if REACHED * first_n > BEGINS * float(size.max(initial=0.0)):
+            u = np.minimum(size / first_n, 1.0)
+            found = found + ASSUMED_RELATIVE * self.deflection_m[0] * 4.0 * u * (1.0 - u)
+        return np.asarray(found)
+
+    @property
+    def _last_slope(self) -> float:
+        """Slope of the last two rows in m/N; the origin counts as a row."""
+        before_n, before_m = (0.0, *self.force_n)[-2], (0.0, *self.deflection_m)[-2]
+        return (self.deflection_m[-1] - before_m) / (self.force_n[-1] - before_n)
+
     def beyond(self, peak_force_n: float) -> str:
-        """The doubt about this table at a peak force; "" where its rows cover it."""
+        """A remark on this table at a peak force; "" where its rows cover it."""
         last_n, first_n = self.force_n[-1], self.force_n[0]
         if REACHED * first_n > BEGINS * peak_force_n:
             return (

@@ -90,7 +90,7 @@ def known(told: Conditions, relative: float) -> Conditions:
     sources = replace(
         sources, system_stiffness_sigma_n_per_m=relative * stiffness, system_stiffness_note=""
     )
-    if told.table_doubts(told.secant_force_n):
+    if told.table_remarks(told.secant_force_n):
         force = told.secant_force_n * np.arange(1, TABLE_ROWS + 1) / TABLE_ROWS
         sources = replace(
             sources,

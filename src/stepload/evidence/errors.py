@@ -64,6 +64,7 @@ def errors_of(
     alike = smooth_correlation(force, length_n)
     bent = whole * linearity_errors(force, sources.nonlinearity)
     system_m, rows_m = told.bend_sigma(force), told.table_sigma(force)
+    unseen_m = told.unseen_sigma(force)
     return [
         Component(
             "force noise and quantum",
@@ -86,7 +87,8 @@ def errors_of(
         Component(
             "system stiffness K_s",
             _system_size(sources),
-            np.outer(system_m, system_m) + alike * np.outer(rows_m, rows_m),
+            np.outer(system_m, system_m) + alike * np.outer(rows_m, rows_m)
+            + np.outer(unseen_m, unseen_m),
         ),
         Component(
             "force linearity", f"{100 * sources.nonlinearity:.3g} %", bent.T @ bent

@@ -27,8 +27,6 @@ HARMLESS_SCALE = 0.02
 """Differences below this share of the deformation do not veto."""
 USELESS = 0.5
 """Beyond this share of the deformation the arm's side says nothing of the gauge."""
-DOUBTED = 0.05
-"""Standard uncertainty of the deflection beyond the rows of its table, as a share of it."""
 STOPS = 3.0
 """A gauge that stands would have changed by more than this multiple of what counts as standing."""
 FEW = 10
@@ -118,7 +116,7 @@ class _Sides:
             *told.table_sigma(at),
             math.sqrt(2.0) * sources.smooth_error_m * few_degrees(sources.smooth_degrees),
             aside * bent_m,
-            DOUBTED * bent_m if told.table_doubts(to_n) else 0.0,
+            *np.diff(told.unseen_sigma(at)),
             *(per_n * linearity_errors(self._gauge.force_n, sources.nonlinearity) @ weights),
             sources.gain_sigma * bent_m,
             own.force_noise_n * per_n * math.sqrt(float(weights**2 @ (1.0 / self._gauge.count))),

@@ -34,14 +34,13 @@ def against_second(run: Pressed) -> tuple[list[str], list[str]]:
         return [], []
     off, sigma = found[0] - 1.0, found[1]
     allowed = share + NORMAL_95 * math.hypot(sources.gain_sigma, sources.nonlinearity, sigma)
-    said = f"the second force channel changes by {percent(abs(off))} "
+    most = percent(allowed, 2)
+    said = f"the second force channel changes by {percent(abs(off), 2)} "
     said += f"{'less' if off < 0.0 else 'more'} than the first"
     if abs(off) > allowed:
-        return [
-            f"{said} (allowed {percent(allowed)}): one of the two gains is wrong; load both with "
-            "a known weight"
-        ], []
-    return [], [f"{said} (± {percent(NORMAL_95 * sigma)}; from {percent(allowed)} on it refuses)"]
+        said += f" (allowed {most}): one of the two gains is wrong; load both with a known weight"
+        return [said], []
+    return [], [f"{said} (± {percent(NORMAL_95 * sigma, 2)}; from {most} on it refuses)"]
 
 
 def _slope(run: Pressed) -> tuple[float, float] | None:

@@ -11,7 +11,9 @@ from stepload.estimators.runin import STEADY_CYCLES, RunIn
 from stepload.estimators.smooth import NORMAL_95
 from stepload.estimators.system import SystemStiffnessFit
 from stepload.evidence.answer import Evidence
+from stepload.evidence.expected import narrowing
 from stepload.evidence.identification import Identification
+from stepload.evidence.quantity import Quantity
 from stepload.results import fields
 from stepload.results.model import Table, interval, table
 from stepload.results.quality import quality_table, summary
@@ -117,10 +119,19 @@ def brief_lines(found: Identification) -> list[str]:
         known = f"[{low:.2f}, {high:.2f}]" if math.isfinite(high - low) else ""
         rows.append(("exponent n", f"{n.value:.2f}", known))
     lines = [f"  {name:<38}{value:<12}{known}".rstrip() for name, value, known in rows]
-    widest = sorted(headline.lines, key=lambda line: -line.relative)[:2]
-    told = [f"{line.source} (±{100.0 * NORMAL_95 * line.relative:.2g} %)" for line in widest]
-    widths = f"  widest: {', then '.join(told)}"
-    return [*lines, *([fill(widths, 80, subsequent_indent=" " * 10)] if told else [])]
+    return [*lines, *_widest(found, headline)]
+
+
+def _widest(found: Identification, headline: Quantity) -> list[str]:
+    """The two largest lines of the budget, each with one thing to do and its gain."""
+    help_for = {each.line: each for each in narrowing(found.run, headline)}
+    lines = []
+    for line in sorted(headline.lines, key=lambda line: -line.relative)[:2]:
+        said = f"  widest: {line.source} ±{100.0 * NORMAL_95 * line.relative:.2g} %"
+        if (way := help_for.get(line.source)) is not None:
+            said += f"; {way.todo}: ±{100.0 * way.half_width:.2g} % in all"
+        lines.append(fill(said, 80, subsequent_indent=" " * 10))
+    return lines
 
 
 def system_table(fit: SystemStiffnessFit) -> Table:

@@ -11,10 +11,11 @@ from stepload.envelope.advice import NONE_HELPS
 from stepload.envelope.envelope import Envelope
 from stepload.envelope.reason import PlanVerdict, Reason, findings
 from stepload.envelope.theory import DECLARED, chance_of_yield
-from stepload.envelope.until import expected_result
+from stepload.envelope.until import planned_run
 from stepload.errors import DomainError
-from stepload.estimators.smooth import NORMAL_95
-from stepload.evidence.quantity import Quantity, combined
+from stepload.evidence.expected import expected_chord, narrowing
+from stepload.evidence.pressed import Pressed
+from stepload.evidence.quantity import Quantity
 from stepload.plan.hazards import read_words, rig_argument
 from stepload.plan.places import place_of
 from stepload.plan.references import names_a_file
@@ -28,8 +29,6 @@ MOST_WORDS = 120
 LEAST_CHANCE = 1e-4
 LABEL, VALUE = 15, 11
 NOTE = 2 + LABEL + VALUE + 1
-NOT_TO_BE_HALVED = "loading ended by its own deformation"
-"""A line of the budget that is no error of the rig."""
 
 
 def headline(envelope: Envelope) -> str:
@@ -131,15 +130,16 @@ def _figures(envelope: Envelope) -> Iterator[tuple[str, str, str]]:
     if len(deformations) > 1:
         note = f"to {deformations[1]}, {secants}"
     yield "deformation", deformations[0], note
-    expected = None if refused else expected_of(envelope)
-    if expected is not None:
+    planned = None if refused else planned_of(envelope)
+    if planned is not None:
+        expected = planned[1]
         ends = f"chord {f(expected.from_n, 'N')} to {f(expected.to_n, 'N')}"
         needed = f"needed: ±{100.0 / plan.identify.accuracy_t:.3g} %"
         yield "result will be", half_width(expected.half_width), f"{ends}; {needed}"
     if (found := envelope.identifiability) is not None:
         yield "K_max", f(found.k_max_n_per_m, "N/m"), f"(34), {found.binding} binds"
-    if expected is not None and (narrower := _narrower(expected)):
-        yield "narrower with", "", narrower
+    for way in narrowing(*planned) if planned is not None else ():
+        yield "narrower with", half_width(way.half_width), way.todo
 
 
 def half_width(share: float) -> str:
@@ -147,15 +147,16 @@ def half_width(share: float) -> str:
     return f"±{100.0 * share:.2g} %" if share < 1.0 else "> ±100 %"
 
 
-def expected_of(envelope: Envelope) -> Quantity | None:
-    """The result that is to be expected; None where there is none to predict."""
+def planned_of(envelope: Envelope) -> tuple[Pressed, Quantity] | None:
+    """The run that is to be expected and its chord; None where there is none to predict."""
     if envelope.plan.identify.kind == "system":
         return None
     try:
-        expected = expected_result(envelope.plan, envelope.theory, envelope.climbs)
+        run = planned_run(envelope.plan, envelope.theory, envelope.climbs)
+        expected = expected_chord(run)
     except DomainError:
         return None
-    return expected if math.isfinite(expected.half_width) else None
+    return (run, expected) if math.isfinite(expected.half_width) else None
 
 
 def chance_words(envelope: Envelope) -> str:
@@ -180,18 +181,6 @@ def _of_limit(envelope: Envelope) -> str:
     words += f"; F_c used: {f(counted.lower_n, 'N')}"
     coverage = f" (k = {counted.coverage:g})"
     return words + coverage if len(words + coverage) <= COLUMNS - NOTE else words
-
-
-def _narrower(expected: Quantity) -> str:
-    """What half of the widest error would give."""
-    lines = [line for line in expected.lines if line.source != NOT_TO_BE_HALVED]
-    if not lines:
-        return ""
-    widest = max(lines, key=lambda line: line.relative)
-    total = combined(expected.lines)
-    left = math.sqrt(total**2 - 0.75 * widest.relative**2)
-    half = math.sinh(NORMAL_95 * left)
-    return f"half the widest error ({widest.source}): {half_width(half)}"
 
 
 def _row(label: str, value: str, note: str) -> str:

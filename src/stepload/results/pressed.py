@@ -48,7 +48,7 @@ def pressed(data: PressData, conditions: Conditions) -> Pressed:
     return _pressed(
         conditions,
         peak_n,
-        (*data.doubts, *conditions.table_doubts(peak_n)),
+        data.doubts,
         tracks=tracks,
         touches=_touches(data),
         zero_step_n=finite(data.zero_step_n),
@@ -57,7 +57,7 @@ def pressed(data: PressData, conditions: Conditions) -> Pressed:
         arm_drift_m_per_s=_arm_drift(data),
         adhesive=pulls(data),
         looked=data.looked,
-        notes=(conditions.structure_note,) if conditions.structure_note else (),
+        notes=(*filter(None, [conditions.structure_note]), *conditions.table_remarks(peak_n)),
     )
 
 
