@@ -80,7 +80,7 @@ def as_arm(**stiffness: object) -> Plan:
 
 ACROSS = {
     "across_m_per_n": (3e-8, -1e-8), "across_sigma_m_per_n": (1e-9, 2e-9),
-    "across_correlation": -0.5, "at_share": (0.1, 0.0), "share_reach": 0.15,
+    "across_correlation": -0.5, "at_share": (0.1, 0.0), "share_reach": 0.15, "record": "calibration",
 }  # fmt: skip
 
 
@@ -89,7 +89,8 @@ def test_what_the_force_across_does_is_taken_from_the_plan_and_read_back() -> No
     assert conditions.across == Across((3e-8, -1e-8), (1e-9, 2e-9), -0.5, (0.1, 0.0), 0.15)
     assert conditions.arm
     assert from_attachments({FILE: to_bytes(conditions)}) == conditions
-    assert planned(envelope_of(stvf_plan())).across == Across()
+    stated = Across(at_share=(0.0, 0.0), stated=True)
+    assert planned(envelope_of(stvf_plan())).across == stated
     assert not planned(envelope_of(stvf_plan())).arm
 
 
@@ -108,7 +109,7 @@ def test_a_stiffness_stated_by_hand_is_of_no_known_friction() -> None:
 ASKEW = ("misalignment_rad", "yields_m_per_n", "gauge_offset_m", "lever_m")
 
 
-@pytest.mark.parametrize("gone", [("arm",), ("across", "arm", *ASKEW)])
+@pytest.mark.parametrize("gone", [("across", "arm"), ("across", "arm", *ASKEW)])
 def test_a_record_that_does_not_say_what_pressed_counts_as_an_arm(gone: tuple[str, ...]) -> None:
     """Also that of a guided axis: what is old is not known better for it."""
     old = json.loads(to_bytes(planned(envelope_of(stvf_plan()))))
@@ -125,7 +126,7 @@ def test_a_record_that_does_not_say_what_pressed_counts_as_an_arm(gone: tuple[st
 def test_a_result_does_not_become_identified_by_being_old() -> None:
     told = planned(an_envelope())
     old = json.loads(to_bytes(told))
-    del old["arm"]
+    del old["arm"], old["across"]
     data, _ = pressed(6)
     found = identify_payload(data, from_attachments({FILE: json.dumps(old).encode()})).evidence
     now = identify_payload(data, told).evidence
