@@ -29,6 +29,7 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
     from stepload.envelope.theory import chance_of_yield
     from stepload.results import fields
     from stepload.results.model import data
+    from stepload.results.preflight import planned_of
 
     planned = planned_of(envelope) if envelope.stages else None
     expected = planned[1] if planned else None
