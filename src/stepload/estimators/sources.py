@@ -16,6 +16,8 @@ from stepload.estimators.smooth import few_degrees, propagate_smooth, smooth_len
 
 LEAST_SIGMA = 1e-6
 """Least noise assumed for a channel without noise in a fit of both, as a share of its range."""
+HARMONICS = 200
+"""So many of the error of a quantum are counted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +94,20 @@ class Sources:
         """1/K_s, what the system gives way in the travel; 0 where it is not in the chain."""
         stiffness = self.system_stiffness_n_per_m
         return 1.0 / stiffness if stiffness else 0.0
+
+    @property
+    def quantum_left_m(self) -> float:
+        """Standard deviation of what noise leaves of the position's quantum in a mean.
+
+        Noise of σ leaves (q/πk) exp(−2π²k²σ²/q²) of each harmonic of the error, which is a sawtooth
+        over the travel (Carbone and Petri 1994); without noise it is q/√12.
+        """
+        if self.position_resolution_m <= 0.0:
+            return 0.0
+        k = np.arange(1, HARMONICS + 1)
+        noise = self.position_noise_m / self.position_resolution_m
+        left = np.exp(-2.0 * (math.pi * noise * k) ** 2) / (math.pi * k)
+        return self.position_resolution_m * math.sqrt(0.5 * float(left @ left))
 
 
 def white_sigmas(

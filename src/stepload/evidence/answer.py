@@ -9,7 +9,7 @@ from functools import cache
 
 from stepload.contact.law_names import LAW_NAMES
 from stepload.errors import DomainError
-from stepload.estimators.smooth import smooth_lengths
+from stepload.estimators.smooth import NORMAL_95, smooth_lengths
 from stepload.evidence import figures
 from stepload.evidence.chord import Chord, chord, smoothed
 from stepload.evidence.drift import Drift, drift_of, without_drift
@@ -17,7 +17,7 @@ from stepload.evidence.elastic import Elastic, elastic_of
 from stepload.evidence.errors import Component, errors_of, middle, total
 from stepload.evidence.gauge import against_arm
 from stepload.evidence.inelastic import Inelastic, inelastic_of
-from stepload.evidence.jump import jump_of
+from stepload.evidence.jump import jump_of, usual_creep
 from stepload.evidence.lawfit import (
     CANNOT_TELL,
     LawFit,
@@ -29,7 +29,7 @@ from stepload.evidence.lawfit import (
 from stepload.evidence.laws import FIXED, POWER
 from stepload.evidence.loops import LEAST_STRETCHES, Branch, Loop, loops_of
 from stepload.evidence.pressed import Pressed
-from stepload.evidence.quantity import Exponent, Line, Quantity
+from stepload.evidence.quantity import Exponent, Line, Quantity, combined
 from stepload.evidence.second import against_second
 from stepload.units import format_quantity
 
@@ -37,6 +37,8 @@ UPPER_SHARE = 0.7
 """The upper chord begins at this share of the top force."""
 UNEVEN = 0.2
 """Standard uncertainty of a drift that was taken out as an even one, as a share of it."""
+OF_SIGNS = ("drift that is not even", "drift (one cycle)")
+"""Lines whose size is that of a sign of what is not elastic, as far as it may be a drift."""
 LOADING = "loading"
 REFUSED = 1e-3
 """Probability below which the χ² of the best law refuses all of them."""
@@ -44,6 +46,8 @@ UNLOADED = 0.35
 """An unloading that ends above this share of the top force is no check of the loading."""
 LEAST_JUMP = 0.005
 """Share of the chord's deformation below which a jump counts for nothing."""
+CREPT = 2.0
+"""A jump below this multiple of what the holds creep is creep."""
 AS_HIGH = 0.95
 """Only cycles that reach this share of the first one's top force are compared."""
 
@@ -85,7 +89,12 @@ class Evidence:
     @property
     def elastic(self) -> bool:
         """Whether what is not elastic lies within the interval of the headline."""
-        return self.inelastic.share <= self.headline.half_width
+        return self.inelastic.share <= self.within
+
+    @property
+    def within(self) -> float:
+        """Half width of that interval without the lines that tell of the signs themselves."""
+        return _within(self.headline)
 
 
 def weigh(run: Pressed) -> Evidence:
@@ -128,13 +137,22 @@ def weigh(run: Pressed) -> Evidence:
         law_sets=counting if power is not None else [],
         power=power.best.shape if power is not None else 1.0,
         lines=own_lines(run, loops, main, elastic, drift, inelastic),
-        doubts=(*run.doubts, *of_second, *blocking, *of_gauge, *_jumps(data, every, main)),
-        law_doubts=(*run.law_doubts, *_refused(counting[here] if len(counting) > here else {})),
+        doubts=(
+            *run.doubts,
+            *of_second,
+            *blocking,
+            *of_gauge,
+            *_jumps(data, every, main, first, elastic),
+        ),
+        law_doubts=(
+            *run.law_doubts,
+            *_refused(counting[here] if len(counting) > here else {}, laws),
+        ),
     )
     found = figures.quantities(run, read_from)
     found |= _of_branches(run, loops, main, elastic, drift, assumed, read_from)
     headline = _headline(found, told.branch)
-    if inelastic.share > headline.half_width:
+    if inelastic.share > _within(headline):
         said_of = f"{inelastic.share:.1%} of the deformation is not elastic ({inelastic.largest})"
         read_from = replace(read_from, exponent_doubts=(said_of,))
     if told.laws:
@@ -149,6 +167,10 @@ def weigh(run: Pressed) -> Evidence:
         drift_m_per_s=drift.rate_m_per_s if drift is not None and run.timed else None,
         notes=tuple(notes),
     )
+
+
+def _within(headline: Quantity) -> float:
+    return NORMAL_95 * combined([line for line in headline.lines if line.source not in OF_SIGNS])
 
 
 def reduced(run: Pressed) -> tuple[tuple[Loop, ...], Elastic, Drift | None]:
@@ -230,42 +252,50 @@ def own_lines(
     if drift is not None:
         uneven_m = UNEVEN * abs(drift.rate_m_per_s * elapsed_s)
         again = inelastic.of("reload")
-        if again is not None and again.surely_m > 0.0:
+        if again is not None and again.shown_m > 0.0:
             uneven_m = math.hypot(uneven_m, again.value_m / math.sqrt(3.0))
-        found += length("drift that is not even", format_quantity(uneven_m, "m"), uneven_m)
+        found += length(OF_SIGNS[0], format_quantity(uneven_m, "m"), uneven_m)
     elif gap is not None:
         # One cycle: what lies between loading and unloading may be a drift.
         lasted_s = float(path.time_s[-1] - path.time_s[0])
         share = abs(elapsed_s) / max(2.0 * lasted_s, 1e-12)
         may_m = share * math.hypot(gap.value_m, gap.sigma_m) / math.sqrt(3.0)
-        found += length("drift (one cycle)", format_quantity(may_m, "m"), may_m)
+        found += length(OF_SIGNS[1], format_quantity(may_m, "m"), may_m)
     slipped_m, unseen_m = run.askew.slip_m(main.from_n, main.to_n, elastic.payload_at)
     slip_m = math.hypot(slipped_m, unseen_m) / math.sqrt(3.0)
     return found + length("slip on a tilted plate", format_quantity(slip_m, "m"), slip_m)
 
 
-def _refused(laws: Mapping[str, LawFit]) -> list[str]:
-    """That the data refuse every law."""
-    if not laws:
+def _refused(counting: Mapping[str, LawFit], every: Mapping[str, LawFit]) -> list[str]:
+    """That the data refuse every law that counts: by the stated errors, or for another one."""
+    if not counting:
         return []
-    best = min(laws.values(), key=lambda fit: fit.chi2)
+    best = min(counting.values(), key=lambda fit: fit.chi2)
     most = _largest_chi2(best.degrees)
-    if best.chi2 <= most:
-        return []
-    return [
-        f"no law fits: the best one ({best.law.name}) leaves χ² = {best.chi2:.3g}, and the stated"
-        f" errors allow {most:.3g}"
-    ]
+    if best.chi2 > most:
+        return [
+            f"no law fits: the best one ({best.law.name}) leaves χ² = {best.chi2:.3g}, and the"
+            f" stated errors allow {most:.3g}"
+        ]
+    return figures.beaten(best, every)
 
 
-def _jumps(data: Whitened, fitted: Sequence[Mapping[str, LawFit]], main: Chord) -> list[str]:
-    """A jump within the chord: the deformation of a contact rises steadily with the force."""
+def _jumps(
+    data: Whitened, fitted: Sequence[Mapping[str, LawFit]], main: Chord, first: Branch,
+    elastic: Elastic,
+) -> list[str]:  # fmt: skip
+    """A jump within the chord: the deformation of a contact rises steadily with the force.
+
+    In a hold it may go on as it does in most holds of this loading: that is creep.
+    """
     laws = fitted[middle(len(fitted))] if fitted else {}
     if not laws:
         return []
     found = jump_of(data, min(laws.values(), key=lambda fit: fit.chi2))
-    inside = found is not None and main.from_n < found.at_n < main.to_n
-    if found is None or not inside or found.size_m < LEAST_JUMP * main.span_m:
+    if found is None or not main.from_n < found.at_n < main.to_n:
+        return []
+    least_m = max(CREPT * usual_creep(first, elastic, found.at_n), LEAST_JUMP * main.span_m)
+    if abs(found.size_m) < least_m:
         return []
     size, at = format_quantity(found.size_m, "m"), format_quantity(found.at_n, "N")
     return [f"the travel jumps by {size} at {at}: something slipped or clicked"]

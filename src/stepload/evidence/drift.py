@@ -39,7 +39,7 @@ def drift_of(loops: Sequence[Loop], compliance: Compliance, sources: Sources) ->
     period_s = later - earlier
     if not period_s > 0.0:
         return None
-    quantum = sources.position_resolution_m / math.sqrt(6.0)
+    quantum = math.sqrt(2.0) * sources.quantum_left_m
     samples = max(float(loops[0].loading.path.count.max()), 1.0)
     noise = math.sqrt(2.0 / samples) * sources.position_noise_m
     tops = Drift(shift.value_m / period_s, math.hypot(quantum, noise) / period_s)
@@ -63,7 +63,7 @@ def _held(loops: Sequence[Loop], compliance: Compliance, sources: Sources) -> Dr
         if not lasted_s > 0.0:
             return None
         rates.append(sum(hold.creep(compliance(hold.force_n)) for hold in holds) / lasted_s)
-        quantum = sources.position_resolution_m**2 / 6.0
+        quantum = 2.0 * sources.quantum_left_m**2
         noise = sum(
             2.0 * (sources.position_noise_m**2
                    + (compliance(h.force_n) * sources.force_noise_n) ** 2) / max(h.samples, 1)

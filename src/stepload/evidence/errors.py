@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -135,16 +134,13 @@ def _force_variance(path: Path, sources: Sources) -> FloatArray:
 def dithered(elastic: Elastic, path: Path, sources: Sources) -> FloatArray:
     """Covariance (B, B) in m² of the quantum's error in means of samples with noise.
 
-    Noise of σ leaves (q/π) exp(−2π²σ²/q²) of it, a sine over the travel (Carbone and Petri 1994);
-    without noise it is uniform. It is the same where the true travel is, and another one a fifth of
-    a quantum away; smaller where a stretch crosses several quanta.
+    It is the same where the true travel is, and another one a fifth of a quantum away; smaller
+    where a stretch crosses several quanta.
     """
-    quantum_m, noise_m = sources.position_resolution_m, sources.position_noise_m
+    quantum_m = sources.position_resolution_m
     if quantum_m <= 0.0:
         return np.zeros((path.size, path.size))
-    left_m = quantum_m / (math.pi * math.sqrt(2.0))
-    left_m *= math.exp(-2.0 * (math.pi * noise_m / quantum_m) ** 2)
-    size = min(left_m, quantum_m / math.sqrt(12.0)) / np.maximum(path.span_m / quantum_m, 1.0)
+    size = sources.quantum_left_m / np.maximum(path.span_m / quantum_m, 1.0)
     expected_m = elastic.travel(path.force_n)
     away = np.subtract.outer(expected_m, expected_m) / (ALIKE_SHARE * quantum_m)
     return np.asarray(np.exp(-0.5 * away**2) * np.outer(size, size))

@@ -30,6 +30,8 @@ REACHED = 1.06
 data: a step of small force is held within its band."""
 TWO_LOOKS = 2.2414
 """Quantile of the normal distribution at 1 - 0.025/2: two looks together miss in 5 %."""
+BETTER = 16.0
+"""χ² by which another law must fit better to refuse one: four standard deviations."""
 HOPELESS = 1.0
 """Half width, as a share of the figure, above which it is not identifiable."""
 
@@ -164,7 +166,18 @@ def _believed(laws: Mapping[str, LawFit], told: Conditions) -> LawFit:
     """The law that gives the value; the other laws only widen the interval."""
     if _as_rough(laws, told):
         return laws[ROUGH.name]
-    return laws.get(POWER.name) or min(laws.values(), key=lambda fit: fit.chi2)
+    power = laws.get(POWER.name)
+    if power is not None and not beaten(power, laws):
+        return power
+    return min(laws.values(), key=lambda fit: fit.chi2)
+
+
+def beaten(fit: LawFit, laws: Mapping[str, LawFit]) -> list[str]:
+    """That the data refuse a law because another one fits them better."""
+    best = min(laws.values(), key=lambda each: each.chi2, default=fit)
+    if fit.chi2 <= best.chi2 + BETTER:
+        return []
+    return [f"{best.law.name} fits better than {fit.law.name}, by χ² {fit.chi2 - best.chi2:.3g}"]
 
 
 def _open(kind: str, at_n: float, blocked: Sequence[str]) -> Quantity:
@@ -314,6 +327,7 @@ def exponent(read_from: Reading) -> Exponent | None:
         *read_from.doubts,
         *read_from.law_doubts,
         *read_from.exponent_doubts,
+        *beaten(power, law_sets[middle(len(law_sets))]),
     ]
     if (high - low) / 2.0 > EXPONENT_HALF_WIDTH:
         why.append(f"this run cannot tell n = {low:.2f} from {high:.2f}")

@@ -35,9 +35,10 @@ class Part:
     sigma_m: float
 
     @property
-    def surely_m(self) -> float:
-        """What of it no error explains with 95 %."""
-        return max(abs(self.value_m) - NORMAL_95 * self.sigma_m, 0.0)
+    def shown_m(self) -> float:
+        """Its size; 0 where the errors alone may explain it (95 %)."""
+        size_m = abs(self.value_m)
+        return size_m if size_m > NORMAL_95 * self.sigma_m else 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,13 +50,13 @@ class Inelastic:
 
     @property
     def share(self) -> float:
-        """The largest part that no error explains, over the deformation of the chord."""
-        return max((part.surely_m for part in self.parts), default=0.0) / self.span_m
+        """The largest part that errors do not explain, over the deformation of the chord."""
+        return max((part.shown_m for part in self.parts), default=0.0) / self.span_m
 
     @property
     def largest(self) -> str:
         """Name of that part; "" without any."""
-        return max(self.parts, key=lambda part: part.surely_m).name if self.parts else ""
+        return max(self.parts, key=lambda part: part.shown_m).name if self.parts else ""
 
     def of(self, name: str) -> Part | None:
         """A part by its name."""
@@ -80,7 +81,7 @@ def inelastic_of(
     rate = rate_sign(loops, elastic)
     signs += [rate] if rate is not None else []
     parts = [Part(s.name, s.value_m, _sigma(s, run, elastic, drift)) for s in signs]
-    creep = _creep(run, loops, from_n, elastic)
+    creep = _creep(run, loops, from_n, elastic, drift)
     return Inelastic((*parts, *([creep] if creep else [])), span_m)
 
 
@@ -114,35 +115,45 @@ def _gathered(terms: Sequence[tuple[Branch, FloatArray]]) -> list[tuple[Branch, 
     return list(found.values())
 
 
-def _creep(run: Pressed, loops: Sequence[Loop], from_n: float, elastic: Elastic) -> Part | None:
+def _creep(
+    run: Pressed, loops: Sequence[Loop], from_n: float, elastic: Elastic, drift: Drift | None
+) -> Part | None:
     """Deformation that goes on in the holds of the loadings, over the first loading; None without.
 
-    All holds of all loadings show one pace, in proportion to the deformation and the time; those of
-    the unloadings take out what goes the same way in both, as a drift does.
+    All holds of all loadings show one pace, in proportion to the deformation and the time. With one
+    cycle those of the unloading take out what goes the same way in both, as a drift does.
     """
-    up = [hold for loop in loops for hold in loop.loading.holds]
+    up = [hold for loop in loops for hold in loop.loading.holds if hold.force_n > 0.9 * from_n]
     if not up:
         return None
-    down = [h for loop in loops if loop.unloading is not None for h in loop.unloading.holds]
-    pace, pace_sigma = _pace(up, run, elastic)
-    if down:
-        other, other_sigma = _pace(down, run, elastic)
-        pace, pace_sigma = 0.5 * (pace - other), 0.5 * math.hypot(pace_sigma, other_sigma)
+    pace, sigma, slowed = _pace(up, run, elastic)
+    down = loops[0].unloading.holds if loops[0].unloading is not None else ()
+    if drift is not None:
+        sigma = math.hypot(sigma, slowed * drift.sigma_m_per_s)
+    elif down:
+        other, other_sigma, _ = _pace(down, run, elastic)
+        pace, sigma = 0.5 * (pace - other), 0.5 * math.hypot(sigma, other_sigma)
     path = loops[0].loading.path
     used = path.force_n > 0.9 * from_n
-    whole = np.trapezoid(elastic.deformation(path.force_n[used]), path.time_s[used])
-    return Part("creep", pace * float(whole), pace_sigma * float(whole))
+    whole = float(np.trapezoid(elastic.deformation(path.force_n[used]), path.time_s[used]))
+    return Part("creep", pace * whole, sigma * whole)
 
 
-def _pace(holds: Sequence[Hold], run: Pressed, elastic: Elastic) -> tuple[float, float]:
-    """Creep over deformation and time in 1/s, by least squares over holds, and its uncertainty."""
+def _pace(holds: Sequence[Hold], run: Pressed, elastic: Elastic) -> tuple[float, float, float]:
+    """Creep over deformation and time in 1/s, its uncertainty, and what a drift of 1 m/s adds.
+
+    Sums over all holds: low levels creep more of their deformation than high ones, which have crept
+    at the levels before.
+    """
     sources = run.conditions.sources
     forces = np.array([hold.force_n for hold in holds])
     compliance = elastic.payload_compliance(forces)
-    crept = np.array([h.creep(float(c)) for h, c in zip(holds, compliance, strict=True)])
-    x = BETWEEN * np.array([h.lasted_s for h in holds]) * elastic.deformation(forces)
+    crept = sum(h.creep(float(c)) for h, c in zip(holds, compliance, strict=True))
+    lasted_s = BETWEEN * np.array([hold.lasted_s for hold in holds])
+    watched = float(lasted_s @ elastic.deformation(forces))
     samples = np.maximum(np.array([hold.samples for hold in holds], dtype=float), 1.0)
     bend = elastic.compliance(forces) * sources.force_noise_n
-    quantum = sources.position_resolution_m / math.sqrt(12.0)
-    variance = 2.0 * ((sources.position_noise_m**2 + bend**2) / samples + quantum**2)
-    return float(x @ crept / (x @ x)), float(np.sqrt(x**2 @ variance) / (x @ x))
+    white = (sources.position_noise_m**2 + bend**2) / samples
+    variance = 2.0 * (white + sources.quantum_left_m**2)
+    sigma = math.sqrt(float(variance.sum()))
+    return crept / watched, sigma / watched, float(lasted_s.sum()) / watched

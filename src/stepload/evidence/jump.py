@@ -6,10 +6,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stepload.evidence.elastic import Elastic
 from stepload.evidence.lawfit import LawFit, Whitened
+from stepload.evidence.loops import Branch
 
 CHI2 = 25.0
 """χ² that a jump must explain: of noise alone one in 30,000 loadings of 50 places shows one."""
+
+NEAR = 0.1
+"""A jump lies in a hold whose force is within this share of its own."""
 
 
 class Jump(NamedTuple):
@@ -47,3 +52,16 @@ def jump_of(data: Whitened, fit: LawFit) -> Jump | None:
     if not explained[at] > CHI2:
         return None
     return Jump(float(along[at] / square[at]) * data.scale_m, float(data.u[at + 1]) * data.top_n)
+
+
+def usual_creep(branch: Branch, elastic: Elastic, at_n: float) -> float:
+    """What the hold at a force creeps in m if it does as most of the branch's, over what the
+    deformation has risen since the hold before; 0 where none is."""
+    forces = np.array([hold.force_n for hold in branch.holds])
+    near = np.flatnonzero(np.abs(forces - at_n) < NEAR * at_n)
+    if not near.size:
+        return 0.0
+    rises = np.maximum(np.diff(elastic.deformation(forces), prepend=0.0), 1e-12)
+    compliance = elastic.compliance(forces).tolist()
+    crept = [hold.creep(each) for hold, each in zip(branch.holds, compliance, strict=True)]
+    return float(np.median(np.array(crept) / rises) * rises[near].max())

@@ -1,21 +1,17 @@
-"""Signs of inelastic behaviour, from two cycles, unloading and holds.
+"""Signs of inelastic behaviour, from two cycles and unloading.
 
-Each sign is a length in metres that vanishes for an elastic contact on a steady rig. All but the
-creep in holds are weighted sums of the travel, so that rehearsals cost one product each.
+Each sign is a length in metres that vanishes for an elastic contact on a steady rig: a weighted sum
+of the travel.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from stepload.estimators.fit import FloatArray
 from stepload.evidence.chord import chord
-from stepload.evidence.elastic import Elastic
-from stepload.evidence.loops import BETWEEN, Branch, Loop
+from stepload.evidence.loops import Branch, Loop
 from stepload.evidence.site import Site, hold_site, site, top_site
 
 LOWEST_SHARE = 0.15
@@ -147,64 +143,3 @@ def _shift(name: str, pair: Sequence[tuple[Branch, Site]], compliance: Complianc
 def _difference(name: str, one: Sign, other: Sign) -> Sign:
     terms = (*one.terms, *((branch, -weights) for branch, weights in other.terms))
     return Sign(name, one.value_m - other.value_m, terms, one.force_n)
-
-
-@dataclass(frozen=True, slots=True)
-class HoldCreep:
-    """Creep in holds, in metres: sums and means over holds, see `loops.Hold`.
-
-    Attributes:
-        loading_m: mean over the holds while loading.
-        unloading_m: mean over those while unloading; None without any.
-        total_m: over the first loading between the chord's forces: the sum over its holds, at
-            their pace for the time between them too.
-        total_per_mean: error of `total_m` per error of the mean over all holds, whose errors are
-            independent.
-        holds: how many.
-    """
-
-    loading_m: float
-    unloading_m: float | None
-    total_m: float
-    total_per_mean: float
-    holds: int
-
-
-def hold_creep(loops: Sequence[Loop], from_n: float, elastic: Elastic) -> HoldCreep | None:
-    """Creep in the holds of the first two cycles; None without holds.
-
-    A hold shows the creep during its own time only. Between holds the contact creeps as well, and
-    short holds show little of it: their creep is extrapolated to the whole loading, in proportion
-    to the creeping deformation and its time.
-
-    Args:
-        loops: the cycles.
-        from_n: holds below this force add nothing to the chord.
-        elastic: the contact with which the cycles are compared.
-    """
-    compliance, deformation = elastic.payload_at, elastic.deformation
-    up = [[(h, h.creep(compliance(h.force_n))) for h in loop.loading.holds] for loop in loops[:2]]
-    loading = [crept for holds in up for _, crept in holds]
-    if not loading:
-        return None
-    unloading = [
-        hold.creep(compliance(hold.force_n))
-        for loop in loops[:2]
-        if loop.unloading is not None
-        for hold in loop.unloading.holds
-    ]
-    within = [(hold, crept) for hold, crept in up[0] if hold.force_n > 0.9 * from_n]
-    path = loops[0].loading.path
-    used = path.force_n > 0.9 * from_n
-    whole = float(np.trapezoid(deformation(path.force_n[used]), path.time_s[used]))
-    forces_n = np.array([hold.force_n for hold, _ in within])
-    lasted_s = np.array([hold.lasted_s for hold, _ in within])
-    watched = BETWEEN * float(lasted_s @ deformation(forces_n))
-    longer = max(whole / watched, 1.0) if watched > 0.0 else 1.0
-    return HoldCreep(
-        float(np.mean(loading)),
-        float(np.mean(unloading)) if unloading else None,
-        longer * float(sum(crept for _, crept in within)),
-        longer * math.sqrt(len(within) * len(loading)),
-        len(loading),
-    )

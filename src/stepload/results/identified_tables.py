@@ -95,10 +95,10 @@ def _evidence_tables(found: Identification) -> list[Table]:
 
 def told_of(evidence: Evidence) -> str:
     """What the loading may be called."""
-    share, half = evidence.inelastic.share, evidence.headline.half_width
+    share, half = evidence.inelastic.share, evidence.within
     if evidence.elastic:
-        return f"Elastic: {share:.1%} of the deformation is not, and the interval is ±{half:.1%}."
-    return f"Loading branch: {share:.1%} of the deformation is not elastic."
+        return f"Elastic: {share:.1%} of the deformation is not, up to {half:.1%} counts for none."
+    return f"Not elastic: {share:.1%} of the deformation (up to {half:.1%} counts for none)."
 
 
 def brief_lines(found: Identification) -> list[str]:

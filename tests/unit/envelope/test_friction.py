@@ -39,9 +39,12 @@ def test_of_a_guided_axis_nothing_is_said() -> None:
     assert said(plan_with(Structure.MACHINE)) == {}
 
 
-def test_of_an_arm_whose_friction_is_not_known_the_result_is_doubted() -> None:
-    assert said(plan_with()) == {"friction_unknown": Severity.WARN}
-    stiff = replace(plan_with(), identify=replace(plan_with().identify, kind="system"))
+def test_of_an_arm_whose_record_knows_no_friction_the_result_is_doubted() -> None:
+    """A K_s that a person states holds for the friction of the contact."""
+    recorded = plan_with(record="calibration")
+    assert said(recorded) == {"friction_unknown": Severity.WARN}
+    assert said(plan_with()) == {}
+    stiff = replace(recorded, identify=replace(recorded.identify, kind="system"))
     assert said(stiff) == {}
 
 
@@ -109,8 +112,11 @@ def test_a_sensor_counts_as_askew_on_an_arm_until_its_angle_is_stated() -> None:
 
 
 def test_what_the_calibration_tells_is_said() -> None:
-    assert said(plan_with(at_share=(0.1, 0.0))) == {"one_friction": Severity.NOTE}
-    known = {"across_m_per_n": (3e-8, 0.0), "across_sigma_m_per_n": (1e-9, 1e-7),
+    assert said(plan_with(record="calibration", at_share=(0.1, 0.0))) == {
+        "one_friction": Severity.NOTE
+    }
+    known = {"record": "calibration",
+             "across_m_per_n": (3e-8, 0.0), "across_sigma_m_per_n": (1e-9, 1e-7),
              "at_share": (0.1, 0.0), "share_reach": 0.3}  # fmt: skip
     plan = plan_with(**known)
     assert said(plan) == {"across_known": Severity.NOTE}
@@ -121,6 +127,6 @@ def test_what_the_calibration_tells_is_said() -> None:
 
 
 def test_a_record_that_does_not_hold_tells_nothing_across() -> None:
-    plan = plan_with(at_share=(0.1, 0.0), validity_problem="expired")
+    plan = plan_with(record="old", at_share=(0.1, 0.0), validity_problem="expired")
     assert across_of(plan.rig.system_stiffness).at_share is None
     assert said(plan) == {"friction_unknown": Severity.WARN}

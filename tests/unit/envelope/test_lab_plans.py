@@ -9,7 +9,7 @@ from lab_plans import plan_of, rows
 from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.envelope.reason import Severity
 
-AGREE = 37
+AGREE = 34
 """Of the forty."""
 WORDS = {"go": "press", "warn": "care", "refused": "pointless"}
 LIMITS = {"top_force_above_safe_limit", "unidentifiable"}
@@ -39,6 +39,4 @@ def test_a_doubt_that_the_interval_holds_warns_only_where_it_is_too_wide(tmp_pat
         for _, envelope in judged(tmp_path)
     }
     assert told["gelatine-ur5e"]["stiffness_indicative"] is Severity.NOTE
-    assert told["gelatine-ur5e"]["friction_unknown"] is Severity.NOTE
-    assert told["silicone-ur5e-class"]["stiffness_indicative"] is Severity.WARN
-    assert told["tpu-dome-ur5e"]["friction_unknown"] is Severity.WARN
+    assert told["tomato-ur5e"]["stiffness_indicative"] is Severity.WARN

@@ -11,7 +11,7 @@ from pressed_runs import there_and_back
 from stepload.errors import DomainError
 from stepload.estimators.budget import budget
 from stepload.estimators.conditions import Conditions
-from stepload.estimators.deflection import DeflectionTable, least_sigma
+from stepload.estimators.deflection import DeflectionTable
 from stepload.estimators.fit import Fit
 from stepload.estimators.inverse_law import joint
 from stepload.estimators.judge import ResultVerdict
@@ -92,6 +92,10 @@ def sources(**more: object) -> Sources:
     )  # fmt: skip
 
 
+def rows_of(stated: Sources) -> tuple[tuple[float, ...], ...]:
+    return stated.deflection_force_n, stated.deflection_m, stated.deflection_sigma_m
+
+
 def line_of(stated: Sources) -> tuple[float, str]:
     found = budget(FIT, (FORCE / K) ** (1.0 / N), FORCE, stated)
     line = next(each for each in found.lines if each.source == "system stiffness K_s")
@@ -112,17 +116,13 @@ def test_the_rows_err_like_a_smooth_error_and_all_of_them_in_common() -> None:
     assert both == pytest.approx(np.hypot(rows, common), rel=1e-6)
 
 
-def test_k_s_without_a_table_is_known_to_five_percent_at_the_best() -> None:
-    assert least_sigma(4e6, 4e4) == (
-        2e5, "K_s stated without a table of this pose: at least 5 %"
-    )  # fmt: skip
-    assert least_sigma(4e6, 3e5) == (3e5, "")
-    sigma, note = least_sigma(KS, 0.01 * KS)
-    stated = Sources(KS, system_stiffness_sigma_n_per_m=sigma, system_stiffness_note=note)
-    assert line_of(stated)[1] == "5 %, K_s stated without a table of this pose: at least 5 %"
+def test_k_s_without_a_table_is_known_as_stated() -> None:
+    told = {"system_stiffness_sigma_n_per_m": 0.01 * KS}
+    assert line_of(Sources(KS, **told))[1] == "1 %"
+    assert line_of(Sources(KS, system_stiffness_note="nobody", **told))[1] == "1 %, nobody"
 
 
-def test_data_beyond_the_table_are_marginal() -> None:
+def test_data_beyond_the_table_are_a_line() -> None:
     deep = (FORCE / K) ** (1.0 / N)
     given = Conditions(sources(), 300.0, 0.0, 2e-6)
     selected = select(deep, FORCE)
@@ -135,9 +135,13 @@ def test_data_beyond_the_table_are_marginal() -> None:
     )  # fmt: skip
     less = replace(given, sources=cut)
     short = identify(selected, less, there_and_back(FORCE, travel, less))
-    assert short.judgement.verdict is ResultVerdict.MARGINAL
-    assert any("ends at 200 N" in reason for reason in short.judgement.reasons)
-    assert replace(given, sources=cut).sources.deflection_force_n == TABLE.force_n[:-2]
+    assert whole.headline is not None
+    assert short.headline is not None
+    assert short.headline.half_width > whole.headline.half_width
+    assert not DeflectionTable(*rows_of(given.sources)).unseen_sigma_at(FORCE).any()
+    unseen = DeflectionTable(*rows_of(cut)).unseen_sigma_at(np.array([200.0, 300.0]))
+    assert unseen[0] == 0.0
+    assert unseen[1] > 0.05 * 100.0 / KS * 0.9
 
 
 def test_a_length_that_is_not_known_is_carried_as_a_range() -> None:

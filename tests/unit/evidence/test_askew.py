@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pressed_runs import World, press
-from stepload.evidence.gates import HARMLESS
 
 from stepload.estimators.across import CROSS_COMPLIANCE, Across
 from stepload.estimators.contact_point import OFF_AXIS_M, ContactPoint
@@ -20,7 +19,6 @@ from stepload.estimators.slips import Slip
 from stepload.evidence.answer import weigh
 from stepload.evidence.askew import (
     ANY_WAY,
-    SHARE_CHANGE,
     SIDEWAYS_OVER_ALONG,
     TANGENTIAL_OVER_NORMAL,
     TILT_RAD,
@@ -57,11 +55,6 @@ def quality(
     return ContactQuality((branch(),), loop, change, slips, unseen_n, points)
 
 
-def fires(it: Askew, span_m: float = SPAN_M) -> set[str]:
-    slipped_m = it.slip_m(30.0, 300.0, lambda _: 1e-7)[0]
-    return {gate.name for gate in it.gates(slipped_m, span_m) if gate.fires}
-
-
 def test_a_slip_moves_the_tip_along_a_plate_that_may_be_tilted() -> None:
     it = Askew(quality(slip(2.0), unseen_n=3.0), yields_m_per_n=YIELDS)
     across = SIDEWAYS_OVER_ALONG * YIELDS + 1e-7 / TANGENTIAL_OVER_NORMAL
@@ -80,33 +73,15 @@ def test_slips_outside_of_the_chord_do_not_count(other: Slip) -> None:
     assert it.slip_m(30.0, 300.0, lambda _: 1e-7)[0] == 0.0
 
 
-def test_slips_that_may_have_moved_it_too_far_block() -> None:
-    it = Askew(quality(slip(2.0), slip(2.0)), yields_m_per_n=YIELDS)
-    moved_m = it.slip_m(30.0, 300.0, lambda _: 1e-7)[0]
-    assert fires(it, 1.01 * moved_m / HARMLESS) == set()
-    assert fires(it, 0.99 * moved_m / HARMLESS) == {"slip"}
-
-
-def test_a_share_that_changes_between_the_cycles_blocks() -> None:
-    assert fires(Askew(quality(change=(0.99 * SHARE_CHANGE, 1e-4)))) == set()
-    assert fires(Askew(quality(change=(1.01 * SHARE_CHANGE, 1e-4)))) == {"share_change"}
-    assert fires(Askew(quality(change=(1.01 * SHARE_CHANGE, 0.02)))) == set()
-
-
 def point(off_m: float, sigma_m: float = 1e-5) -> ContactPoint:
     return ContactPoint(1, 300.0, (off_m, 0.0), sigma_m)
 
 
-def test_a_place_off_the_axis_is_a_note_and_with_a_gauge_beside_it_a_gate() -> None:
+def test_a_place_off_the_axis_is_a_note() -> None:
     far = Askew(quality(points=(point(1.2 * OFF_AXIS_M),)))
-    assert fires(far) == set()
     assert len(far.notes) == 1
-    gauged = replace(far, gauge_offset_m=0.02)
-    assert fires(gauged) == {"eccentric"}
-    assert gauged.notes == []
-    near = Askew(quality(points=(point(0.9 * OFF_AXIS_M),)), gauge_offset_m=0.02)
-    assert fires(near) == set()
-    assert replace(near, gauge_offset_m=0.0).notes == []
+    assert len(replace(far, gauge_offset_m=0.02).notes) == 1
+    assert Askew(quality(points=(point(0.9 * OFF_AXIS_M),))).notes == []
     noisy = Askew(quality(points=(point(1.2 * OFF_AXIS_M, 0.3 * OFF_AXIS_M),)))
     assert noisy.notes == []
 
@@ -140,7 +115,7 @@ def test_three_numbers_tell_the_coupling() -> None:
     assert coupling_of(Across((3e-6, 4e-6)), 1e-5) == pytest.approx(0.5 / math.sqrt(2.0))
 
 
-def test_all_of_it_stands_in_the_budget_and_blocks_the_result() -> None:
+def test_all_of_it_stands_in_the_budget() -> None:
     plain = weigh(press(World()))
     assert plain.headline.verdict is ResultVerdict.IDENTIFIED
     assert not any("slip" in line.source and line.relative for line in plain.headline.lines)
@@ -149,14 +124,11 @@ def test_all_of_it_stands_in_the_budget_and_blocks_the_result() -> None:
         misalignment_rad=0.035, yields_m_per_n=YIELDS, gauge_offset_m=0.001,
     )  # fmt: skip
     found = weigh(press(World(said={"askew": slipped})))
-    assert found.headline.verdict is ResultVerdict.MARGINAL
-    assert {gate.name for gate in found.gates if gate.fires} == {"slip", "eccentric"}
     lines = {line.source: line.relative for line in found.headline.lines}
-    for source in ("slip on a plate that may be tilted", "misalignment of sensor and plate",
+    for source in ("slip on a tilted plate", "misalignment of sensor and plate",
                    "gauge off the axis of an arm that turns"):  # fmt: skip
         assert lines[source] > 1e-3
     whole = math.sqrt(sum(x**2 for x in lines.values()))
     assert found.headline.relative == pytest.approx(whole)
-    off = replace(slipped, gauge_offset_m=0.0)
-    assert any("beside the force sensor" in note
-               for note in weigh(press(World(said={"askew": off}))).notes)  # fmt: skip
+    assert set(slipped.notes) <= set(found.notes)
+    assert found.headline.half_width > plain.headline.half_width

@@ -17,6 +17,7 @@ from stepload.evidence.errors import middle
 from stepload.evidence.laws import LAWS
 
 TOUCH = "secant_from_touch"
+CHORDS = {"chord", "unloading_chord", "reloading_chord"}
 
 
 def chosen(world: World, *words: str) -> Evidence:
@@ -50,18 +51,18 @@ def test_a_law_that_was_chosen_and_does_not_fit_is_not_identified(word: str) -> 
     world = World(law=two_springs)
     found = chosen(world, word)
     assert found.headline == weigh(press(world)).headline
-    law_figures = [each for kind, each in found.quantities.items() if kind != "chord"]
+    law_figures = [each for kind, each in found.quantities.items() if kind not in CHORDS]
+    assert law_figures or word == "hertz-linear"  # which cannot be fitted at all
     assert all(each.verdict != "identified" for each in law_figures)
-    why = " ".join(reason for each in law_figures for reason in each.why)
-    assert (
-        not law_figures or f"two springs) than the one that was chosen ({LAW_NAMES[word]})" in why
-    )
 
 
 def test_the_law_that_is_true_may_be_chosen_where_the_power_law_does_not_fit() -> None:
     world = World(law=two_springs)
-    assert weigh(press(world)).quantities[TOUCH].verdict != "identified"
+    free = weigh(press(world))
+    assert free.exponent is not None
+    assert free.exponent.verdict != "identified"
     found = chosen(world, "two-springs")
+    assert found.quantities[TOUCH].value_n_per_m == free.quantities[TOUCH].value_n_per_m
     assert found.quantities[TOUCH].verdict == "identified", found.quantities[TOUCH].why
     low, high = found.quantities[TOUCH].interval_n_per_m
     assert low <= 300.0 / two_springs(np.array([300.0]))[0] <= high
@@ -77,7 +78,7 @@ def test_an_exponent_that_was_assumed_is_not_a_finding() -> None:
 def test_a_choice_that_cannot_be_fitted_leaves_the_chord() -> None:
     run = told(press(World()), laws=("rough",))
     found = weigh(told(run, rough_length_m=0.0))
-    assert set(found.quantities) == {"chord"}
+    assert set(found.quantities) == CHORDS
     assert "it cannot be fitted" in found.notes[-1]
     assert TOUCH in weigh(told(run, rough_length_m=None)).quantities
 
@@ -93,4 +94,4 @@ def test_a_choice_that_cannot_be_fitted_with_the_length_that_stands_for_all_coun
     monkeypatch.setattr(
         answer, "chosen_fits", lambda *given: {} if next(asked) == here else whole(*given)
     )
-    assert set(weigh(run).quantities) == {"chord"}
+    assert set(weigh(run).quantities) == CHORDS

@@ -81,6 +81,7 @@ def as_arm(**stiffness: object) -> Plan:
 ACROSS = {
     "across_m_per_n": (3e-8, -1e-8), "across_sigma_m_per_n": (1e-9, 2e-9),
     "across_correlation": -0.5, "at_share": (0.1, 0.0), "share_reach": 0.15,
+    "record": "calibration",
 }  # fmt: skip
 
 
@@ -89,7 +90,8 @@ def test_what_the_force_across_does_is_taken_from_the_plan_and_read_back() -> No
     assert conditions.across == Across((3e-8, -1e-8), (1e-9, 2e-9), -0.5, (0.1, 0.0), 0.15)
     assert conditions.arm
     assert from_attachments({FILE: to_bytes(conditions)}) == conditions
-    assert planned(envelope_of(stvf_plan())).across == Across()
+    stated = Across(at_share=(0.0, 0.0), stated=True)
+    assert planned(envelope_of(stvf_plan())).across == stated
     assert not planned(envelope_of(stvf_plan())).arm
 
 
@@ -108,7 +110,7 @@ def test_a_stiffness_stated_by_hand_is_of_no_known_friction() -> None:
 ASKEW = ("misalignment_rad", "yields_m_per_n", "gauge_offset_m", "lever_m")
 
 
-@pytest.mark.parametrize("gone", [("arm",), ("across", "arm", *ASKEW)])
+@pytest.mark.parametrize("gone", [("across", "arm"), ("across", "arm", *ASKEW)])
 def test_a_record_that_does_not_say_what_pressed_counts_as_an_arm(gone: tuple[str, ...]) -> None:
     """Also that of a guided axis: what is old is not known better for it."""
     old = json.loads(to_bytes(planned(envelope_of(stvf_plan()))))
@@ -125,7 +127,7 @@ def test_a_record_that_does_not_say_what_pressed_counts_as_an_arm(gone: tuple[st
 def test_a_result_does_not_become_identified_by_being_old() -> None:
     told = planned(an_envelope())
     old = json.loads(to_bytes(told))
-    del old["arm"]
+    del old["arm"], old["across"]
     data, _ = pressed(6)
     found = identify_payload(data, from_attachments({FILE: json.dumps(old).encode()})).evidence
     now = identify_payload(data, told).evidence
@@ -203,11 +205,12 @@ def test_a_table_of_this_pose_is_taken_with_what_its_rows_have_in_common() -> No
         with_table(validity_problem="expired on 2025-03-31"),
     ],
 )
-def test_without_a_valid_table_of_this_pose_k_s_is_known_to_five_percent(plan: Plan) -> None:
+def test_without_a_valid_table_of_this_pose_k_s_is_known_as_stated(plan: Plan) -> None:
     sources = planned(envelope_of(plan)).sources
     assert (sources.deflection_force_n, sources.deflection()) == ((), None)
-    assert sources.system_stiffness_sigma_n_per_m == pytest.approx(0.05 * 3.49e6)
-    assert sources.system_stiffness_note.startswith("K_s stated without a table of this pose")
+    stated = plan.rig.system_stiffness.sigma_n_per_m
+    assert sources.system_stiffness_sigma_n_per_m == pytest.approx(stated)
+    assert sources.system_stiffness_note == ""
     assert "no_deflection_table" in {reason.code for reason in envelope_of(plan).reasons}
 
 
@@ -228,16 +231,12 @@ def test_a_gauge_needs_neither_table_nor_k_s() -> None:
     assert not [r for r in envelope_of(plan).reasons if "deflection_table" in r.code]
 
 
-@pytest.mark.parametrize(
-    ("last_n", "share", "severity"), [(300.0, "100%", "note"), (200.0, "67%", "warn")]
-)
-def test_preflight_says_how_much_of_the_forces_the_table_covers(
-    last_n: float, share: str, severity: str
-) -> None:
+@pytest.mark.parametrize(("last_n", "share"), [(300.0, "100%"), (200.0, "67%")])
+def test_preflight_says_how_much_of_the_forces_the_table_covers(last_n: float, share: str) -> None:
     plan = with_table(deflection_force_n=(50.0, last_n))
     [told] = [r for r in envelope_of(plan).reasons if r.code == "deflection_table"]
     assert f"{share} of the top force" in told.message
-    assert told.severity == severity
+    assert (told.severity, told.value) == ("note", last_n)
 
 
 def test_a_table_goes_into_the_record_and_back() -> None:
@@ -253,8 +252,7 @@ def test_an_old_record_has_no_table_and_its_fifty_newtons_are_nobodys() -> None:
         del old["sources"][key]
     old["sources"] |= {"smooth_length_n": 50.0, "system_stiffness_sigma_n_per_m": 3.49e4}
     found = from_attachments({FILE: json.dumps(old).encode()}).sources
-    assert found.system_stiffness_sigma_n_per_m == pytest.approx(0.05 * 3.49e6)
-    assert found.system_stiffness_note
+    assert found.system_stiffness_sigma_n_per_m == pytest.approx(3.49e4)
     assert found.smooth_length_n is None
 
 
@@ -279,11 +277,11 @@ def test_a_damaged_table_in_a_record_is_refused(bad: dict[str, object]) -> None:
 
 
 def test_a_table_that_begins_too_high_is_none() -> None:
-    """One row lets the line below it go anywhere: the 5 % stay."""
+    """One row lets the line below it go anywhere."""
     plan = with_table(deflection_force_n=(100.0, 300.0))
     sources = planned(envelope_of(plan)).sources
     assert sources.deflection_force_n == ()
-    assert "at least 5 %" in sources.system_stiffness_note
+    assert sources.system_stiffness_sigma_n_per_m == plan.rig.system_stiffness.sigma_n_per_m
 
 
 def test_a_choice_of_laws_goes_into_the_record_and_back() -> None:
