@@ -68,6 +68,10 @@ def identify(
         list[str] | None,
         typer.Option("--law", help="Laws that figures may rest on: hertz,power …; auto: all."),
     ] = None,
+    branch: Annotated[
+        str | None,
+        typer.Option("--branch", help="Chord that is the result: loading, unloading, reloading."),
+    ] = None,
     kind: Annotated[str, typer.Option("--kind", help="payload or system.")] = "payload",
     every: Annotated[
         bool, typer.Option("--all", help="FILE is a directory: every record in it and below.")
@@ -106,6 +110,7 @@ def identify(
         position_noise_m=quantity(position_noise, "m"),
         nonlinearity=quantity(nonlinearity, "%"),
         laws=laws_of(law or ()),
+        branch=branch,
         tared=tared,
     )
     if payload is not None:

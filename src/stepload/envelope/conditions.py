@@ -61,6 +61,7 @@ def conditions_of(plan: Plan, theory: Theory) -> Conditions:
         ),
         plate_pa=payload.plate.youngs_modulus_pa / (1.0 - payload.plate.poisson_ratio**2),
         laws=wanted.laws,
+        branch=wanted.branch,
         pose=rig.arm.pose,
         temperature_c=wanted.temperature_c,
         across=Across() if gauge or wanted.kind == "system" else across_of(stiffness),

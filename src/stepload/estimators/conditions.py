@@ -12,6 +12,7 @@ from stepload.estimators.across import Across
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.sources import Sources
 
+BRANCHES = ("loading", "unloading", "reloading")
 ROUGH_LENGTH_SIGMA = 0.2
 """Least relative uncertainty of a roughness length 1.22 σ κ^-0.16 that was stated."""
 

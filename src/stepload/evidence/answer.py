@@ -11,7 +11,7 @@ from stepload.contact.law_names import LAW_NAMES
 from stepload.errors import DomainError
 from stepload.estimators.smooth import NORMAL_95, smooth_lengths
 from stepload.evidence import figures
-from stepload.evidence.chord import Chord, chord
+from stepload.evidence.chord import Chord, chord, smoothed
 from stepload.evidence.drift import Drift, drift_of, without_drift
 from stepload.evidence.elastic import Elastic, elastic_of
 from stepload.evidence.errors import Component, errors_of, middle, total
@@ -121,6 +121,7 @@ def weigh(run: Pressed) -> Evidence:
     assumed = smooth_lengths(told.sources.smooth_length_n, elastic.top_n)
     here = middle(len(assumed))
     errors = [errors_of(run, first, elastic, drift, length_n) for length_n in assumed]
+    main = smoothed(main, first, total(errors[here]), elastic.q)
     fitted = [_fitted(run, first, parts) for parts in errors]
     data, laws = fitted[here]
     every = [each for _, each in fitted if each]
@@ -207,6 +208,7 @@ def _of_branches(
         if not own.span_m > 0.0:
             continue
         errors = [errors_of(run, branch, elastic, drift, length_n) for length_n in assumed]
+        own = smoothed(own, branch, total(errors[middle(len(assumed))]), elastic.q)
         reading = replace(
             loading, main=own, upper=own, path=branch.path, errors=errors, law_sets=[]
         )

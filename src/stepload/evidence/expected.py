@@ -20,8 +20,8 @@ from stepload.evidence import figures
 from stepload.evidence.answer import own_lines, reduced
 from stepload.evidence.askew import askew_of
 from stepload.evidence.changes import narrower
-from stepload.evidence.chord import chord
-from stepload.evidence.errors import errors_of
+from stepload.evidence.chord import chord, smoothed
+from stepload.evidence.errors import errors_of, middle, total
 from stepload.evidence.inelastic import inelastic_of
 from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed
@@ -122,11 +122,13 @@ def expected_chord(run: Pressed) -> Quantity:
     main = chord(first) if run.between_n is None else chord(first, *run.between_n)
     inelastic = inelastic_of(run, loops, main.span_m, main.from_n, elastic, drift)
     lengths = smooth_lengths(told.sources.smooth_length_n, elastic.top_n)
+    errors = [errors_of(run, first, elastic, drift, length_n) for length_n in lengths]
+    main = smoothed(main, first, total(errors[middle(len(lengths))]), elastic.q)
     reading = figures.Reading(
         main=main,
         upper=main,
         path=first.path,
-        errors=[errors_of(run, first, elastic, drift, length_n) for length_n in lengths],
+        errors=errors,
         law_sets=[],
         power=elastic.q,
         lines=own_lines(run, loops, main, elastic, drift, inelastic),

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Annotated, ClassVar
 
 from stepload.contact.law_names import LAW_NAMES
+from stepload.estimators.conditions import BRANCHES
 from stepload.plan.aligning import Alignment, Nulling
 from stepload.plan.leaves import (
     Accuracy,
@@ -198,6 +199,11 @@ class IdentifyPlan:
         Force,
         Key("Force at which the secant is reported; default: 300 N or `top_force`.", derived=True),
     ]
+    branch: Annotated[
+        str,
+        Choice(BRANCHES),
+        Key("Branch whose chord is the result; reloading: the second loading, after the first."),
+    ] = "loading"
     laws: Annotated[
         tuple[Annotated[str, Choice(tuple(LAW_NAMES))], ...],
         Key("Laws that the figures may rest on: an assumption; left out, all that can be tried."),

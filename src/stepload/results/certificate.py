@@ -95,4 +95,4 @@ def numbers_table(found: Identification) -> Table:
             ["exponent n (2)", "touch", rows[0][2] if rows else "", f"{n.value:.2f}",
              f"[{low:.2f}, {high:.2f}]" if known else "none", "", n.verdict.value]
         )  # fmt: skip
-    return Table("Result (* primary), secants by (28)", columns, rows)
+    return Table("Result, secants by (28)", columns, rows)

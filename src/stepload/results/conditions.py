@@ -13,14 +13,13 @@ from stepload.envelope.conditions import ARM_MISALIGNMENT_RAD, UNKNOWN_OFFSET_M,
 from stepload.envelope.envelope import Envelope
 from stepload.errors import BadInputError
 from stepload.estimators.across import Across
-from stepload.estimators.conditions import Conditions
+from stepload.estimators.conditions import BRANCHES, Conditions
 from stepload.estimators.deflection_rows import table_problem
 from stepload.estimators.linearity import ASSUMED_NONLINEARITY
 from stepload.estimators.sources import Sources
 from stepload.results.press_data import PressData
 
 FILE = "conditions.json"
-BRANCHES = ("loading", "unloading", "reloading")
 UNTOLD_STRUCTURE = (
     "the record is of an earlier version and does not say whether a serial arm pressed or a guided "
     "axis: it counts as an arm of which nothing is known; press again to have it told"

@@ -72,7 +72,7 @@ def predicted_table(run: Evaluation) -> Table:
         )  # fmt: skip
         rows += [
             (
-                f"{fields.KINDS[each.kind].strip(' *')}, {newton(each.from_n)} to "
+                f"{fields.KINDS[each.kind]}, {newton(each.from_n)} to "
                 f"{newton(each.to_n)}",
                 stiffness, by_law(partial(_smooth, each)), each.value_n_per_m,
             )

@@ -78,14 +78,14 @@ BUDGET_LINE: tuple[Field[BudgetLine], ...] = (
 )  # fmt: skip
 
 KINDS = {
-    "chord": "chord, loading *",
+    "chord": "chord, loading",
     "unloading_chord": "chord, unloading",
     "reloading_chord": "chord, reloading",
     "secant_from_touch": "secant, zero fitted",
     "secant_from_mean_plane": "secant, from the mean plane",
     "tangent": "tangent",
 }
-"""Displayed name of each stiffness; the headline has the star."""
+"""Displayed name of each stiffness."""
 
 
 def _interval(each: Quantity) -> tuple[float, float] | None:

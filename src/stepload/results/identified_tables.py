@@ -66,7 +66,7 @@ def _evidence_tables(found: Identification) -> list[Table]:
         return []
     headline = evidence.headline
     notes = [
-        f"{fields.KINDS[each.kind].strip(' *')}: {why}"
+        f"{fields.KINDS[each.kind]}: {why}"
         for each in evidence.quantities.values()
         for why in each.why
         if why not in headline.why
@@ -82,7 +82,7 @@ def _evidence_tables(found: Identification) -> list[Table]:
     told = [line] if (line := summary(contact)) else []
     total = f"All together {headline.relative:.2%}; the interval is 1.96 times that."
     return [
-        table("Stiffness (* primary), secant (28)", fields.QUANTITY, evidence.quantities.values(),
+        table("Stiffness, secant (28)", fields.QUANTITY, evidence.quantities.values(),
               [*notes, *evidence.notes, *told]),
         table(HEADLINE_BUDGET, fields.LINE,
               [line for line in headline.lines if line.relative > 0.0], [total], page_only=True),

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from stepload.errors import BadInputError
+from stepload.estimators.conditions import BRANCHES
 from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.system import SystemStiffnessFit
 from stepload.evidence.identification import Identification
@@ -186,9 +187,18 @@ def _identified(found: Identification) -> Verdict:
     return Verdict(
         MOOD[verdict],
         verdict.value,
-        f"Chord stiffness {f(headline.value_n_per_m, 'N/m')}, {known}, from "
+        f"{_called(found)} {f(headline.value_n_per_m, 'N/m')}, {known}, from "
         f"{f(headline.from_n, 'N')} to {f(headline.to_n, 'N')}",
     )
+
+
+def _called(found: Identification) -> str:
+    """The name of the headline: that of its branch where the contact is not elastic."""
+    branch, evidence = found.conditions.branch, found.evidence
+    if evidence is None or (evidence.elastic and branch == BRANCHES[0]):
+        return "Chord stiffness"
+    part = "" if evidence.elastic else f" (inelastic part {100.0 * evidence.inelastic.share:.2g} %)"
+    return f"{branch.capitalize()} chord{part}"
 
 
 def _system_measured(fit: SystemStiffnessFit) -> Verdict:

@@ -13,7 +13,7 @@ from stepload.contact.law_names import LAW_NAMES
 from stepload.envelope.theory import theory_of
 from stepload.errors import BadInputError
 from stepload.estimators.across import Across
-from stepload.estimators.conditions import Conditions
+from stepload.estimators.conditions import BRANCHES, Conditions
 from stepload.estimators.deflection import ASSUMED_RELATIVE
 from stepload.estimators.sources import Sources
 from stepload.plan.load import load_payload
@@ -27,7 +27,7 @@ _SOURCES = (
     "position_noise_m",
     "nonlinearity",
 )
-_CONDITIONS = ("secant_force_n", "elastic_limit_n", "theory_k", "theory_n", "laws")
+_CONDITIONS = ("secant_force_n", "elastic_limit_n", "theory_k", "theory_n", "laws", "branch")
 AUTO = "auto"
 """Word that leaves the choice of laws to the data, whatever the plan of the record says."""
 
@@ -47,6 +47,7 @@ class Wishes:
         theory_k, theory_n: the payload's law (3).
         tared: the force is zero in free air, though the file does not show it.
         laws: names of the laws that figures may rest on; empty: all that can be tried.
+        branch: whose chord is the result: loading, unloading or reloading.
 
     Raises:
         BadInputError: a value is no number, not finite or negative, or zero where that makes no
@@ -66,9 +67,12 @@ class Wishes:
     theory_n: float | None = None
     tared: bool = False
     laws: tuple[str, ...] | None = None
+    branch: str | None = None
 
     def __post_init__(self) -> None:
-        for name in (*_SOURCES, *_CONDITIONS[:-1]):
+        if self.branch is not None and self.branch not in BRANCHES:
+            raise BadInputError(f"branch {self.branch!r}", hint=f"one of {', '.join(BRANCHES)}")
+        for name in (*_SOURCES, *_CONDITIONS[:-2]):
             value = getattr(self, name)
             if value is None:
                 continue
@@ -96,8 +100,7 @@ class Wishes:
         changed = replace(conditions.sources, **sources)
         if any(name.startswith("system_stiffness") for name in sources):
             changed = _without_table(changed)
-            # It is not stated under which friction that one was measured.
-            others["across"] = Across()
+            others["across"] = Across(at_share=(0.0, 0.0), stated=True)
         return replace(conditions, sources=changed, **others)
 
 

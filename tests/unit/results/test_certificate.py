@@ -78,7 +78,7 @@ def test_the_sheet_says_what_was_pressed_with_what_and_by_whom(healthy: Document
     assert sheet.signatures == (("Operator", "A. Tester"), ("Checked by", ""))
     (numbers,) = sheet.tables
     names = [row[0] for row in numbers.rows]
-    assert (names[0], names[-1]) == ("chord, loading *", "exponent n (2)")
+    assert (names[0], names[-1]) == ("chord, loading", "exponent n (2)")
     assert all("[" in row[4] for row in numbers.rows)
     assert sheet.figure is not None
     assert "95 % band" in sheet.figure.caption
