@@ -86,7 +86,9 @@ class FreeAir:
             self._share = max(ALLOWED_SHARE, min(1.0, apart_s / course.plan.tare_s))
         error_n = math.hypot(after.mean_error_n, before.mean_error_n)
         second_error_n = math.hypot(after.second_mean_error_n, before.second_mean_error_n)
-        drift_n, tolerance_n = course.plan.max_drift_n, limits.cross_tolerance_n
+        # `max_drift` leaves room for a whole cycle. Between two looks a touch is contact.
+        drift_n = min(course.plan.max_drift_n, limits.touch_force_n / self._share)
+        tolerance_n = limits.cross_tolerance_n
         if self._touching is not None:
             drift_n = tolerance_n = limits.moved_zero_n
         free = self._unchanged("force", change_n, error_n, drift_n)
