@@ -43,7 +43,7 @@ class Approach:
         self._then: Then = stopped
         self._purpose = ""
         self._slow = False
-        self._left = 0
+        self._left, self._doubted = 0, False
         self._early_m = 0.0
         self._lead = Lead(course.limits.period_s)
         limits = course.limits
@@ -55,8 +55,15 @@ class Approach:
         self._rung_out_s, self._dwelt = 0.0, 0
 
     def begin(self, now_s: float, purpose: str, touches: int, then: Then) -> None:
-        """Touch `touches` times, then call `then` in contact; `purpose` goes into the record."""
-        self._purpose, self._left, self._then = purpose, touches, then
+        """Touch `touches` times, then call `then` in contact; `purpose` goes into the record.
+
+        A back-off by less than a retract may have left a soft payload pressed, and the zero with
+        it. So there is a second touch then, after a full retract.
+        """
+        course = self._course
+        self._doubted = purpose == "first" and course.free_m < course.retract_m
+        self._purpose, self._then = purpose, then
+        self._left = max(touches, 2) if self._doubted else touches
         self._zeroed = False
         self._mean_n, self._renews = 0.0, True
         self._renew_from_m = self._course.target_m + WORTH * self._course.retract_m
@@ -245,7 +252,8 @@ class Approach:
             return
         self._purpose, self._slow = "again", True
         course.enter(Phase.TOUCH_RETRACT, now_s, self._part)
-        course.aim(course.surface_m - self._gap_m())
+        course.aim(course.surface_m - (course.retract_m if self._doubted else self._gap_m()))
+        self._doubted = False
 
     def _gap_m(self) -> float:
         """How far to back off between touches."""
@@ -273,6 +281,4 @@ class Approach:
                 return
             course.aim(max(course.goal_m - self._gap_m(), furthest_m))
             return
-        self._felt = TouchTest(course.limits.touch_force_n)
-        self._restart()
-        self._begin_guarded(now_s)
+        self._fast_to_guarded(now_s)
