@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from stepload.engine.controller import StepController
@@ -44,6 +45,7 @@ class LoadSteps:
         self._then: Then = course.finish
         self._force_sum_n = self._position_sum_m = 0.0
         self._ticks = 0
+        self._rest_n = self._rest_m = math.nan
         self.controller = controller(course.limits)
 
     def adopt(self, limits: RunLimits) -> None:
@@ -103,6 +105,7 @@ class LoadSteps:
         self._settle.begin(now_s + 4.0 / limits.step_rate_per_s, course.plan.hold_s, eps_n)
         self._force_sum_n = self._position_sum_m = 0.0
         self._ticks = 0
+        self._rest_n = math.nan
         course.enter(self._hold_phase, now_s, self._hold)
 
     def _too_long(self, now_s: float) -> bool:
@@ -113,6 +116,27 @@ class LoadSteps:
         course.emit(now_s, "level_missed", {**missed})
         return True
 
+    def _late(self, held_s: float) -> None:
+        """End the run (R9) where an only force channel still rises though nothing moves: it lags.
+
+        The next step would take a force for proven that the payload bore long before.
+        """
+        course, limits, sup = self._course, self._course.limits, self._course.sup
+        if limits.cross_check or course.phase != Phase.HOLD or held_s < 2.0 * limits.reaction_s:
+            return
+        if self._rest_n != self._rest_n:
+            self._rest_n, self._rest_m = sup.smooth_n, sup.arm.position_m
+        moved_m = max(0.0, sup.arm.position_m - self._rest_m) + limits.position_resolution_m
+        allowed_n = limits.touch_force_n + limits.zero_drift_n_per_s * held_s
+        allowed_n += limits.stiffness_n_per_m * moved_m
+        rose_n = sup.smooth_n - self._rest_n
+        if rose_n > allowed_n:
+            course.fail(
+                "R9", rose_n, allowed_n, "N",
+                f"the force rose by {rose_n:.3g} N in a hold, where nothing moves. The only force"
+                " channel shows the force too late",
+            )  # fmt: skip
+
     def _hold(self, now_s: float, _step_s: float) -> None:
         course, settle = self._course, self._settle
         sup = course.sup
@@ -121,6 +145,7 @@ class LoadSteps:
         self._position_sum_m += sup.arm.position_m
         self._ticks += 1
         held_s = now_s - course.since_s
+        self._late(held_s)
         if held_s < course.plan.hold_s:
             return
         timed_out = held_s >= course.plan.hold_s + course.plan.settle_timeout_s

@@ -72,3 +72,30 @@ def test_the_skew_counts_delay_and_period_of_the_slower_channel() -> None:
     assert channel_skew_s(second) == pytest.approx(0.002 + 0.020 + 2 * 0.002)
     checked_s = press_rig(slow, 0.1).cross_check_s
     assert checked_s == pytest.approx(0.02 + 0.005 + channel_skew_s(slow) + 0.040)
+
+
+def alone(base: Plan) -> Plan:
+    plan = rated(base, 1000.0, 0.0)
+    procedure = replace(plan.procedure, levels_n=(60.0, 120.0), hold_s=0.3)
+    none = SecondForce(SecondForceSource.NONE, 0.0, 0.0, 0.0, 0.0)
+    return replace(plan, procedure=procedure, rig=replace(plan.rig, second_force=none))
+
+
+def test_an_only_channel_that_rises_in_a_hold_lags_and_ends_the_run() -> None:
+    """A low-pass of 0.6 s once let the next step begin from a force that had passed long before."""
+    plan = alone(stvf_plan())
+    wrong = WorldFault("force_filter", 0.0, 600.0, 0.6)
+    engine = run(bench_for(plan, spec=spec_for(plan, 1, [wrong])))
+    assert engine.cause is not None
+    assert engine.cause.rule == "R9"
+    assert engine.cause.value > engine.cause.limit
+    assert engine.course.step_number == 1
+
+
+@pytest.mark.parametrize("base", [stvf_plan, ur_plan])
+@pytest.mark.parametrize("seed", [1, 4])
+def test_a_healthy_only_channel_rests_in_its_holds(base, seed: int) -> None:
+    plan = alone(base())
+    engine = run(bench_for(plan, spec=spec_for(plan, seed)))
+    assert engine.course.done, engine.cause
+    assert engine.cause is None

@@ -212,7 +212,7 @@ def test_of_zeros_that_have_moved_alike_the_retract_says_by_how_much() -> None:
     course.sup.smooth_n = course.sup.second_n = -20.0
     not_open(course, 4.0)
     assert course.failure is not None
-    assert "both channels' zeros have moved" in course.failure.message
+    assert (course.failure.rule, course.failure.value) == ("not_open", -20.0)
     assert "about 20 N more than it read" in course.failure.message
 
 
