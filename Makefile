@@ -70,19 +70,21 @@ RUNS   := $(addprefix tests/unit/engine/test_, align_runs.py common_error.py mat
   run_rules.py schedule_of_runs.py slow_sensors.py unkind_worlds.py wrong_wiring.py) \
   tests/unit/verify
 MADE   := tests/system $(RUNS) tests/wire
-SOURCE := tests/contract tests/unit tests/helpers tests/system/test_breakage.py
+PARTS  := tests/unit tests/helpers tests/system/test_breakage.py
+SOURCE := tests/contract $(PARTS)
 CLOCK  := tests/wire tests/contract
 
 virtual: source made ## The tests that no clock on the wall can fail
 
 source: $(KEPT) ## Those of parts, on Python's source
-	$(BIN)/pytest $(SOURCE) $(RUNS:%=--ignore=%) -m 'not realtime and not long' -n $(WORKERS) $(BESIDE)
+	$(BIN)/pytest $(PARTS) $(RUNS:%=--ignore=%) -m 'not realtime and not long' -n $(WORKERS) $(BESIDE)
 
 made: compiled $(KEPT) ## Those of whole runs and commands, on compiled modules
 	STEPLOAD_PURE= $(BIN)/pytest $(MADE) --ignore=tests/system/test_breakage.py \
 	  -m 'not realtime and not long' -n $(WORKERS) $(BESIDE)
 
-realtime: compiled $(KEPT) ## The tests against the wall clock, under a meter of the host's stalls
+realtime: compiled $(KEPT) ## Drivers and their emulators, then what a meter of the host's stalls stands beside
+	$(BIN)/pytest tests/contract -m 'not realtime and not long' -n $(CORES) --dist worksteal
 	STEPLOAD_PURE= $(BIN)/pytest $(CLOCK) -m 'patient and not long' -n $(CORES) $(BESIDE)
 	STEPLOAD_PURE= $(BIN)/pytest $(CLOCK) -m 'realtime and not patient and not long' -n $(shell expr 2 \* $(CORES)) \
 	  --dist worksteal

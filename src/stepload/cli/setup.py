@@ -137,7 +137,7 @@ def init(
     """Write the plan of a payload from answers; preflight must let it through. Exit 3: it does not.
 
     The questions are those of the plan's step in `stepload setup`: --shape, --radius, --material …
-    A preset answers most of them. The comments of the plan say what each key means and where its
+    A preset proposes most answers. The comments of the plan say what each key means and where its
     value is found.
 
     Example: stepload init --preset sphere

@@ -96,7 +96,7 @@ def _limit(envelope: Envelope) -> str:
     limit, counted = (
         format_quantity(force, "N") for force in (theory.elastic_limit_n, theory.counted.lower_n)
     )
-    return f"its elastic limit F_c is {limit}, of which {counted} are counted on"
+    return f"its elastic limit F_c is {limit}; F_c used: {counted}"
 
 
 def _unsafe(plan: Plan, envelope: Envelope) -> str:

@@ -119,6 +119,9 @@ def grid(rig: str, payload: Path, limit: Ceiling, surface: str) -> Grid:
         except (BadInputError, RefusedError, DomainError) as error:
             reasons.append((error.message, error.hint))
             continue
+        if len(plan.procedure.levels_n) < steps:
+            reasons.append((f"a step of {step_n:.3g} N does not exceed the touch force", ""))
+            continue
         missed = [each for each in envelope.reasons if each.code in MISSED]
         if envelope.verdict is PlanVerdict.REFUSED or missed or envelope.climbs is None:
             reasons.append(_why(envelope))

@@ -105,6 +105,9 @@ class FreeAir:
             return True
         if self._touching is not None:
             return False
+        if change_n > 0.0 and not self._course.proven:
+            self._course.fail(*self._course.guard.turn(change_n, limit_n))
+            return False
         self._course.fail(
             "not_free", change_n, limit_n, "N",
             f"the {name} changed by {change_n:+.3g} N when the arm backed off by"

@@ -120,7 +120,11 @@ class RetractGuard:
         if self.proven or len(grown) < len(self._channels):
             return None
         _, grown_n, limit_n, channel = max(grown, key=lambda one: one[0])
-        self.goal_m = channel.least_m if sup.tared else self._from_m
+        return self.turn(grown_n, limit_n, channel.least_m if sup.tared else self._from_m)
+
+    def turn(self, grown_n: float, limit_n: float, goal_m: float = math.nan) -> Breach:
+        """The breach of a wrong way back: the arm must go to `goal_m`, NaN: where it came from."""
+        self.goal_m = self._from_m if goal_m != goal_m else goal_m
         along = self._channels[0]
         whose = (
             "the arm's direction (approach)"

@@ -272,10 +272,11 @@ class Supervisor:
         jump_limit_n = (limits.jump_n + limits.contact_n_s_per_m * recent) * self.motion.steps
         fall_limit_n = jump_limit_n
         if not limits.cross_check and phase in PRESSED and speed >= 0.0:
-            fall_limit_n = limits.jump_n * self.motion.steps
+            ring_n = limits.ring_n_s_per_m * recent
+            fall_limit_n = min(jump_limit_n, (limits.jump_n + ring_n) * self.motion.steps)
         if not -fall_limit_n <= jump_n <= jump_limit_n:
             breach = breach or self._found(
-                "R9", jump_n, jump_limit_n, "N",
+                "R9", jump_n, jump_limit_n if jump_n > 0.0 else fall_limit_n, "N",
                 f"force jumped by {jump_n:+.4g} N without a motion that explains it",
             )  # fmt: skip
         if limits.cross_check:

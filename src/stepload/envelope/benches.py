@@ -165,7 +165,7 @@ def specimen(rig: str, path: Path, top_n: float) -> Specimen:
     if safe_n < top_n:
         why = (
             f"pressed with {safe_n:.3g} N: its elastic limit is {found.theory.elastic_limit_n:.3g}"
-            f" N, of which {found.theory.counted.lower_n:.3g} N are counted on"
+            f" N; F_c used: {found.theory.counted.lower_n:.3g} N"
         )
         pressed = _softer(rig, path, safe_n)
     if pressed is None:

@@ -92,7 +92,7 @@ def _of_drives(rig: Rig, press: PressRig) -> Iterator[Hazard]:
     )
     yield Hazard(
         "heavier_arm",
-        f"An arm of {f(arm.effective_mass_kg, 'kg')} as stated hits a rigid obstacle with"
+        f"A moving mass of {f(arm.effective_mass_kg, 'kg')} as stated hits a rigid obstacle with"
         f" {f(stated_n, 'N')} at 1 mm/s; {HEAVIER:g} times as heavy, with about {f(heavy_n, 'N')}.",
         "state as effective_mass all that moves with the tool",
         heavy_n,

@@ -117,6 +117,7 @@ class RunLimits:
     ahead_m: float = _limit("m", f"the arm catching up, or {_FOLLOW}")
     follow_m: float = _limit("m", _FOLLOW)
     damping_n_s_per_m: float = _limit("N s/m", "C_s of the rig", zero=True)
+    ring_n_s_per_m: float = _limit("N s/m", "C_s + sqrt(m K_s,max): an arm that rings", "R9")
     arm_acceleration_m_s2: float = _limit("m/s^2", "rig: arm.max_acceleration")
     leash_free_m: float = _limit("m", "(F_lim - F_th - 6 sigma) / K_s,max")
     answer_n_per_m: float = _limit("N/m", f"{_ANSWER} at the touch", "R6")
@@ -351,6 +352,7 @@ def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimi
         ahead_m=pressing.ahead_m,
         follow_m=pressing.follow_m,
         damping_n_s_per_m=press.damping_n_s_per_m,
+        ring_n_s_per_m=press.damping_n_s_per_m + math.sqrt(press.mass_kg * press.stiffness_n_per_m),
         arm_acceleration_m_s2=press.acceleration_m_s2,
         leash_free_m=pressing.leash_free_m,
         answer_n_per_m=pressing.answer_n_per_m,

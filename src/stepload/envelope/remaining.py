@@ -77,7 +77,7 @@ class Remaining:
             self._press(self._index(row))
         elif self._step < 0:
             self._approach(_BEFORE.get(phase, "") if row.cycle else ALIGN)
-        elif phase == Phase.RETRACT and self._step == self._steps_of_run - 1 and not self._over:
+        elif phase != Phase.PAUSED and self._step == self._steps_of_run - 1 and not self._over:
             self._over, self._began_s = True, self.active_s
         self._now_left_s = self._left_s(max(row.cycle, 1))
         return self._now_left_s

@@ -68,7 +68,7 @@ def explained(code: str) -> tuple[Explanation, ...]:
         near = difflib.get_close_matches(wanted, known, n=3, cutoff=0.5)
         near += [each for each in known if wanted in each and each not in near]
         hint = f"perhaps {', '.join(near[:5])}" if near else "`stepload explain` lists them all"
-        raise BadInputError(f"no code is called {code!r}", hint=hint)
+        raise BadInputError(f"no code, key or word is called {code!r}", hint=hint)
     return found
 
 

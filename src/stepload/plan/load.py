@@ -73,6 +73,7 @@ def load_payload(path: Path) -> Payload:
     loader = _Loader(Disk())
     source = loader.shelf.file(Path(path))
     root = loader.references.parse(source)
+    _refuse_whole_plan(root)
     payload = read_section(Payload, root, Place(source, 1, 1), loader.problems)
     loader.report(root, impossibilities(payload))
     loader.raise_problems()
@@ -135,6 +136,8 @@ class _Loader:
             merged.entries["payload"] = self.references.section(merged.entries["payload"])
         if "rig" in merged.entries:
             merged.entries["rig"] = self.references.rig(merged.entries["rig"])
+        if "payload" in merged.entries:
+            _refuse_whole_plan(merged.entries["payload"])
         if "procedure" in merged.entries:
             merged.entries["procedure"] = self.references.section(merged.entries["procedure"])
         return merged
@@ -206,6 +209,18 @@ def _refuse_no_plan(root: Node) -> None:
             path = source.name if "/" in source.name else f"./{source.name}"
             told = hint.format(name=source.name, path=path)
             raise PlanError((source.problem(1, 1, f"this is a {noun}, not a plan", told),))
+
+
+def _refuse_whole_plan(payload: Node) -> None:
+    """Refuse a plan in the place of a payload file, in one sentence.
+
+    Raises:
+        PlanError: it is a plan.
+    """
+    if isinstance(payload, Mapping) and payload.entries.keys() >= {"payload", "procedure"}:
+        hint = "write what is below its `payload:` to a file of its own"
+        source = payload.place.source
+        raise PlanError((source.problem(1, 1, "this is a plan, not a payload file", hint),))
 
 
 def _place_for_options(root: Node, device: str) -> Place:

@@ -83,7 +83,8 @@ def plan_values(answers: Answers, home: Path) -> dict[str, Value]:
         BadInputError: an answer cannot be used, or one thing is stated in two answers.
     """
     values = {"stepload": Value("1", "")}
-    if file := answers.text("payload"):
+    described = answers.preset and "payload" not in answers.given
+    if not described and (file := answers.text("payload")):
         values["payload"] = Value(quoted(file), YOU)
     else:
         name = answers.text("payload_name")

@@ -124,7 +124,7 @@ _ALL = (
     Question("back", "How far it backs away", "5 mm", _in("m")),
     # the first payload
     Question("plan", "Where the plan of the first payload is written", "first-payload.yaml"),
-    Question("payload", "A payload file; empty: it is asked for", ""),
+    Question("payload", "Payload file, if there is one; empty: questions follow", ""),
     Question("payload_name", "What the payload is called", "first payload", _name),
     Question("shape", "Its shape", None,
              _either("sphere", "cone_tip", "pyramid_tip", "flat_punch")),

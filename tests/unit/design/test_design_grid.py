@@ -195,3 +195,22 @@ def test_where_a_material_is_known_as_a_range_the_stiffest_is_designed_for(tmp_p
     envelope = derive(plan_of("stvf", payload, found.top_n, found.order))
     assert found.specimen.secant_n_per_m == envelope.theory.stiffest.secant(found.top_n)
     assert found.specimen.secant_n_per_m > envelope.theory.softest.secant(found.top_n)
+
+
+def test_a_plan_whose_first_level_is_left_out_is_no_candidate(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Twelve steps of 0.77 N begin below the touch force of 1 N: such a plan has fewer levels."""
+    for name, only in (("HOLDS_S", 1.0), ("RAMPS_S", 1.0), ("SHARES", 0.25)):
+        monkeypatch.setattr(room, name, (only,))
+    ball = tmp_path / "ball.yaml"
+    ball.write_text(
+        "name: ball\nforce_limit: 60 N\ngeometry: {shape: sphere, radius: 20 mm}\n"
+        "material: {name: silicone, youngs_modulus: 2 MPa, poisson_ratio: 0.49}\n"
+        "plate: {name: steel, youngs_modulus: 70 GPa, poisson_ratio: 0.33,"
+        " yield_strength: 250 MPa}\n"
+    )
+    found = grid("ur5e", ball, Ceiling("UR5e", "ball", 37.2, ""), "5 mm")
+    assert found.candidates
+    assert 12 not in [each.order.steps for each in found.candidates]
+    assert all(len(each.order.up_s) == each.order.steps for each in found.candidates)

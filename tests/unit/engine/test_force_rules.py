@@ -373,6 +373,23 @@ def test_r9_stops_an_only_channel_that_falls_though_the_arm_does_not_go_back() -
         assert cause is None or cause.rule == "R9"
 
 
+def test_r9_an_only_channel_may_fall_as_far_as_the_arm_rings() -> None:
+    """2.7 % of 1,068 sound rigs with one channel were stopped as they rang at a step's begin."""
+    speed = 1e-4
+    for share, found in ((0.99, False), (1.02, True)):
+        feed = Feed(**(CALM | {"jump_n": 3.0, "cross_check": ""}), at_n=100.0)
+        feed.moving(50, speed, 100.0, phase=Phase.LOAD)
+        limits = feed.supervisor._limits
+        limit_n = 3.0 + limits.ring_n_s_per_m * speed
+        assert limit_n < 3.0 + limits.contact_n_s_per_m * speed
+        cause = feed.tick(100.0 - share * limit_n, phase=Phase.LOAD)
+        assert (cause is not None) == found
+        assert cause is None or (cause.rule, cause.limit) == (
+            "R9",
+            pytest.approx(limit_n, rel=0.01),
+        )
+
+
 LEASH_M = (LIMIT_N - 6.0 * NOISE_N) / K + PLANNED.lost_motion_m
 
 

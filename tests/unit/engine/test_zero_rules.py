@@ -48,7 +48,7 @@ def test_force_that_changes_by_backing_off_was_contact(sign: float, second: bool
         failure = stage.course.failure
         assert (failure is None) == free == bool(stage.then)
         if failure is not None:
-            assert failure.rule == "not_free"
+            assert failure.rule == ("pressed_back" if sign > 0.0 else "not_free")
             assert failure.value == pytest.approx(sign * share * limit_n)
             assert failure.limit == pytest.approx(limit_n)
 

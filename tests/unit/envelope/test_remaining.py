@@ -40,3 +40,12 @@ def test_an_early_end_shortens_every_later_cycle(unload: bool) -> None:
     left_s = ended.at(down)
     assert math.isfinite(left_s)
     assert left_s == pytest.approx(planned.at(down))
+
+
+def test_the_last_touch_counts_down_where_its_retract_was_not_shown() -> None:
+    plan = stvf_plan(cycles=1, unload=False, step_n=100.0, top_force_n=300.0)
+    left = Remaining(envelope_for(plan).stages, plan.procedure)
+    for step in (1, 2, 3):
+        left.at(row(10.0 + STEP_S * step, Phase.LOAD, step))
+    begun_s = left.at(row(30.0, Phase.FAST_APPROACH, 0))
+    assert left.at(row(31.0, Phase.FAST_APPROACH, 0)) == pytest.approx(begun_s - 1.0)

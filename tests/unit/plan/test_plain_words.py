@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from stepload.plan.load import load_plan
+from stepload.plan.load import load_payload, load_plan
 from stepload.plan.problems import PlanError
 
 PROCEDURES = Path(__file__).parents[3] / "procedures"
@@ -73,3 +73,12 @@ def test_an_address_is_asked_for_where_devices_are_opened_and_in_the_users_file(
     assert [(each.file, each.line) for each in caught.value.problems] == [(str(path), line)] * 2
     named = [each.hint.partition(": ")[0] for each in caught.value.problems]
     assert named == ["rig.arm.options.host", "rig.force.options.port"]
+
+
+@pytest.mark.parametrize("beside_a_plan", [False, True])
+def test_a_plan_in_the_place_of_a_payload_file_is_one_problem(beside_a_plan: bool) -> None:
+    plan = PROCEDURES / "plastic-sphere.yaml"
+    with pytest.raises(PlanError) as caught:
+        load_plan(plan, payload=plan) if beside_a_plan else load_payload(plan)
+    [problem] = caught.value.problems
+    assert (problem.line, problem.column) == (1, 1)
