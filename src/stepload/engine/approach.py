@@ -20,6 +20,8 @@ MEAN_S = 5.0
 """Time constant of the mean force in an approach: a zero moves slowly, a contact grows fast."""
 Zero = Callable[[float, Then, Then | None], None]
 """Proves free air and takes the zero: (now_s, what follows, what follows on contact)."""
+FIRST = "first"
+"""Purpose of the first touch of a run on the axis."""
 CIRCLE = "circle"
 """Purpose of a touch beside the axis: it measures the plate, and belongs to no cycle."""
 
@@ -43,7 +45,7 @@ class Approach:
         self._then: Then = stopped
         self._purpose = ""
         self._slow = False
-        self._left, self._doubted = 0, False
+        self._left = 0
         self._early_m = 0.0
         self._lead = Lead(course.limits.period_s)
         limits = course.limits
@@ -57,13 +59,10 @@ class Approach:
     def begin(self, now_s: float, purpose: str, touches: int, then: Then) -> None:
         """Touch `touches` times, then call `then` in contact; `purpose` goes into the record.
 
-        A back-off by less than a retract may have left a soft payload pressed, and the zero with
-        it. So there is a second touch then, after a full retract.
+        Where the zero is not proven the first time there are at least two touches.
         """
-        course = self._course
-        self._doubted = purpose == "first" and course.free_m < course.retract_m
         self._purpose, self._then = purpose, then
-        self._left = max(touches, 2) if self._doubted else touches
+        self._left = max(touches, 2) if self._doubtful_zero() else touches
         self._zeroed = False
         self._mean_n, self._renews = 0.0, True
         self._renew_from_m = self._course.target_m + WORTH * self._course.retract_m
@@ -87,7 +86,10 @@ class Approach:
         self._felt = TouchTest(course.limits.touch_force_n)
         self._restart()
         course.aim(near_m - run_out_m)
-        self._begin_fast(now_s)
+        if course.target_m < course.goal_m:
+            self._begin_fast(now_s)
+        else:
+            self._begin_guarded(now_s)
 
     def _restart(self) -> None:
         """Forget the targets: the arm has gone back."""
@@ -104,7 +106,7 @@ class Approach:
         if self._held_up(now_s):
             return
         limits = course.limits
-        if course.target_m >= course.goal_m or course.move(limits.fast_speed_m_s, step_s):
+        if course.move(limits.fast_speed_m_s, step_s):
             self._begin_guarded(now_s)
         allowed_m = limits.fast_speed_m_s * limits.reaction_s + limits.ahead_m
         course.target_m -= self._lead.excess(course.target_m, course.sup.arm.position_m, allowed_m)
@@ -250,10 +252,18 @@ class Approach:
         if self._left <= 0 or course.stop_asked():
             self._then(now_s)
             return
+        back_m = course.retract_m if self._doubtful_zero() else self._gap_m()
         self._purpose, self._slow = "again", True
         course.enter(Phase.TOUCH_RETRACT, now_s, self._part)
-        course.aim(course.surface_m - (course.retract_m if self._doubted else self._gap_m()))
-        self._doubted = False
+        course.aim(course.surface_m - back_m)
+
+    def _doubtful_zero(self) -> bool:
+        """Whether the zero may hold a contact force: the free way was shorter than a retract.
+
+        A back-off that short may leave a soft payload pressed. The first touch proves the
+        direction; a full retract after it then shows the force.
+        """
+        return self._purpose == FIRST and self._course.free_m < self._course.retract_m
 
     def _gap_m(self) -> float:
         """How far to back off between touches."""
