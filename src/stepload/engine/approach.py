@@ -86,10 +86,7 @@ class Approach:
         self._felt = TouchTest(course.limits.touch_force_n)
         self._restart()
         course.aim(near_m - run_out_m)
-        if course.target_m < course.goal_m:
-            self._begin_fast(now_s)
-        else:
-            self._begin_guarded(now_s)
+        self._begin_fast(now_s)
 
     def _restart(self) -> None:
         """Forget the targets: the arm has gone back."""
@@ -106,7 +103,7 @@ class Approach:
         if self._held_up(now_s):
             return
         limits = course.limits
-        if course.move(limits.fast_speed_m_s, step_s):
+        if course.target_m >= course.goal_m or course.move(limits.fast_speed_m_s, step_s):
             self._begin_guarded(now_s)
         allowed_m = limits.fast_speed_m_s * limits.reaction_s + limits.ahead_m
         course.target_m -= self._lead.excess(course.target_m, course.sup.arm.position_m, allowed_m)
@@ -290,5 +287,9 @@ class Approach:
                     self._zero(now_s, self._fast_to_guarded, None)
                 return
             course.aim(max(course.goal_m - self._gap_m(), furthest_m))
-            return
-        self._fast_to_guarded(now_s)
+        elif course.goal_m < course.surface_m - self._gap_m():
+            self._fast_to_guarded(now_s)
+        else:
+            self._felt = TouchTest(course.limits.touch_force_n)
+            self._restart()
+            self._begin_guarded(now_s)
