@@ -12,7 +12,7 @@ from stepload.errors import DomainError
 from stepload.estimators.smooth import NORMAL_95, smooth_lengths
 from stepload.evidence import figures
 from stepload.evidence.chord import Chord, chord, smoothed
-from stepload.evidence.drift import Drift, drift_of, held_while_loading, without_drift
+from stepload.evidence.drift import Drift, drift_of, largest_in_holds, without_drift
 from stepload.evidence.elastic import Elastic, elastic_of
 from stepload.evidence.errors import Component, errors_of, middle, total
 from stepload.evidence.gauge import against_arm
@@ -248,10 +248,8 @@ def own_lines(
         "zero of force", format_quantity(moved_n, "N"),
         moved_n * elastic.at(main.from_n) / math.sqrt(3.0),
     )  # fmt: skip
-    gap, most_m = inelastic.of("gap"), math.inf
-    if (held := held_while_loading(loops, elastic.at, sources)) is not None:
-        # A drift goes on in the holds too.
-        most_m = abs(elapsed_s) * math.hypot(held.rate_m_per_s, held.sigma_m_per_s)
+    gap = inelastic.of("gap")
+    most_m = abs(elapsed_s) * largest_in_holds(loops, elastic.at, sources)
     if drift is not None:
         uneven_m = UNEVEN * abs(drift.rate_m_per_s * elapsed_s)
         again = inelastic.of("reload")

@@ -55,23 +55,33 @@ def _held(loops: Sequence[Loop], compliance: Compliance, sources: Sources) -> Dr
 
     A payload that creeps goes one way while loading and the other way while unloading.
     """
-    both = []
-    for unloading in (False, True):
-        branches = [loop.unloading if unloading else loop.loading for loop in loops[:2]]
-        rate = _rate([hold for b in branches if b is not None for hold in b.holds],
-                     compliance, sources)  # fmt: skip
-        if rate is None:
-            return None
-        both.append(rate)
+    both = _rates(loops[:2], compliance, sources)
+    if len(both) < 2:
+        return None
     rate_m_per_s = 0.5 * sum(each.rate_m_per_s for each in both)
     return Drift(rate_m_per_s, 0.5 * math.hypot(*(each.sigma_m_per_s for each in both)))
 
 
-def held_while_loading(
-    loops: Sequence[Loop], compliance: Compliance, sources: Sources
-) -> Drift | None:
-    """What goes on in the holds of the first loading, creep and drift together; None without."""
-    return _rate(loops[0].loading.holds, compliance, sources)
+def largest_in_holds(loops: Sequence[Loop], compliance: Compliance, sources: Sources) -> float:
+    """Bound of a drift in the first cycle in m/s; inf without holds.
+
+    Creep and drift that cancel in the holds of one way add in those of the other.
+    """
+    found = _rates(loops[:1], compliance, sources)
+    return max((math.hypot(each.rate_m_per_s, each.sigma_m_per_s) for each in found),
+               default=math.inf)  # fmt: skip
+
+
+def _rates(loops: Sequence[Loop], compliance: Compliance, sources: Sources) -> list[Drift]:
+    """What goes on in the holds of the loadings, and in those of the unloadings, where there are
+    such."""
+    found = []
+    for unloading in (False, True):
+        branches = [loop.unloading if unloading else loop.loading for loop in loops]
+        holds = [hold for branch in branches if branch is not None for hold in branch.holds]
+        if (rate := _rate(holds, compliance, sources)) is not None:
+            found.append(rate)
+    return found
 
 
 def _rate(holds: Sequence[Hold], compliance: Compliance, sources: Sources) -> Drift | None:
