@@ -226,6 +226,7 @@ identify:
   kind: payload
   secant_force: 200 N
   laws: [power, hertz]
+  branch: loading
   p: 2
   s: 20
   t: 5

@@ -101,9 +101,10 @@ def test_a_run_that_measures_the_system_takes_nothing_of_it_out() -> None:
     assert planned(envelope_of(plan)).across == Across()
 
 
-def test_a_stiffness_stated_by_hand_is_of_no_known_friction() -> None:
+def test_a_stiffness_stated_by_hand_holds_for_the_friction_of_the_contact() -> None:
     conditions = planned(envelope_of(as_arm(**ACROSS)))
-    assert Wishes(system_stiffness_n_per_m=3e6).applied(conditions).across == Across()
+    stated = Wishes(system_stiffness_n_per_m=3e6).applied(conditions).across
+    assert stated == Across(at_share=(0.0, 0.0), stated=True)
     assert Wishes(secant_force_n=100.0).applied(conditions).across == conditions.across
 
 

@@ -299,6 +299,9 @@ def test_a_lead_is_left_in_a_record_and_told_by_the_rate():
     data, conditions = record(clean(make(ALL, "sphere", 3), damping_s=0.1))
     assert data.lag.lag_s < -0.01
     assert data.lag_corrected_s == 0.0
-    gates = {gate.name: gate for gate in weigh(pressed(data, conditions)).gates}
-    assert "viscous" in gates["rate"].sentence
-    assert gates["force_zero"].value < gates["force_zero"].threshold
+    found = weigh(pressed(data, conditions))
+    rate = found.inelastic.of("rate")
+    assert rate is not None
+    assert rate.shown_m > 0.0
+    lines = {line.source: line.relative for line in found.headline.lines}
+    assert lines.get("zero of force", 0.0) < 0.01
