@@ -20,6 +20,8 @@ MEAN_S = 5.0
 """Time constant of the mean force in an approach: a zero moves slowly, a contact grows fast."""
 Zero = Callable[[float, Then, Then | None], None]
 """Proves free air and takes the zero: (now_s, what follows, what follows on contact)."""
+FIRST = "first"
+"""Purpose of the first touch of a run on the axis."""
 CIRCLE = "circle"
 """Purpose of a touch beside the axis: it measures the plate, and belongs to no cycle."""
 
@@ -55,8 +57,12 @@ class Approach:
         self._rung_out_s, self._dwelt = 0.0, 0
 
     def begin(self, now_s: float, purpose: str, touches: int, then: Then) -> None:
-        """Touch `touches` times, then call `then` in contact; `purpose` goes into the record."""
-        self._purpose, self._left, self._then = purpose, touches, then
+        """Touch `touches` times, then call `then` in contact; `purpose` goes into the record.
+
+        Where the zero is not proven the first time there are at least two touches.
+        """
+        self._purpose, self._then = purpose, then
+        self._left = max(touches, 2) if self._doubtful_zero() else touches
         self._zeroed = False
         self._mean_n, self._renews = 0.0, True
         self._renew_from_m = self._course.target_m + WORTH * self._course.retract_m
@@ -243,9 +249,18 @@ class Approach:
         if self._left <= 0 or course.stop_asked():
             self._then(now_s)
             return
+        back_m = course.retract_m if self._doubtful_zero() else self._gap_m()
         self._purpose, self._slow = "again", True
         course.enter(Phase.TOUCH_RETRACT, now_s, self._part)
-        course.aim(course.surface_m - self._gap_m())
+        course.aim(course.surface_m - back_m)
+
+    def _doubtful_zero(self) -> bool:
+        """Whether the zero may hold a contact force: the free way was shorter than a retract.
+
+        A back-off that short may leave a soft payload pressed. The first touch proves the
+        direction; a full retract after it then shows the force.
+        """
+        return self._purpose == FIRST and self._course.free_m < self._course.retract_m
 
     def _gap_m(self) -> float:
         """How far to back off between touches."""
@@ -272,7 +287,9 @@ class Approach:
                     self._zero(now_s, self._fast_to_guarded, None)
                 return
             course.aim(max(course.goal_m - self._gap_m(), furthest_m))
-            return
-        self._felt = TouchTest(course.limits.touch_force_n)
-        self._restart()
-        self._begin_guarded(now_s)
+        elif course.goal_m < course.surface_m - self._gap_m():
+            self._fast_to_guarded(now_s)
+        else:
+            self._felt = TouchTest(course.limits.touch_force_n)
+            self._restart()
+            self._begin_guarded(now_s)

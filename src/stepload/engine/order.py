@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from stepload.engine.align import Alignment
-from stepload.engine.approach import Approach
+from stepload.engine.approach import FIRST, Approach
 from stepload.engine.course import Course, Then
 from stepload.engine.enough import FarEnough, Verdict, judge, nearest
 from stepload.engine.notices import Say, nothing
@@ -115,7 +115,7 @@ class RunOrder:
         if self._course.operator.paused:
             self._pause(now_s, self._first_approach)
         else:
-            self._approach.begin(now_s, "first", self._course.plan.touches, self._touched)
+            self._approach.begin(now_s, FIRST, self._course.plan.touches, self._touched)
 
     def _touched(self, now_s: float) -> None:
         course = self._course

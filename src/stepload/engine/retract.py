@@ -19,11 +19,11 @@ def not_open(course: Course, limit_n: float) -> None:
         )
     elif left_n < -limit_n:
         whose = (
-            "both channels' zeros have" if course.limits.cross_check else "the sensor's zero has"
+            "both channels' zeros were" if course.limits.cross_check else "the sensor's zero was"
         )
         drifted = (
-            f"; unless the contact sticks, {whose} moved since the tare, and the"
-            f" force may have been about {-left_n:.3g} N more than it read"
+            f"; unless the contact sticks, {whose} taken in contact or moved since the tare, and"
+            f" the force may have been about {-left_n:.3g} N more than it read"
         )
     course.fail(
         "not_open", left_n, limit_n, "N",

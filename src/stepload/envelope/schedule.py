@@ -140,6 +140,10 @@ def schedule(
     touch_s = gap_m / limits.retract_speed_m_s + REST_S + gap_m / slow_m_s + ring_s
     return_s = max(back_m - gap_m - run_out_m, 0.0) / fast_m_s
     return_s += (gap_m + run_out_m) / slow_m_s + ring_s
+    again_touches, again_s = procedure.touches - 1, touch_s
+    if first_m < back_m:  # the first of them is after a full retract, see `engine.approach`
+        again_touches = max(again_touches, 1)
+        again_s += (back_s + return_s - touch_s) / again_touches
     fast_m = max(clear_m + first_m - run_out_m, 0.0)
     guarded_m = band_m + run_out_m + climbs.touch_m
     again = renewals(limits, fast_m, fast_m + guarded_m, back_m)
@@ -151,7 +155,7 @@ def schedule(
         Stage(ALIGN, align_s, 1),
         Stage(FAST, (fast_m + again * back_m) / fast_m_s, 1),
         Stage(GUARDED, guarded_m / guarded_m_s + ring_s, 1),
-        Stage(AGAIN, touch_s, procedure.touches - 1),
+        Stage(AGAIN, again_s, again_touches),
         _steps(LOAD_STEP, up, procedure.cycles),
         _steps(UNLOAD_STEP, down, procedure.cycles),
     ]

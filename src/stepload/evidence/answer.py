@@ -12,7 +12,7 @@ from stepload.errors import DomainError
 from stepload.estimators.smooth import NORMAL_95, smooth_lengths
 from stepload.evidence import figures
 from stepload.evidence.chord import Chord, chord, smoothed
-from stepload.evidence.drift import Drift, drift_of, without_drift
+from stepload.evidence.drift import Drift, drift_of, largest_in_holds, without_drift
 from stepload.evidence.elastic import Elastic, elastic_of
 from stepload.evidence.errors import Component, errors_of, middle, total
 from stepload.evidence.gauge import against_arm
@@ -249,17 +249,18 @@ def own_lines(
         moved_n * elastic.at(main.from_n) / math.sqrt(3.0),
     )  # fmt: skip
     gap = inelastic.of("gap")
+    most_m = abs(elapsed_s) * largest_in_holds(loops, elastic.at, sources)
     if drift is not None:
         uneven_m = UNEVEN * abs(drift.rate_m_per_s * elapsed_s)
         again = inelastic.of("reload")
         if again is not None and again.shown_m > 0.0:
-            uneven_m = math.hypot(uneven_m, again.value_m / math.sqrt(3.0))
+            uneven_m = math.hypot(uneven_m, min(abs(again.value_m) / math.sqrt(3.0), most_m))
         found += length(OF_SIGNS[0], format_quantity(uneven_m, "m"), uneven_m)
     elif gap is not None:
         # One cycle: what lies between loading and unloading may be a drift.
         lasted_s = float(path.time_s[-1] - path.time_s[0])
         share = abs(elapsed_s) / max(2.0 * lasted_s, 1e-12)
-        may_m = share * math.hypot(gap.value_m, gap.sigma_m) / math.sqrt(3.0)
+        may_m = min(share * math.hypot(gap.value_m, gap.sigma_m) / math.sqrt(3.0), most_m)
         found += length(OF_SIGNS[1], format_quantity(may_m, "m"), may_m)
     slipped_m, unseen_m = run.askew.slip_m(main.from_n, main.to_n, elastic.payload_at)
     slip_m = math.hypot(slipped_m, unseen_m) / math.sqrt(3.0)

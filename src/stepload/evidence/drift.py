@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stepload.estimators.sources import Sources
-from stepload.evidence.loops import BETWEEN, Branch, Loop
+from stepload.evidence.loops import BETWEEN, Branch, Hold, Loop
 from stepload.evidence.signs import Compliance, signs_of
 
 SIGMAS = 3.0
@@ -55,22 +55,46 @@ def _held(loops: Sequence[Loop], compliance: Compliance, sources: Sources) -> Dr
 
     A payload that creeps goes one way while loading and the other way while unloading.
     """
-    rates, variances = [], []
+    both = _rates(loops[:2], compliance, sources)
+    if len(both) < 2:
+        return None
+    rate_m_per_s = 0.5 * sum(each.rate_m_per_s for each in both)
+    return Drift(rate_m_per_s, 0.5 * math.hypot(*(each.sigma_m_per_s for each in both)))
+
+
+def largest_in_holds(loops: Sequence[Loop], compliance: Compliance, sources: Sources) -> float:
+    """Bound of a drift in the first cycle in m/s; inf without holds.
+
+    Creep and drift that cancel in the holds of one way add in those of the other.
+    """
+    found = _rates(loops[:1], compliance, sources)
+    return max((math.hypot(each.rate_m_per_s, each.sigma_m_per_s) for each in found),
+               default=math.inf)  # fmt: skip
+
+
+def _rates(loops: Sequence[Loop], compliance: Compliance, sources: Sources) -> list[Drift]:
+    """What goes on in the holds of the loadings, and in those of the unloadings, where there are
+    such."""
+    found = []
     for unloading in (False, True):
-        branches = [loop.unloading if unloading else loop.loading for loop in loops[:2]]
+        branches = [loop.unloading if unloading else loop.loading for loop in loops]
         holds = [hold for branch in branches if branch is not None for hold in branch.holds]
-        lasted_s = BETWEEN * sum(hold.lasted_s for hold in holds)
-        if not lasted_s > 0.0:
-            return None
-        rates.append(sum(hold.creep(compliance(hold.force_n)) for hold in holds) / lasted_s)
-        quantum = 2.0 * sources.quantum_left_m**2
-        noise = sum(
-            2.0 * (sources.position_noise_m**2
-                   + (compliance(h.force_n) * sources.force_noise_n) ** 2) / max(h.samples, 1)
-            + quantum for h in holds
-        )  # fmt: skip
-        variances.append(noise / lasted_s**2)
-    return Drift(0.5 * sum(rates), 0.5 * math.sqrt(sum(variances)))
+        if (rate := _rate(holds, compliance, sources)) is not None:
+            found.append(rate)
+    return found
+
+
+def _rate(holds: Sequence[Hold], compliance: Compliance, sources: Sources) -> Drift | None:
+    lasted_s = BETWEEN * sum(hold.lasted_s for hold in holds)
+    if not lasted_s > 0.0:
+        return None
+    rate = sum(hold.creep(compliance(hold.force_n)) for hold in holds) / lasted_s
+    noise = sum(
+        2.0 * (sources.position_noise_m**2
+               + (compliance(h.force_n) * sources.force_noise_n) ** 2) / max(h.samples, 1)
+        + 2.0 * sources.quantum_left_m**2 for h in holds
+    )  # fmt: skip
+    return Drift(rate, math.sqrt(noise) / lasted_s)
 
 
 def without_drift(loop: Loop, rate_m_per_s: float, start_s: float) -> Loop:

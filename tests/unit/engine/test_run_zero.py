@@ -68,6 +68,18 @@ def test_room_for_the_drift_of_a_long_cycle_hides_no_start_in_contact() -> None:
     assert engine.cause.limit == engine.limits.touch_force_n
 
 
+def test_a_contact_that_the_free_way_cannot_show_is_found_after_the_first_touch() -> None:
+    """The back-off of 10 um takes too little off 60 N: they go into the zero."""
+    short = {"surface_distance_m": 2e-5, "surface_uncertainty_m": 1e-5, "retract_m": 3e-2}
+    bench = _pressed(ur_plan(**QUICK, **short, search_distance_m=2e-2), 60.0, 300.0)
+    engine = run(bench, 60.0)
+    assert engine.cause is not None
+    assert engine.cause.rule == "not_open"
+    assert engine.cause.value == pytest.approx(-60.0, abs=1.0)
+    assert bench.peak_n < 65.0
+    assert bench.rig.world.true_force_n == 0.0
+
+
 @pytest.mark.parametrize("make", [stvf_plan, ur_plan])
 def test_a_surface_just_at_the_start_pose_is_none_and_is_met_within_the_limit(make: Any) -> None:
     bench = _bench(make(**QUICK), surface_m=0.0)

@@ -17,6 +17,7 @@ from run_plans import envelope_for, stvf_plan
 from stepload.engine.operator import Operator
 from stepload.engine.tick import Engine
 from stepload.envelope.envelope import derive
+from stepload.envelope.schedule import AGAIN
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan, SecondForce
 from stepload.plan.shipped import plan_path
@@ -44,6 +45,24 @@ def test_a_dry_run_takes_the_time_that_was_told(procedure: dict[str, Any]) -> No
     assert engine.course.done
     took_s = bench.ticks * bench.rig.arm.period_s
     assert took_s == pytest.approx(envelope_for(plan, 727.0).duration_s, rel=WITHIN)
+
+
+@pytest.mark.parametrize("touches", [1, 3])
+def test_a_short_free_way_costs_a_full_retract_and_a_touch_that_are_counted(touches: int) -> None:
+    plan = stvf_plan(**(QUICK | {"touches": touches, "retract_m": 0.02}))
+    bench, stages = bench_for(plan, 727.0), envelope_for(plan, 727.0).stages
+    rows: list[TickRow] = []
+    engine = run(bench, 600.0, rows)
+    assert engine.course.done
+    assert engine.cause is None
+    [again] = [stage for stage in stages if stage.name == AGAIN]
+    touched = [touch.purpose for touch in engine.course.touches]
+    assert touched == ["first", *["again"] * again.repeats, "last"]
+    assert again.repeats == max(touches, 2) - 1
+    back = [row.target_m for row in rows if row.phase == Phase.TOUCH_RETRACT]
+    assert min(back) == pytest.approx(engine.course.touches[0].position_m - 0.02)
+    first_s, *_, last_s = (touch.time_s for touch in engine.course.touches[:-1])
+    assert again.total_s == pytest.approx(last_s - first_s, rel=WITHIN)
 
 
 def pressed_s(plan: Plan, seed: int = 1) -> tuple[float, float]:
