@@ -17,6 +17,7 @@ from stepload.plan.model import (
     DisplacementSpec,
     Payload,
     Plan,
+    Provenance,
     Rig,
     SecondForceSource,
     Structure,
@@ -131,9 +132,11 @@ def gauge_offset_of(rig: Rig) -> float:
 def across_of(stiffness: SystemStiffness) -> Across:
     """The calibrated effect of lateral force; empty where the calibration record is not valid.
 
-    A K_s without a record is that of a person, for a press without lateral force.
+    A K_s that a person states is for a press without lateral force.
     """
     if stiffness.record is None:
+        if stiffness.provenance is Provenance.INDICATIVE:
+            return Across()
         return Across(at_share=(0.0, 0.0), stated=True)
     if stiffness.validity_problem:
         return Across()

@@ -138,8 +138,10 @@ def _figures(envelope: Envelope) -> Iterator[tuple[str, str, str]]:
         yield "result will be", half_width(expected.half_width), f"{ends}; {needed}"
     if (found := envelope.identifiability) is not None:
         yield "K_max", f(found.k_max_n_per_m, "N/m"), f"(34), {found.binding} binds"
-    for way in narrowing(*planned) if planned is not None else ():
-        yield "narrower with", half_width(way.half_width), way.todo
+    ways = narrowing(*planned) if planned is not None else ()
+    if ways:
+        told = [f"{way.todo}: {half_width(way.half_width)}" for way in ways]
+        yield "narrower with", "", "; ".join(told)
 
 
 def half_width(share: float) -> str:
