@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from recorded_runs import LATERAL_N, SETS_M, SURFACE_M, recorded
+from recorded_runs import BIAS_N, LATERAL_N, SETS_M, SURFACE_M, recorded
 
 from stepload.estimators.across import Across
 from stepload.record.reader import Event, Recording
@@ -140,3 +140,17 @@ def test_the_largest_step_of_the_zero_is_that_between_neighbours() -> None:
 
 def test_the_zero_of_force_before_and_after_is_told(data: PressData) -> None:
     assert data.zero_step_n == pytest.approx(1.3)
+
+
+def test_the_arms_own_force_is_the_second_channel_with_its_own_zero() -> None:
+    recording = recorded()
+    force_n = recording.force.wrench[:, 2] - BIAS_N[2] - 0.1 * recording.arm.receive_time_s
+    arm = recording.arm._replace(force_n=0.9 * force_n + 7.0)
+    events = tuple(
+        replace(event, data={**event.data, "second_mean_n": 7.0}) for event in recording.events
+    )
+    data = press_data(replace(recording, arm=arm, events=events))
+    assert data.second_n is not None
+    pressed = data.branch(LOADING)
+    assert data.second_n[pressed] == pytest.approx(0.9 * data.force_n[pressed], abs=1.0)
+    assert press_data(recording).second_n is None
