@@ -18,7 +18,6 @@ from pathlib import Path
 
 import dry_run
 import estimators
-import map as map_of_rig
 import record
 import scale
 from _row import Row
@@ -129,22 +128,6 @@ def repairs(effort: Effort) -> Iterator[Row]:
     yield Row("repair of a record", unit, rates, 1e6, False, plain, beside)
 
 
-def maps(effort: Effort) -> Iterator[Row]:
-    """Identifications of a map."""
-    if effort.samples > 1:
-        map_of_rig.identified_per_s(1, checks=True)
-    rates = [
-        map_of_rig.identified_per_s(effort.samples, checks=True) for _ in range(effort.repeats)
-    ]
-    bare = [
-        map_of_rig.identified_per_s(effort.samples, checks=False) for _ in range(effort.repeats)
-    ]
-    minutes = [1e5 / rate / 2.0 / 60.0 for rate in rates]
-    unit, against = "identifications per CPU second", "without the checks by the whole pipeline"
-    yield Row("map", unit, rates, None, False, against, bare)
-    yield Row("100,000 identifications of a map, on two cores", "minutes", minutes, None, True)
-
-
 def campaigns(effort: Effort) -> Iterator[Row]:
     """Runs of the fault campaign, and what a second process gains."""
     work, few = scale.campaign(), jobs_for(effort.runs)
@@ -186,4 +169,4 @@ def _ratios(name: str, against: str, rows: list[estimators.Row]) -> Row:
     return Row(name, "×", [row.ratio for row in rows], rows[0].wanted, False, f"{against}")
 
 
-STEPS: tuple[Step, ...] = (starts, dry_runs, repairs, maps, campaigns, fits, lengths)
+STEPS: tuple[Step, ...] = (starts, dry_runs, repairs, campaigns, fits, lengths)

@@ -40,7 +40,7 @@ def test_a_very_long_record_is_read_alike_by_all(
     assert done.returncode == 0, done.stderr
     told, again = results(run), results_again(run)[0]
     said = json.loads(in_process("identify", run, "--json").stdout)
-    for name in ("headline", "quantities", "gates", "fits", "peak_force_n"):
+    for name in ("headline", "quantities", "inelastic", "fits", "peak_force_n"):
         assert told[name] == again[name] == said[name]
     levels = [level.deformation_m for level in stepload.open(run).levels]
     assert levels == [level["deformation_m"] for level in told["levels"]]

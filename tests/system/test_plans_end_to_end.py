@@ -233,7 +233,7 @@ def test_identify_says_the_same_as_the_run(
     assert at_once["verdict"] == "identified"
     later = command(capsys, "identify", cycles_run / "run.mcap", "--json")
     assert later.code == 0
-    for key in ("believe", "fits", "headline", "quantities", "gates", "verdict", "reasons"):
+    for key in ("believe", "fits", "headline", "quantities", "inelastic", "verdict", "reasons"):
         assert later.data[key] == at_once[key]
 
 

@@ -13,8 +13,8 @@ import pytest
 HOME = Path(__file__).resolve().parents[2]
 BENCH = HOME / "bench"
 FIGURES = (
-    "stepload --help", "preflight", "make demo", "the loop of make demo", "repair", "map",
-    "100,000 identifications", "campaign, runs", "campaign, CPU of a run", "efficiency at two",
+    "stepload --help", "preflight", "make demo", "the loop of make demo", "repair",
+    "campaign, runs", "campaign, CPU of a run", "efficiency at two",
     "joint fit", "RS-BTLS", "run and record", "identify",
 )  # fmt: skip
 

@@ -41,8 +41,7 @@ LINES = {
     "hazards.hazards": "Say what software cannot prevent on a rig, with its numbers; to be read "
     "and signed once.",
     "explain.explain": "Say what a code, key, threshold or word means and what to do.",
-    "atlas.map": "Say by simulation which payloads a rig can measure, and what to buy to measure "
-    "more.",
+    "atlas.map": "Say which payloads a rig can measure, and what narrows their intervals.",
     "design.design": "Write the plan with the narrowest interval, below the elastic limit and "
     "within a time.",
     "pose.pose": "Say where to put the plate and how to hold the arm, so that it gives way least.",

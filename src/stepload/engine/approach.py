@@ -62,7 +62,7 @@ class Approach:
         Where the zero is not proven the first time there are at least two touches.
         """
         self._purpose, self._then = purpose, then
-        self._left = max(touches, 2) if self._doubtful_zero() else touches
+        self._left = max(touches, 2) if self._unshown else touches
         self._zeroed = False
         self._mean_n, self._renews = 0.0, True
         self._renew_from_m = self._course.target_m + WORTH * self._course.retract_m
@@ -249,18 +249,22 @@ class Approach:
         if self._left <= 0 or course.stop_asked():
             self._then(now_s)
             return
-        back_m = course.retract_m if self._doubtful_zero() else self._gap_m()
+        back_m = self._gap_m()
+        if self._unshown:
+            back_m = max(back_m, course.limits.shows_m(course.retract_m))
         self._purpose, self._slow = "again", True
         course.enter(Phase.TOUCH_RETRACT, now_s, self._part)
         course.aim(course.surface_m - back_m)
 
-    def _doubtful_zero(self) -> bool:
-        """Whether the zero may hold a contact force: the free way was shorter than a retract.
+    @property
+    def _unshown(self) -> bool:
+        """Whether the zero may hold a contact force that the back-off in free air did not show.
 
-        A back-off that short may leave a soft payload pressed. The first touch proves the
-        direction; a full retract after it then shows the force.
+        A free way that short may leave a soft payload pressed. The first touch proves the
+        direction; a retract that is long enough then shows the force.
         """
-        return self._purpose == FIRST and self._course.free_m < self._course.retract_m
+        course = self._course
+        return self._purpose == FIRST and course.free_m < course.limits.shows_m(course.retract_m)
 
     def _gap_m(self) -> float:
         """How far to back off between touches."""
@@ -287,9 +291,7 @@ class Approach:
                     self._zero(now_s, self._fast_to_guarded, None)
                 return
             course.aim(max(course.goal_m - self._gap_m(), furthest_m))
-        elif course.goal_m < course.surface_m - self._gap_m():
-            self._fast_to_guarded(now_s)
-        else:
-            self._felt = TouchTest(course.limits.touch_force_n)
-            self._restart()
-            self._begin_guarded(now_s)
+            return
+        self._felt = TouchTest(course.limits.touch_force_n)
+        self._restart()
+        self._begin_guarded(now_s)

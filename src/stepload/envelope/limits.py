@@ -178,6 +178,10 @@ class RunLimits:
         slack_m = self.follow_m if self.cross_check else self.lost_motion_m
         return max(room_n / self.stiffness_n_per_m, soft_m) + slack_m
 
+    def shows_m(self, retract_m: float) -> float:
+        """Way back in m on which the softest payload shows the touch force; at most a retract."""
+        return min(retract_m, self.touch_force_n / self.answer_n_per_m)
+
     @property
     def second_late_s(self) -> float:
         """Longest delay in s from a target to its effect on the second force channel."""

@@ -141,9 +141,10 @@ def schedule(
     return_s = max(back_m - gap_m - run_out_m, 0.0) / fast_m_s
     return_s += (gap_m + run_out_m) / slow_m_s + ring_s
     again_touches, again_s = procedure.touches - 1, touch_s
-    if first_m < back_m:  # the first of them is after a full retract, see `engine.approach`
-        again_touches = max(again_touches, 1)
-        again_s += (back_s + return_s - touch_s) / again_touches
+    if clear_m < (shows_m := limits.shows_m(back_m)):
+        # The first of them is after a longer way back, see `engine.approach`.
+        again_touches, longer_m = max(again_touches, 1), max(shows_m - gap_m, 0.0)
+        again_s += longer_m * (1.0 / limits.retract_speed_m_s + 1.0 / slow_m_s) / again_touches
     fast_m = max(clear_m + first_m - run_out_m, 0.0)
     guarded_m = band_m + run_out_m + climbs.touch_m
     again = renewals(limits, fast_m, fast_m + guarded_m, back_m)

@@ -32,7 +32,7 @@ from stepload.errors import BadInputError
 from stepload.estimators.fit import Doubt, Fit, Flag
 from stepload.estimators.smooth import NORMAL_95
 
-EXPONENT_HALF_WIDTH = 0.1
+EXPONENT_HALF_WIDTH = 0.15
 """An exponent with a larger 95 % half width is flagged, and not identified."""
 SAME_EXPONENT = 0.02
 """Exponents closer than this compare whatever their σ (they are printed with two decimals)."""

@@ -67,7 +67,7 @@ def specimen_facts(
     counted, limit_n = envelope.theory.counted, envelope.theory.elastic_limit_n
     limit = f"{f(limit_n, 'N')}, {counted.equation}"
     if counted.lower_n < limit_n:
-        limit += f", counted on {f(counted.lower_n, 'N')}"
+        limit += f", F_c used {f(counted.lower_n, 'N')}"
     if (used_n := other_elastic_limit(envelope, found)) is not None:
         limit = f"{f(used_n, 'N')}, taken for this result; by the plan {limit}"
     return [

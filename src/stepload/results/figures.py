@@ -163,7 +163,7 @@ def against_limit(data: PressData, predicted_peak_n: FloatArray, tick_s: FloatAr
         )
         index = thin(MOST_POINTS, data.force_n)
         axes.plot(data.time_s[index], data.force_n[index], color=BLUE, label="measured force")
-        colours = {"F_c": RED, "counted on": ORANGE, "F_lim": GREEN}
+        colours = {"F_c": RED, "F_c used": ORANGE, "F_lim": GREEN}
         for name, limit_n in limits_n.items():
             colour = colours.get(name, INK)
             axes.axhline(limit_n, color=colour, ls="--", lw=1.1)

@@ -214,9 +214,9 @@ def _cards(run: Evaluation) -> list[Card]:
     outcome, envelope, found = run.outcome, run.envelope, run.identification
     procedure, theory = envelope.plan.procedure, envelope.theory
     limit_n, counted_n = theory.elastic_limit_n, theory.counted.lower_n
-    of_limit = f"{outcome.peak_force_n / counted_n:.0%} of the {f(counted_n, 'N')} counted on"
+    of_limit = f"{outcome.peak_force_n / counted_n:.0%} of the F_c used, {f(counted_n, 'N')}"
     if counted_n < limit_n:
-        of_limit += f" of F_c = {f(limit_n, 'N')}"
+        of_limit += f"; F_c = {f(limit_n, 'N')}"
     if (used_n := other_elastic_limit(envelope, found)) is not None:
         of_limit = f"{outcome.peak_force_n / used_n:.0%} of F_c = {f(used_n, 'N')} of this result"
     cards = [Card("largest measured force", f(outcome.peak_force_n, "N"), of_limit)]

@@ -125,7 +125,7 @@ def figures_of(run: Evaluation) -> list[Figure]:
                 figures.against_limit, data, ticks.predicted_peak_n, ticks.time_s - start_s,
                 {
                     "F_c": limit_n, "F_lim": run.envelope.force_limit_n,
-                    **({} if counted_n == limit_n else {"counted on": counted_n}),
+                    **({} if counted_n == limit_n else {"F_c used": counted_n}),
                 },
             ),
         ),
