@@ -20,7 +20,7 @@ GROUPS = {
     "preflight": "reasons of a preflight",
     "stop": "why a run ended",
     "device": "faults of a device",
-    "sign": "signs that a contact is not what the law says",
+    "sign": "signs that a contact is not elastic",
     "fit": "doubts about one fit",
     "exit": "exit codes",
 }
