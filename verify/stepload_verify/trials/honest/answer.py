@@ -11,13 +11,14 @@ from stepload.errors import SteploadError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.judge import ResultVerdict
 from stepload.evidence.answer import weigh
+from stepload.evidence.chord import chord
 from stepload.evidence.quantity import Quantity
 from stepload.results.analyse import identify_payload
 from stepload.results.press_data import PressData
 from stepload.results.pressed import pressed
 from stepload_verify.trials.honest.case import Case
 from stepload_verify.trials.honest.laws import Law
-from stepload_verify.trials.honest.measure import record
+from stepload_verify.trials.honest.measure import record, true_loading
 
 IDENTIFIED = ResultVerdict.IDENTIFIED.value
 QUANTITIES = ("chord", "secant_from_touch", "secant_from_mean_plane", "tangent")
@@ -141,6 +142,13 @@ def truth(law: Law, quantity: str, answer: Answer) -> float | None:
     return law.secant(answer.to_n)
 
 
+def _true(case: Case, quantity: str, told: Answer) -> float | None:
+    """The truth of a figure; a chord is that of its loading, creep and set included."""
+    if quantity == "chord":
+        return chord(true_loading(case), told.from_n, told.to_n).n_per_m
+    return truth(case.law, quantity, told)
+
+
 def judged(case: Case, ask: Ask = answer) -> Outcome:
     """Press a case, ask, and hold every answer against the truth."""
     data, conditions = record(case)
@@ -156,7 +164,7 @@ def judged(case: Case, ask: Ask = answer) -> Outcome:
         Scored(
             name,
             answers[name],
-            truth(case.law, name, answers[name]),
+            _true(case, name, answers[name]),
             truth(case.settled, name, answers[name]) if case.settled else None,
         )
         for name in QUANTITIES
