@@ -24,6 +24,10 @@ distributed: 0.26. With a difference of 0.3 the 95 % intervals of 128 simulated 
 truth in 83 %, with 0.5 in 90 %: a tip that sticks, or a dry block and a payload that slides, differ
 more than two contacts that slide (`python -m stepload_verify.trials.coupling`)."""
 
+STATED_FRICTION = 0.33 * 0.3 / math.sqrt(3.0)
+"""The same where a person states K_s for a press without lateral force: the median coupling, and a
+lateral share of up to 0.3 either way, uniformly distributed."""
+
 NOT_KNOWN = "share not known, counted as none"
 """How a share that no sensor tells stands in the budget: its line has a width of 0."""
 
@@ -57,7 +61,7 @@ class Sideways:
     def size(self) -> str:
         """Its size, as shown in the budget."""
         if self.rule == "unknown":
-            return "friction not known to be that of the calibration"
+            return "friction of the contact, not measured"
         if self.rule == "one number":
             return f"{self.away:.1%} away from that of K_s"
         if self.share is None:
@@ -80,7 +84,8 @@ class Sideways:
 def expected_sideways(told: Conditions) -> Sideways:
     """Expectation before a run: no contribution where its share can be compared with that of the
     calibration, otherwise that of unknown friction."""
-    if told.across.at_share is not None or told.across.per_newton_m is not None:
+    known = told.across.at_share is not None and not told.across.stated
+    if known or told.across.per_newton_m is not None:
         return Sideways("guided")
     return sideways(told, None, None, 0.0)
 
@@ -109,8 +114,9 @@ def sideways(
         if told.arm and across.at_share is not None:
             errors = _along(across.away(share))
             return Sideways("one number", size, away, CROSS_COMPLIANCE * away, errors=errors)
-    if told.arm and not across.stated:
-        return Sideways("unknown", size, relative=UNKNOWN_FRICTION)
+    if told.arm:
+        relative = STATED_FRICTION if across.stated else UNKNOWN_FRICTION
+        return Sideways("unknown", size, relative=relative)
     errors = () if share is None else _along(share)
     return Sideways("guided", size, relative=GUIDED_COMPLIANCE * (size or 0.0), errors=errors)
 
