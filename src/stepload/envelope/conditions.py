@@ -10,7 +10,7 @@ from stepload.contact.rough import RoughSphere, length_sigma, roughness_number
 from stepload.envelope.stiffness import known_stiffness
 from stepload.envelope.theory import Theory
 from stepload.estimators.across import Across
-from stepload.estimators.conditions import ROUGH_LENGTH_SIGMA, Conditions
+from stepload.estimators.conditions import ROUGH_LENGTH_SIGMA, UNKNOWN_OFFSET_M, Conditions
 from stepload.estimators.linearity import ASSUMED_NONLINEARITY
 from stepload.estimators.sources import Sources
 from stepload.plan.model import (
@@ -32,8 +32,6 @@ ARM_MISALIGNMENT_RAD = math.radians(2.0)
 """Assumed angle between a sensor's axis and the press on a serial arm, where none is stated:
 flange, adapter and tool, each of some tenths of a degree, and a tool frame that was taught by
 hand."""
-UNKNOWN_OFFSET_M = 0.02
-"""Assumed distance of a gauge from the contact on a serial arm, where none is stated."""
 
 
 def conditions_of(plan: Plan, theory: Theory) -> Conditions:

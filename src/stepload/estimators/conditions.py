@@ -13,6 +13,8 @@ from stepload.estimators.fit import FloatArray
 from stepload.estimators.sources import Sources
 
 BRANCHES = ("loading", "unloading", "reloading")
+UNKNOWN_OFFSET_M = 0.02
+"""Assumed distance of a gauge from the contact on a serial arm, where none is stated."""
 ROUGH_LENGTH_SIGMA = 0.2
 """Least relative uncertainty of a roughness length 1.22 σ κ^-0.16 that was stated."""
 

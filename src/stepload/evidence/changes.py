@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from stepload.estimators.conditions import Conditions
+from stepload.estimators.across import Across
+from stepload.estimators.conditions import UNKNOWN_OFFSET_M, Conditions
 from stepload.units import format_quantity
 
 AS_IT_IS = "as it is"
@@ -46,15 +47,15 @@ def finer(told: Conditions, factor: float) -> Conditions:
 
 
 def gauged(told: Conditions, resolution_m: float) -> Conditions:
-    """A gauge across the contact, with noise of a third of its resolution; K_s no longer acts."""
+    """A gauge across the contact of which nothing else is stated; K_s no longer acts."""
     return replace(
         told,
         position_resolution_m=resolution_m,
-        gauge_offset_m=0.0,
+        gauge_offset_m=UNKNOWN_OFFSET_M if told.arm else 0.0,
         sources=replace(
             told.sources, system_stiffness_n_per_m=None, system_stiffness_sigma_n_per_m=0.0,
             smooth_error_m=0.0, smooth_degrees=None, smooth_length_n=None,
-            position_noise_m=resolution_m / 3.0, position_resolution_m=resolution_m,
+            position_noise_m=0.0, position_resolution_m=resolution_m,
             deflection_force_n=(), deflection_m=(), deflection_sigma_m=(), system_stiffness_note="",
         ),
     )  # fmt: skip
@@ -98,7 +99,13 @@ def known(told: Conditions, relative: float) -> Conditions:
             deflection_m=tuple((force / stiffness).tolist()),
             deflection_sigma_m=(sources.smooth_error_m,) * TABLE_ROWS,
         )
-    return replace(told, sources=sources)
+    return replace(told, sources=sources, across=_stated(told.across))
+
+
+def _stated(across: Across) -> Across:
+    """What is known of lateral force once K_s is stated in the pose."""
+    known = across.at_share is not None or across.per_newton_m is not None
+    return across if known else Across(at_share=(0.0, 0.0), stated=True)
 
 
 def relative_sigma(told: Conditions) -> float:

@@ -181,4 +181,7 @@ def changed(run: Pressed, told: Conditions) -> Pressed:
     step_n, drift = run.zero_step_n, before.sources.zero_drift_n_per_s
     if step_n is not None and drift > 0.0:
         step_n *= told.sources.zero_drift_n_per_s / drift
-    return replace(run, tracks=tracks, conditions=told, askew=askew, zero_step_n=step_n)
+    aside = expected_sideways(told) if run.sideways.rule == "unknown" else run.sideways
+    return replace(
+        run, tracks=tracks, conditions=told, askew=askew, zero_step_n=step_n, sideways=aside
+    )

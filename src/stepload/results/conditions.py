@@ -9,11 +9,11 @@ from dataclasses import asdict, replace
 from typing import Any
 
 from stepload.contact.law_names import LAW_NAMES
-from stepload.envelope.conditions import ARM_MISALIGNMENT_RAD, UNKNOWN_OFFSET_M, conditions_of
+from stepload.envelope.conditions import ARM_MISALIGNMENT_RAD, conditions_of
 from stepload.envelope.envelope import Envelope
 from stepload.errors import BadInputError
 from stepload.estimators.across import Across
-from stepload.estimators.conditions import BRANCHES, Conditions
+from stepload.estimators.conditions import BRANCHES, UNKNOWN_OFFSET_M, Conditions
 from stepload.estimators.deflection_rows import table_problem
 from stepload.estimators.linearity import ASSUMED_NONLINEARITY
 from stepload.estimators.sources import Sources

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from textwrap import fill
 
+from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.missing import Missing
 from stepload.estimators.runin import STEADY_CYCLES, RunIn
 from stepload.estimators.smooth import NORMAL_95
@@ -110,16 +111,24 @@ def brief_lines(found: Identification) -> list[str]:
     for each in evidence.quantities.values():
         if each.kind != headline.kind and math.isfinite(each.value_n_per_m):
             kind, _, zero = fields.KINDS[each.kind].partition(", ")
-            at = f"{kind} at {f(each.to_n, 'N')}{f', {zero}' if zero else ''}"
+            at = f"{f(each.from_n, 'N')} to " if "chord" in each.kind else "at "
+            at = f"{kind} {at}{f(each.to_n, 'N')}{f', {zero}' if zero else ''}"
             ends = each.interval_n_per_m
             known = interval("N/m")(ends) if all(map(math.isfinite, ends)) else ""
+            known += _beside(each.verdict, headline.verdict)
             rows.append((at, f(each.value_n_per_m, "N/m"), known))
     if (n := evidence.exponent) is not None:
         low, high = n.interval
         known = f"[{low:.2f}, {high:.2f}]" if math.isfinite(high - low) else ""
+        known += _beside(n.verdict, headline.verdict)
         rows.append(("exponent n", f"{n.value:.2f}", known))
     lines = [f"  {name:<38}{value:<12}{known}".rstrip() for name, value, known in rows]
     return [*lines, *_widest(found, headline)]
+
+
+def _beside(verdict: ResultVerdict, headline: ResultVerdict) -> str:
+    """The verdict of a figure where it is not that of the headline."""
+    return "" if verdict is headline else f"  {verdict.value}"
 
 
 def _widest(found: Identification, headline: Quantity) -> list[str]:
