@@ -37,6 +37,8 @@ UPPER_SHARE = 0.7
 """The upper chord begins at this share of the top force."""
 UNEVEN = 0.2
 """Standard uncertainty of a drift that was taken out as an even one, as a share of it."""
+WHOLE_GAP = 0.62
+"""Standard uncertainty of a drift over the gap that it would leave: 95 % hold all of it."""
 OF_SIGNS = ("drift that is not even", "drift (one cycle)")
 """Lines whose size is that of a sign of what is not elastic, as far as it may be a drift."""
 LOADING = "loading"
@@ -251,16 +253,20 @@ def own_lines(
     gap = inelastic.of("gap")
     most_m = abs(elapsed_s) * largest_in_holds(loops, elastic.at, sources)
     if drift is not None:
-        uneven_m = UNEVEN * abs(drift.rate_m_per_s * elapsed_s)
+        # A shift from top to top may have come at once, at a time outside this loading.
+        taken_m = abs(drift.rate_m_per_s * elapsed_s)
+        uneven_m = math.hypot(UNEVEN * taken_m, min(taken_m / math.sqrt(3.0), most_m))
         again = inelastic.of("reload")
         if again is not None and again.shown_m > 0.0:
             uneven_m = math.hypot(uneven_m, min(abs(again.value_m) / math.sqrt(3.0), most_m))
         found += length(OF_SIGNS[0], format_quantity(uneven_m, "m"), uneven_m)
     elif gap is not None:
         # One cycle: what lies between loading and unloading may be a drift.
-        lasted_s = float(path.time_s[-1] - path.time_s[0])
-        share = abs(elapsed_s) / max(2.0 * lasted_s, 1e-12)
-        may_m = min(share * math.hypot(gap.value_m, gap.sigma_m) / math.sqrt(3.0), most_m)
+        back = (loops[0].unloading or loops[0].loading).path
+        up_s, down_s = (each.time_s[each.force_n >= main.from_n] for each in (path, back))
+        lasted_s = float(down_s[-1] - up_s[0]) if down_s.size else 0.0
+        share = min(abs(elapsed_s) / max(lasted_s, 1e-12), 1.0)
+        may_m = min(WHOLE_GAP * share * math.hypot(gap.value_m, gap.sigma_m), most_m)
         found += length(OF_SIGNS[1], format_quantity(may_m, "m"), may_m)
     slipped_m, unseen_m = run.askew.slip_m(main.from_n, main.to_n, elastic.payload_at)
     slip_m = math.hypot(slipped_m, unseen_m) / math.sqrt(3.0)
