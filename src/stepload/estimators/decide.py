@@ -88,7 +88,7 @@ def decide(
 
 
 def undetermined(n: float, sigma_n: float | None) -> tuple[Doubt, ...]:
-    """A doubt where the 95 % interval of the exponent is wider than ± 0.1."""
+    """A doubt where the 95 % interval of the exponent is too wide."""
     if sigma_n is None or NORMAL_95 * sigma_n <= EXPONENT_HALF_WIDTH:
         return ()
     low, high = n - NORMAL_95 * sigma_n, n + NORMAL_95 * sigma_n

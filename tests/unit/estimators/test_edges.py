@@ -14,7 +14,7 @@ from stepload.errors import BadInputError, DomainError
 from stepload.estimators.budget import budget, secant_gradient
 from stepload.estimators.compare import compare_curve, compare_fits, confidence_band
 from stepload.estimators.conditions import Conditions
-from stepload.estimators.decide import decide, undetermined
+from stepload.estimators.decide import EXPONENT_HALF_WIDTH, decide, undetermined
 from stepload.estimators.fit import Doubt, Fit, Flag, FloatArray
 from stepload.estimators.fit_all import above_elastic_limit
 from stepload.estimators.identifiability import Binding, identifiability
@@ -119,8 +119,8 @@ def test_the_asked_accuracy_decides_what_is_identified() -> None:
 # --- the fit that is believed
 
 
-def test_an_exponent_is_undetermined_beyond_a_tenth() -> None:
-    edge = 0.1 / NORMAL_95
+def test_an_exponent_is_undetermined_beyond_its_limit() -> None:
+    edge = EXPONENT_HALF_WIDTH / NORMAL_95
     assert undetermined(1.5, 0.999 * edge) == ()
     assert undetermined(1.5, 1.001 * edge)[0].flag is Flag.EXPONENT_UNDETERMINED
     assert undetermined(1.5, None) == ()
