@@ -20,7 +20,7 @@ from stepload.envelope.climb import Climbs
 from stepload.envelope.conditions import conditions_of
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import Theory
-from stepload.estimators.conditions import Conditions
+from stepload.estimators.conditions import BRANCHES, Conditions
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.smooth import NORMAL_95
 from stepload.evidence.chord import REFERENCE_SHARE
@@ -149,6 +149,7 @@ def _need(
     plan: Plan, theory: Theory, conditions: Conditions, levels_n: tuple[float, ...], asked: float
 ) -> Need:
     top_n = levels_n[-1]
+    conditions = replace(conditions, branch=BRANCHES[0])  # the first loading is what it ends
     course = replace(_course(plan, levels_n), unloads=False)
     deformation = lru_cache(maxsize=None)(theory.law.deformation)
 

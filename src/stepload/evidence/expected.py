@@ -13,19 +13,16 @@ from itertools import pairwise
 
 import numpy as np
 
+from stepload.errors import DomainError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
-from stepload.estimators.smooth import smooth_lengths
 from stepload.evidence import figures
-from stepload.evidence.answer import own_lines, reduced
 from stepload.evidence.askew import askew_of
 from stepload.evidence.changes import narrower
-from stepload.evidence.chord import chord, smoothed
-from stepload.evidence.errors import errors_of, middle, total
-from stepload.evidence.inelastic import inelastic_of
 from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Quantity
+from stepload.evidence.reading import branch_chord, read_of
 from stepload.evidence.sideways import expected_sideways
 
 SAMPLES_HZ = 200.0
@@ -112,28 +109,17 @@ def expected_run(told: Conditions, tracks: Tracks, *, looked: bool = False) -> P
 
 
 def expected_chord(run: Pressed) -> Quantity:
-    """The chord of a run's first loading with the interval that its budget gives.
+    """The chord of the branch that is asked for, with the interval that its budget gives.
 
     Raises:
-        DomainError: too little in contact, or a deformation that does not rise with the force.
+        DomainError: no such branch, too little in contact, or a deformation that does not rise with
+            the force.
     """
-    loops, elastic, drift = reduced(run)
-    first, told = loops[0].loading, run.conditions
-    main = chord(first) if run.between_n is None else chord(first, *run.between_n)
-    inelastic = inelastic_of(run, loops, main.span_m, main.from_n, elastic, drift)
-    lengths = smooth_lengths(told.sources.smooth_length_n, elastic.top_n)
-    errors = [errors_of(run, first, elastic, drift, length_n) for length_n in lengths]
-    main = smoothed(main, first, total(errors[middle(len(lengths))]), elastic.q)
-    reading = figures.Reading(
-        main=main,
-        upper=main,
-        path=first.path,
-        errors=errors,
-        law_sets=[],
-        power=elastic.q,
-        lines=own_lines(run, loops, main, elastic, drift, inelastic),
-    )
-    return figures.quantities(run, reading)["chord"]
+    branch = run.conditions.branch
+    found = branch_chord(run, read_of(run), branch)
+    if found is None:
+        raise DomainError(f"there is no {branch} to read a chord from")
+    return found
 
 
 @dataclass(frozen=True, slots=True)

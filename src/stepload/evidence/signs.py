@@ -40,16 +40,6 @@ class Sign:
     force_n: float
 
 
-def branches_of(loops: Sequence[Loop]) -> list[Branch]:
-    """Every branch of the first two cycles, in the order of time."""
-    found = []
-    for loop in loops[:2]:
-        found.append(loop.loading)
-        if loop.unloading is not None:
-            found.append(loop.unloading)
-    return found
-
-
 def signs_of(loops: Sequence[Loop], compliance: Compliance) -> list[Sign]:
     """All signs that these cycles can show."""
     first, second = loops[0], loops[1] if len(loops) > 1 else None

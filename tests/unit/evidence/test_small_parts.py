@@ -11,12 +11,13 @@ from pressed_runs import World, hertz, press
 
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.sources import Sources
-from stepload.evidence.answer import reduced, weigh
+from stepload.evidence.answer import weigh
 from stepload.evidence.errors import dithered
 from stepload.evidence.expected import NAMED, narrowing
 from stepload.evidence.jump import jump_of
 from stepload.evidence.lawfit import Whitened, fit_law
 from stepload.evidence.laws import POWER
+from stepload.evidence.reading import read_of
 
 QUANTUM_M = 2e-6
 
@@ -41,7 +42,8 @@ def test_noise_takes_a_quantum_out() -> None:
 
 def test_the_error_of_a_quantum_is_its_own_at_every_level() -> None:
     run = press(World(position_noise_m=0.0))
-    loops, elastic, _ = reduced(run)
+    read = read_of(run)
+    loops, elastic = read.loops, read.elastic
     path = loops[0].loading.path
     covariance = dithered(elastic, path, run.conditions.sources)
     held = np.flatnonzero(path.held > 0)
