@@ -94,7 +94,11 @@ def _rate(holds: Sequence[Hold], compliance: Compliance, sources: Sources) -> Dr
                + (compliance(h.force_n) * sources.force_noise_n) ** 2) / max(h.samples, 1)
         + 2.0 * sources.quantum_left_m**2 for h in holds
     )  # fmt: skip
-    return Drift(rate, math.sqrt(noise) / lasted_s)
+    # Where the holds differ by more, one of them may hold a slip: what they scatter by counts.
+    pace = np.array([hold.creep(compliance(hold.force_n)) for hold in holds])
+    apart = pace - BETWEEN * rate * np.array([hold.lasted_s for hold in holds])
+    scatter = float(apart @ apart) * len(holds) / max(len(holds) - 1, 1)
+    return Drift(rate, math.sqrt(max(noise, scatter)) / lasted_s)
 
 
 def without_drift(loop: Loop, rate_m_per_s: float, start_s: float) -> Loop:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from stepload.estimators.judge import Judgement, ResultVerdict
 from stepload.estimators.selection import Selected
 from stepload.estimators.sources import white_sigmas
 from stepload.evidence.answer import Evidence, weigh
+from stepload.evidence.expected import Narrowing, narrowing
 from stepload.evidence.loops import LEAST_STRETCHES
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Quantity
@@ -32,7 +33,7 @@ LEAST_SAMPLES = LEAST_STRETCHES
 """Least number of points of a loading in contact; fewer have no local stiffness."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Identification:
     """The result of one run.
 
@@ -59,6 +60,11 @@ class Identification:
     def headline(self) -> Quantity | None:
         """The chord stiffness; None where the data support none."""
         return self.evidence.headline if self.evidence is not None else None
+
+    @cached_property
+    def narrowing(self) -> Sequence[Narrowing]:
+        """What narrows the headline most; computed where it is asked for."""
+        return [] if self.evidence is None else narrowing(self.run, self.evidence.headline)
 
     @property
     def quantities(self) -> Mapping[str, Quantity]:

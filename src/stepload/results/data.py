@@ -8,7 +8,6 @@ from typing import Any
 from stepload.envelope.envelope import Envelope
 from stepload.estimators.runin import RunIn
 from stepload.estimators.system import SystemStiffnessFit
-from stepload.evidence.expected import narrowing
 from stepload.evidence.identification import Identification
 from stepload.record.outcome import RunOutcome
 from stepload.results import fields
@@ -68,7 +67,7 @@ def _evidence_data(found: Identification) -> dict[str, Any]:
             "signs": [data(fields.PART, each) for each in evidence.inelastic.parts],
         },
         "laws": evidence.laws,
-        "narrowing": [dataclasses.asdict(each) for each in narrowing(found.run, evidence.headline)],
+        "narrowing": [dataclasses.asdict(each) for each in found.narrowing],
         "drift_m_per_s": evidence.drift_m_per_s,
         "remarks": evidence.notes,
     }

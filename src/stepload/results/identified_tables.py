@@ -12,7 +12,6 @@ from stepload.estimators.runin import STEADY_CYCLES, RunIn
 from stepload.estimators.smooth import NORMAL_95
 from stepload.estimators.system import SystemStiffnessFit
 from stepload.evidence.answer import Evidence
-from stepload.evidence.expected import narrowing
 from stepload.evidence.identification import Identification
 from stepload.evidence.quantity import Quantity
 from stepload.results import fields
@@ -133,7 +132,7 @@ def _beside(verdict: ResultVerdict, headline: ResultVerdict) -> str:
 
 def _widest(found: Identification, headline: Quantity) -> list[str]:
     """The two largest lines of the budget, each with one thing to do and its gain."""
-    help_for = {each.line: each for each in narrowing(found.run, headline)}
+    help_for = {each.line: each for each in found.narrowing}
     lines = []
     for line in sorted(headline.lines, key=lambda line: -line.relative)[:2]:
         said = f"  widest: {line.source} ±{100.0 * NORMAL_95 * line.relative:.2g} %"
