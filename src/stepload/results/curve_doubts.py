@@ -29,6 +29,11 @@ NO_FREE_AIR = (
 BELOW_ZERO = 0.02
 """Negative forces of this share of the peak are no noise; from one row in a hundred on they are no
 accident."""
+CLIPPED, AS_FAST, STANDS = 0.01, 0.5, 0.2
+"""A force stands where the deformation goes on by more than the first share of all of it, at more
+than the second of its pace before, and the force rises by less than the third of what it did."""
+FEWEST_CLIPPED = 6
+"""Samples that a standing force has at least."""
 LEAST_UNCERTAINTY = 1e-5
 """Residuals below this share of the deformation are rounding errors, no measurement."""
 
@@ -92,6 +97,33 @@ def zero_doubts(zeroed: Zeroed) -> Iterator[str]:
             f"the force goes down to {format_quantity(float(force_n.min()), 'N')} and no free air "
             "comes before the touch: its zero is not that of free air, and every force is off by "
             "it (give the whole test, from free air on)"
+        )
+
+
+def clipped_doubts(selected: Selected, noise_n: float, quantum_n: float) -> Iterator[str]:
+    """Doubt about a force that stands at the end of a loading while the travel goes on as before.
+
+    In a hold the travel all but stops; a sensor at the end of its range does not stop it.
+    """
+    force_n, deformation_m = selected.force_n, selected.deformation_m
+    band_n = TOUCH_NOISE * noise_n + quantum_n + LEAST_UNCERTAINTY * float(force_n.max())
+    first = int(np.argmax(force_n >= force_n.max() - band_n))
+    stands = int(np.argmax(deformation_m[first:]))  # beyond it the travel goes back
+    before = min(stands, first)
+    if before < FEWEST_CLIPPED:
+        return
+    gone_m = float(deformation_m[first + stands] - deformation_m[first])
+    pace_m = float(deformation_m[first] - deformation_m[first - before]) / before
+    pace_n = float(force_n[first] - force_n[first - before]) / before
+    part = stands // 3
+    early_n = float(force_n[first : first + part].mean())
+    rose_n = float(force_n[first + stands - part : first + stands].mean()) - early_n
+    goes_on = gone_m > max(CLIPPED * float(np.ptp(deformation_m)), AS_FAST * pace_m * stands)
+    if goes_on and rose_n * pace_m < STANDS * pace_n * gone_m:
+        yield (
+            f"the force stands at {format_quantity(float(force_n.max()), 'N')} while the "
+            f"deformation goes on by {format_quantity(gone_m, 'm')}: the sensor is at the end of "
+            "its range, or the payload gives way"
         )
 
 

@@ -20,6 +20,7 @@ from stepload.results.curve_doubts import (
     NO_FREE_AIR,
     check_stiffness,
     check_what_is_left,
+    clipped_doubts,
     jump_doubts,
     machine_doubts,
     with_leftover,
@@ -124,6 +125,7 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
         *machine_doubts(curve),
         *zero_doubts(zeroed),
         *jump_doubts(selected, quantum_m),
+        *clipped_doubts(selected, zeroed.noise_n, quantum_n),
         *plausibility(
         selected.deformation_m, force_n, travel_m=whole.travel_m,
         system_stiffness_n_per_m=stiffness, position_quantum_m=quantum_m,
