@@ -32,6 +32,7 @@ TWO_LOOKS = 2.2414
 """Quantile of the normal distribution at 1 - 0.025/2: two looks together miss in 5 %."""
 BETTER = 16.0
 """χ² by which another law must fit better to refuse one: four standard deviations."""
+SEAT = "seat that gave way at small force"
 HOPELESS = 1.0
 """Half width, as a share of the figure, above which it is not identifiable."""
 
@@ -49,6 +50,7 @@ class Reading:
             none.
         power: 1/n of the power law: relative change of the deformation over that of the force.
         lines: of the budget that do not follow from `errors`: what the run itself shows.
+        seat_m: what gave way once at small force; a secant from touch counts it.
         doubts: sentences that block every figure.
         law_doubts: sentences that block what rests on a law.
         exponent_doubts: sentences that block the law itself.
@@ -61,6 +63,7 @@ class Reading:
     law_sets: Sequence[Mapping[str, LawFit]]
     power: float
     lines: Sequence[Line] = ()
+    seat_m: float = 0.0
     doubts: Sequence[str] = ()
     law_doubts: Sequence[str] = ()
     exponent_doubts: Sequence[str] = ()
@@ -126,6 +129,9 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
         rest = [*scale, *common]
         if kind == "tangent":
             rest.append(_upper(read_from, told))
+        elif read_from.seat_m > 0.0:
+            size_m = read_from.seat_m / math.sqrt(3.0)
+            rest.append(Line(SEAT, f"{size_m * 1e6:.2g} µm", size_m * stiffness / at_n))
         whole = math.hypot(math.log(high / low) / 2.0 / NORMAL_95, combined(rest))
         rest += _of_looks(run, whole)
         low, high = wider(stiffness, low, high, NORMAL_95 * combined(rest))

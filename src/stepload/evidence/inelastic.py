@@ -28,11 +28,15 @@ NOT_REPEATED = 0.2
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """One sign of what is not elastic: a length in m and its standard uncertainty."""
+    """One sign of what is not elastic: a length in m and its standard uncertainty.
+
+    `elapsed_s` lies between what it compares: a drift of 1 m/s adds as many metres to it.
+    """
 
     name: str
     value_m: float
     sigma_m: float
+    elapsed_s: float = 0.0
 
     @property
     def shown_m(self) -> float:
@@ -80,7 +84,7 @@ def inelastic_of(
     signs = [sign for sign in signs_of(loops, elastic.at) if sign.name != "top_shift"]
     rate = rate_sign(loops, elastic)
     signs += [rate] if rate is not None else []
-    parts = [Part(s.name, s.value_m, _sigma(s, run, elastic, drift)) for s in signs]
+    parts = [Part(s.name, s.value_m, _sigma(s, run, elastic, drift), s.elapsed_s) for s in signs]
     creep = _creep(run, loops, from_n, elastic, drift)
     return Inelastic((*parts, *([creep] if creep else [])), span_m)
 

@@ -115,7 +115,16 @@ def _reading(
         law_sets=[],
         power=elastic.q,
         lines=_own_lines(run, loops, main, branch.path, elastic, drift, inelastic),
+        seat_m=_seat_m(inelastic),
     )
+
+
+def _seat_m(inelastic: Inelastic) -> float:
+    """Shift at the foot of the first loading that is not there at the lowest hold, in m."""
+    seat, gap = inelastic.of("seat"), inelastic.of("gap")
+    if seat is None:
+        return 0.0
+    return max(seat.shown_m - (0.0 if gap is None else abs(gap.value_m)), 0.0)
 
 
 def _reduced(run: Pressed) -> tuple[tuple[Loop, ...], Elastic, Drift | None]:
@@ -167,11 +176,7 @@ def _own_lines(
         found += length(OF_SIGNS[0], format_quantity(uneven_m, "m"), uneven_m)
     elif gap is not None:
         # One cycle: what lies between loading and unloading may be a drift.
-        back = (loops[0].unloading or loops[0].loading).path
-        up = loops[0].loading.path
-        up_s, down_s = (each.time_s[each.force_n >= main.from_n] for each in (up, back))
-        lasted_s = float(down_s[-1] - up_s[0]) if down_s.size else 0.0
-        share = min(abs(elapsed_s) / max(lasted_s, 1e-12), 1.0)
+        share = min(abs(elapsed_s) / max(gap.elapsed_s, 1e-12), 1.0)
         may_m = min(WHOLE_GAP * share * math.hypot(gap.value_m, gap.sigma_m), most_m)
         found += length(OF_SIGNS[1], format_quantity(may_m, "m"), may_m)
     slipped_m, unseen_m = run.askew.slip_m(main.from_n, main.to_n, elastic.payload_at)

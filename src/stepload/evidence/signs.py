@@ -39,6 +39,11 @@ class Sign:
     terms: tuple[tuple[Branch, FloatArray], ...]
     force_n: float
 
+    @property
+    def elapsed_s(self) -> float:
+        """What a drift of 1 m/s would add, in m: the time between what is compared."""
+        return sum(float(weights @ branch.path.time_s) for branch, weights in self.terms)
+
 
 def signs_of(loops: Sequence[Loop], compliance: Compliance) -> list[Sign]:
     """All signs that these cycles can show."""

@@ -14,6 +14,7 @@ from stepload.contact.rough import RoughSphere
 from stepload.errors import DomainError
 from stepload.estimators.fit import FloatArray
 from stepload.evidence.answer import Evidence, weigh
+from stepload.evidence.figures import SEAT
 from stepload.evidence.lawfit import Whitened, fit_law
 from stepload.evidence.laws import BILINEAR, HERTZ_LINEAR, POWER
 from stepload.evidence.loops import Hold
@@ -106,7 +107,7 @@ def test_what_is_not_elastic_is_told_and_no_law_is_identified(
     [
         (World(drift_m_per_s=0.3e-6), "drift that is not even", 0.02),
         (World(set_m=10e-6), "drift that is not even", 0.05),
-        (World(cycles=1, drift_m_per_s=0.05e-6), "drift (one cycle)", 0.01),
+        (World(cycles=1, drift_m_per_s=0.1e-6), "drift (one cycle)", 0.01),
         (World(lateral=0.08), "lateral force", 0.02),
         (World(said={"zero_step_n": 40.0}), "zero of force", 0.1),
     ],
@@ -401,3 +402,9 @@ def test_what_gave_way_once_at_small_force_is_a_seat() -> None:
     assert "seat" in shown(seated)
     assert not seated.elastic
     assert seated.headline.value_n_per_m == pytest.approx(weigh(run).headline.value_n_per_m)
+    sound, secant = (each.quantities["secant_from_touch"] for each in (weigh(run), seated))
+    [line] = [line for line in secant.lines if line.source == SEAT]
+    seat = seated.inelastic.of("seat")
+    assert seat is not None
+    assert line.relative * secant.to_n / secant.value_n_per_m < seat.value_m / 1.7
+    assert secant.half_width > 1.2 * sound.half_width
