@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pressed_runs import World, hertz, press
+from pressed_runs import World, hertz, press, told
 
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.sources import Sources
 from stepload.evidence.answer import weigh
 from stepload.evidence.errors import dithered
-from stepload.evidence.expected import NAMED, narrowing
+from stepload.evidence.expected import NAMED, expected_chord, narrowing
 from stepload.evidence.jump import jump_of
 from stepload.evidence.lawfit import Whitened, fit_law
 from stepload.evidence.laws import POWER
@@ -110,3 +110,11 @@ def test_what_narrows_a_run_are_its_largest_lines_with_the_interval_that_they_gi
     known = weigh(press(World(system_sigma=0.01))).headline.half_width
     assert found[0].half_width == pytest.approx(known, rel=0.05)
     assert all(each.half_width < now.half_width for each in found)
+
+
+@pytest.mark.parametrize("branch", ["loading", "unloading", "reloading"])
+def test_what_is_expected_is_of_the_branch_that_is_asked_for(branch: str) -> None:
+    run = told(press(World()), branch=branch)
+    expected, measured = expected_chord(run), weigh(run).headline
+    assert expected.kind == measured.kind
+    assert expected.half_width == pytest.approx(measured.half_width, rel=0.05)
