@@ -8,14 +8,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from datetime import date
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated
+
+from pydantic.dataclasses import dataclass
 
 from stepload.contact.across import across_problem
 from stepload.estimators.deflection_rows import table_problem, upper_stiffness_n_per_m
-from stepload.plan.leaves import (
+from stepload.plan.problems import Problem
+from stepload.plan.quantities import (
+    EXACT,
     Angle,
     Axis,
     Calendar,
@@ -29,104 +31,100 @@ from stepload.plan.leaves import (
     Length,
     LengthOrZero,
     Name,
-    Number,
     Offset,
-    Quantity,
     Remark,
     Stiffness,
     StiffnessError,
     Temperature,
     Version,
+    number,
 )
-from stepload.plan.problems import Problem
 from stepload.plan.reader import read_file
-from stepload.plan.sections import Entry, Key, entries
+from stepload.plan.sections import SECTION, adapter, key
 from stepload.plan.source import Source, read_source
 from stepload.plan.whole_file import replace_file
 from stepload.rig.samples import SixFloats
 from stepload.units import format_quantity
 
-_Part = Annotated[float, Number(0.0, 1.0)]
-_Ratio = Annotated[float, Number(-2.0, 2.0)]
+_Part = Annotated[float, number(0.0, 1.0)]
+_Ratio = Annotated[float, number(-2.0, 2.0)]
 TEMPERATURE_BAND_K = 5.0
 """A record counts as made at another temperature when it is further away than this."""
 TABLE_AGREES = 0.1
 """Largest relative difference between the table of the deflection and the stiffness beside it."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
 class CalibrationRecord:
     """System stiffness of one rig (26), as measured.
 
     What it has in common with `SystemStiffness`, by name, takes the place of a plan's own figures.
     """
 
-    stepload_calibration: ClassVar[Annotated[int, Version(1), Key("Version of the format.")]]
-    rig: Annotated[Name, Key("Name of the rig.")]
-    pose: Annotated[Remark, Key("Pose it was measured in.")] = ""
-    direction: Annotated[Axis, Key("Force axis it was measured along.")]
-    temperature_c: Annotated[
-        Temperature | None, Key("Temperature of the measurement.", null=True)
-    ] = None
-    measured_on: Annotated[Calendar, Key("Day of the measurement.")]
-    valid_until: Annotated[Calendar, Key("Last day on which it may be used.")]
-    stiffness_n_per_m: Annotated[Stiffness, Key("System stiffness K_s (26).")]
-    sigma_n_per_m: Annotated[StiffnessError, Key("Its standard uncertainty.")]
-    msde_m: Annotated[LengthOrZero, Key("Rms deformation misfit of the linear fit.")]
+    stepload_calibration: Annotated[Version, key("Version of the format.")]
+    rig: Annotated[Name, key("Name of the rig.")]
+    pose: Annotated[Remark, key("Pose it was measured in.")] = ""
+    direction: Annotated[Axis, key("Force axis it was measured along.")]
+    temperature_c: Annotated[Temperature | None, key("Temperature of the measurement.")] = None
+    measured_on: Annotated[Calendar, key("Day of the measurement.")]
+    valid_until: Annotated[Calendar, key("Last day on which it may be used.")]
+    stiffness_n_per_m: Annotated[Stiffness, key("System stiffness K_s (26).")]
+    sigma_n_per_m: Annotated[StiffnessError, key("Its standard uncertainty.")]
+    msde_m: Annotated[LengthOrZero, key("Rms deformation misfit of the linear fit.")]
     smooth_error_m: Annotated[
-        LengthOrZero | None, Key("Smooth position error that leaves this misfit.", null=True)
+        LengthOrZero | None, key("Smooth position error that leaves this misfit.")
     ] = None
-    smooth_degrees: Annotated[
-        Degrees | None, Key("Degrees of freedom of its estimate.", null=True)
-    ] = None
+    smooth_degrees: Annotated[Degrees | None, key("Degrees of freedom of its estimate.")] = None
     smooth_length_n: Annotated[
         Force | None,
-        Key("Its correlation length in force; none: the runs cannot tell it.", null=True),
+        key("Its correlation length in force; none: the runs cannot tell it."),
     ] = None
     deflection_force_n: Annotated[
-        tuple[Force, ...], Key("Forces of the table of the system's deflection.")
+        tuple[Force, ...], key("Forces of the table of the system's deflection.")
     ] = ()
     deflection_m: Annotated[
-        tuple[Length, ...], Key("Deflection of the system at these forces, 0 at 0 N.")
+        tuple[Length, ...], key("Deflection of the system at these forces, 0 at 0 N.")
     ] = ()
     deflection_sigma_m: Annotated[
-        tuple[LengthOrZero, ...], Key("Standard uncertainty of each deflection.")
+        tuple[LengthOrZero, ...], key("Standard uncertainty of each deflection.")
     ] = ()
     deflection_common: Annotated[
-        _Part, Key("Relative standard uncertainty that all of them have in common.")
+        _Part, key("Relative standard uncertainty that all of them have in common.")
     ] = 0.0
     across_m_per_n: Annotated[
         tuple[Compliance, ...],
-        Key("Travel along the axis per newton across it, two numbers; none: not determined."),
+        key("Travel along the axis per newton across it, two numbers; none: not determined."),
     ] = ()
     across_sigma_m_per_n: Annotated[
-        tuple[ComplianceError, ...], Key("Standard uncertainty of each of the two.")
+        tuple[ComplianceError, ...], key("Standard uncertainty of each of the two.")
     ] = ()
-    across_correlation: Annotated[Correlation, Key("How the errors of the two correlate.")] = 0.0
+    across_correlation: Annotated[Correlation, key("How the errors of the two correlate.")] = 0.0
     at_share: Annotated[
         tuple[_Ratio, ...],
-        Key(
+        key(
             "Force across over force along the axis that K_s and its table belong to; their "
             "errors and those of `across` do not correlate there. None: not measured."
         ),
     ] = ()
     share_reach: Annotated[
-        _Part, Key("How far from it the shares went from which `across` was measured.")
+        _Part,
+        key("How far from it the shares went from which `across` was measured."),
     ] = 0.0
-    across_told: Annotated[Remark, Key("What the runs tell of the lateral force, in words.")] = ""
-    damping_n_s_per_m: Annotated[Damping, Key("Damping C_s, a lower bound.")] = 0.0
-    force_from_n: Annotated[Force, Key("Lowest force of the fit.")]
-    force_to_n: Annotated[Force, Key("Highest force of the fit.")]
-    run: Annotated[Remark, Key("Recording it was made from.")] = ""
-    software: Annotated[Remark, Key("Version of stepload that made it.")] = ""
-    simulated: Annotated[Flag, Key("Made in a dry run: good for dry runs only.")] = False
+    across_told: Annotated[Remark, key("What the runs tell of the lateral force, in words.")] = ""
+    damping_n_s_per_m: Annotated[Damping, key("Damping C_s, a lower bound.")] = 0.0
+    force_from_n: Annotated[Force, key("Lowest force of the fit.")]
+    force_to_n: Annotated[Force, key("Highest force of the fit.")]
+    run: Annotated[Remark, key("Recording it was made from.")] = ""
+    software: Annotated[Remark, key("Version of stepload that made it.")] = ""
+    simulated: Annotated[Flag, key("Made in a dry run: good for dry runs only.")] = False
     joints_rad: Annotated[
-        tuple[Angle, ...], Key("Joints of the arm at the start pose, as the arm tells them.")
+        tuple[Angle, ...],
+        key("Joints of the arm at the start pose, as the arm tells them."),
     ] = ()
     tcp_position_m: Annotated[
-        tuple[Offset, ...], Key("TCP from the flange, as the arm tells it: x, y, z.")
+        tuple[Offset, ...], key("TCP from the flange, as the arm tells it: x, y, z.")
     ] = ()
-    tcp_rotation_rad: Annotated[tuple[Angle, ...], Key("Its rotation vector.")] = ()
+    tcp_rotation_rad: Annotated[tuple[Angle, ...], key("Its rotation vector.")] = ()
 
     @property
     def tcp_offset(self) -> SixFloats | None:
@@ -141,21 +139,10 @@ def write_calibration(record: CalibrationRecord, path: Path) -> None:
     Raises:
         OSError: the directory cannot be written to.
     """
-    content = {entry.name: _text(entry, record) for entry in entries(CalibrationRecord)}
+    content = adapter(CalibrationRecord).dump_python(
+        record, mode="json", by_alias=True, context=EXACT
+    )
     replace_file(path, (json.dumps(content, indent=2, ensure_ascii=False) + "\n").encode())
-
-
-def _text(entry: Entry, record: CalibrationRecord) -> Any:
-    """A value as the file has it: quantities with their unit, to the last digit."""
-    if isinstance(entry.leaf, Version):
-        return entry.leaf.number
-    value = getattr(record, entry.field)
-    if isinstance(entry.leaf, Quantity) and value is not None:
-        unit = entry.leaf.unit
-        if isinstance(value, tuple):
-            return [f"{item!r} {unit}" for item in value]
-        return f"{value!r} {unit}"
-    return value.isoformat() if isinstance(value, date) else value
 
 
 def read_calibration(path: Path) -> CalibrationRecord:

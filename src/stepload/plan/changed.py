@@ -7,8 +7,8 @@ from dataclasses import replace
 
 from stepload.plan.checks_between import impossibilities_between
 from stepload.plan.derived import RULES
-from stepload.plan.draft import UnknownError
 from stepload.plan.model import Plan
+from stepload.plan.sections import UnknownError
 
 
 def follows(plan: Plan, section: str, field: str) -> bool:

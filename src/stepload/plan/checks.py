@@ -1,7 +1,6 @@
 """Checks for contradictions between values of a section, although every key by itself is valid.
 
-A check is written for a section and is run on a draft of it: where it asks for a value that is not
-known, it ends there, and what it has found before counts.
+Where a check asks for a value that is not known, it ends there; what it has found before counts.
 """
 
 from __future__ import annotations
@@ -20,7 +19,6 @@ from stepload.errors import DomainError
 from stepload.estimators.deflection_rows import table_problem
 from stepload.plan.calibration import disagreement
 from stepload.plan.derived import MAX_LEVELS
-from stepload.plan.draft import drafts_in, kind_of, left_out, whole, written
 from stepload.plan.impossible import Check, Impossibility, metre, newton, run_checks
 from stepload.plan.model import (
     ForceSpec,
@@ -31,30 +29,37 @@ from stepload.plan.model import (
     Simulation,
     SystemStiffness,
 )
-from stepload.plan.payload import material
 from stepload.plan.reader import expected
-from stepload.plan.sections import Kind, entries
+from stepload.plan.sections import DERIVED, Kind, keys, known, written
 from stepload.units import format_quantity
 
 
 def impossibilities(section: object) -> Iterator[Impossibility]:
     """Contradictions between the given values of a section's draft and of the sections below it."""
-    yield from run_checks(CHECKS.get(kind_of(section), ()), section)
-    for key, inner in drafts_in(section):
+    yield from run_checks(CHECKS.get(type(section), ()), section)
+    for key, inner in _below(section):
         for found in impossibilities(inner):
             yield found._replace(path=(key, *found.path))
 
 
+def _below(section: object) -> Iterator[tuple[str, object]]:
+    """The sections right below a section, each with the name of its key."""
+    if hasattr(section, "__pydantic_fields__"):
+        for key in keys(type(section)):
+            if key.sections:
+                yield key.name, getattr(section, key.field)
+
+
 def underivable(section: object) -> Iterator[Impossibility]:
     """Keys that the draft of a section leaves out and that did not follow from others."""
-    for entry in entries(kind_of(section)):
-        if entry.field in left_out(section):
+    for each in keys(type(section)) if hasattr(section, "__pydantic_fields__") else ():
+        if getattr(section, each.field) is DERIVED:
             yield Impossibility(
                 (),
-                f"missing key {entry.name!r}",
-                f"it does not follow from the other keys here. {expected(entry)}",
+                f"missing key {each.name!r}",
+                f"it does not follow from the other keys here. {expected(each)}",
             )
-    for key, inner in drafts_in(section):
+    for key, inner in _below(section):
         for found in underivable(inner):
             yield found._replace(path=(key, *found.path))
 
@@ -102,8 +107,7 @@ def _hardness(payload: Payload) -> Iterator[Impossibility]:
 def _theory(payload: Payload) -> Iterator[Impossibility]:
     """Theory must have a contact law, and an elastic limit where none is declared."""
     try:
-        pressed = whole(payload)
-        bodies = (pressed.geometry, pressed.material, pressed.plate)
+        bodies = known(payload.geometry, payload.material, payload.plate)
         law_for(*bodies)
         reason = no_limit_reason(*bodies)
     except DomainError as error:
@@ -115,7 +119,7 @@ def _theory(payload: Payload) -> Iterator[Impossibility]:
             "check its dimensions and their units",
         )
     else:
-        if reason and pressed.declared_force_limit_n is None:
+        if reason and payload.declared_force_limit_n is None:
             yield Impossibility(
                 (),
                 f"missing key 'force_limit': {reason}",
@@ -150,7 +154,7 @@ def _second_channel(second: SecondForce) -> Iterator[Impossibility]:
 
 
 def _stiffness_is_known(stiffness: SystemStiffness) -> Iterator[Impossibility]:
-    value, sigma = written(stiffness, "stiffness_n_per_m"), written(stiffness, "sigma_n_per_m")
+    value, sigma = written(stiffness.stiffness_n_per_m), written(stiffness.sigma_n_per_m)
     if value is None and stiffness.record is None:
         yield Impossibility(
             (),
@@ -277,7 +281,7 @@ def _simulated_cross_talk(simulation: Simulation) -> Iterator[Impossibility]:
 
 
 def _levels(procedure: Procedure) -> Iterator[Impossibility]:
-    step, levels = written(procedure, "step_n"), written(procedure, "levels_n")
+    step, levels = written(procedure.step_n), written(procedure.levels_n)
     if step is None and levels is None:
         yield Impossibility(
             (), "missing key 'step'", "give the load step, or every level in `levels`"
@@ -338,7 +342,7 @@ def _search(procedure: Procedure) -> Iterator[Impossibility]:
 
 
 CHECKS: Mapping[Kind, tuple[Check, ...]] = {
-    material: (_strength, _range),
+    Material: (_strength, _range),
     Payload: (_roughness, _hardness, _theory),
     ForceSpec: (partial(_fineness, "resolution"), partial(_fineness, "noise"), _ratings),
     SecondForce: (_second_channel,),

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from stepload.plan.overlay import SIMULATED, is_another, overlay, text
 from stepload.plan.problems import Problem, printable
 from stepload.plan.rig import ArmSpec, DisplacementSpec, ForceSpec
-from stepload.plan.sections import written_entries
+from stepload.plan.sections import keys as keys_of
 from stepload.plan.tree import Mapping, Node, Place
 
 _SENSORS = (("force",), ("second_force", "sensor"))
@@ -71,7 +71,7 @@ def problems_of(rig: Node, own: Mapping, profile: Mapping | None, known: str) ->
         if not isinstance(device, Mapping):
             continue
         place, called = _key(rig, path), ".".join(path)
-        lacks = any(e.required and e.name not in device.entries for e in written_entries(kind))
+        lacks = any(key.required and key.name not in device.entries for key in keys_of(kind))
         if lacks and is_another(old, at(own, path)):
             sheet = f", or name a data sheet, profile: {known}" if kind is ForceSpec else ""
             yield place.problem(

@@ -10,9 +10,9 @@ from itertools import pairwise
 from stepload.contact.elastic import law_for
 from stepload.contact.unknown import softest
 from stepload.errors import DomainError
-from stepload.plan.draft import UnknownError, left_out, put, whole
 from stepload.plan.model import Plan
 from stepload.plan.problems import printable
+from stepload.plan.sections import DERIVED, UnknownError, known, put
 
 MAX_LEVELS = 1000
 RAMP_S = 1.0
@@ -24,7 +24,7 @@ def fill(plan: Plan) -> None:
     for section, field, rule in RULES:
         with suppress(UnknownError):
             part = getattr(plan, section) if section else plan
-            if field in left_out(part):
+            if getattr(part, field) is DERIVED:
                 put(part, field, rule(plan))
 
 
@@ -40,8 +40,9 @@ def elastic_travel(plan: Plan) -> float:
 def _travel(plan: Plan, force_n: float) -> float:
     stiffness, lost_m = plan.rig.system_stiffness.stiffness_n_per_m, plan.rig.arm.lost_motion_m
     try:
-        payload = whole(plan.payload)
-        law = law_for(payload.geometry, softest(payload.material), softest(payload.plate))
+        payload = plan.payload
+        shape, body, plate = known(payload.geometry, payload.material, payload.plate)
+        law = law_for(shape, softest(body), softest(plate))
         travel_m = force_n / stiffness + law.deformation(force_n) + lost_m
     except (DomainError, ArithmeticError):
         raise UnknownError from None

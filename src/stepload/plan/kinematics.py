@@ -7,18 +7,18 @@ read as strictly as a plan: every quantity with its unit, no key that means noth
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import Annotated
+
+from pydantic.dataclasses import dataclass
 
 from stepload.errors import BadInputError
-from stepload.plan.draft import put
-from stepload.plan.leaves import Angle, Length, Name, Offset, Quantity, Remark, Torque, Version
 from stepload.plan.model import Plan
 from stepload.plan.problems import Problem, guess, printable
+from stepload.plan.quantities import Angle, Length, Name, Offset, Quantity, Remark, Torque, Version
 from stepload.plan.reader import read_file
 from stepload.plan.references import names_a_file
-from stepload.plan.sections import Key
+from stepload.plan.sections import SECTION, key, put
 from stepload.plan.shelf import ARMS, Disk, shipped_names
 from stepload.plan.source import Source
 from stepload.plan.tree import Place
@@ -28,7 +28,7 @@ _JointStiffness = Annotated[float, Quantity("N m/rad", 1.0, 1e9)]
 _Mass = Annotated[float, Quantity("kg", 0.0, 1e4)]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
 class ArmKinematics:
     """An arm of six revolute joints, base upright; every list has one number for each joint.
 
@@ -36,28 +36,29 @@ class ArmKinematics:
     along the new x and the twist alpha about it (the standard convention).
     """
 
-    stepload_arm: ClassVar[Annotated[int, Version(1), Key("Version of the format.")]]
-    name: Annotated[Name, Key("What the arm is called.")]
-    source: Annotated[Remark, Key("Where these numbers come from.")]
-    a_m: Annotated[tuple[Offset, ...], Key("Length a of each link.")]
-    d_m: Annotated[tuple[Offset, ...], Key("Offset d of each joint.")]
-    alpha_rad: Annotated[tuple[Angle, ...], Key("Twist α of each link.")]
+    stepload_arm: Annotated[Version, key("Version of the format.")]
+    name: Annotated[Name, key("What the arm is called.")]
+    source: Annotated[Remark, key("Where these numbers come from.")]
+    a_m: Annotated[tuple[Offset, ...], key("Length a of each link.")]
+    d_m: Annotated[tuple[Offset, ...], key("Offset d of each joint.")]
+    alpha_rad: Annotated[tuple[Angle, ...], key("Twist α of each link.")]
     theta_rad: Annotated[
-        tuple[Angle, ...], Key("What is added to the angle that the arm tells of each joint.")
+        tuple[Angle, ...],
+        key("What is added to the angle that the arm tells of each joint."),
     ] = (0.0,) * JOINTS
-    low_rad: Annotated[tuple[Angle, ...], Key("Lowest angle of each joint.")]
-    high_rad: Annotated[tuple[Angle, ...], Key("Highest angle of each joint.")]
+    low_rad: Annotated[tuple[Angle, ...], key("Lowest angle of each joint.")]
+    high_rad: Annotated[tuple[Angle, ...], key("Highest angle of each joint.")]
     joint_stiffness_n_m_per_rad: Annotated[
         tuple[_JointStiffness, ...],
-        Key("Torsional stiffness of each joint; joints of equal stiffness count as the same gear."),
+        key("Torsional stiffness of each joint; joints of equal stiffness count as the same gear."),
     ]
-    stiffness_source: Annotated[Remark, Key("Where the joint stiffness comes from.")]
-    link_radius_m: Annotated[Length, Key("Half the thickness of the links.")]
-    mass_kg: Annotated[tuple[_Mass, ...], Key("Mass of each link.")] = ()
-    centre_x_m: Annotated[tuple[Offset, ...], Key("Its centre, x in the link's frame.")] = ()
-    centre_y_m: Annotated[tuple[Offset, ...], Key("The same, y.")] = ()
-    centre_z_m: Annotated[tuple[Offset, ...], Key("The same, z.")] = ()
-    max_torque_n_m: Annotated[tuple[Torque, ...], Key("Largest torque of each joint.")] = ()
+    stiffness_source: Annotated[Remark, key("Where the joint stiffness comes from.")]
+    link_radius_m: Annotated[Length, key("Half the thickness of the links.")]
+    mass_kg: Annotated[tuple[_Mass, ...], key("Mass of each link.")] = ()
+    centre_x_m: Annotated[tuple[Offset, ...], key("Its centre, x in the link's frame.")] = ()
+    centre_y_m: Annotated[tuple[Offset, ...], key("The same, y.")] = ()
+    centre_z_m: Annotated[tuple[Offset, ...], key("The same, z.")] = ()
+    max_torque_n_m: Annotated[tuple[Torque, ...], key("Largest torque of each joint.")] = ()
 
 
 def arms() -> tuple[str, ...]:

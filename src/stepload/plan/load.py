@@ -10,16 +10,18 @@ from pathlib import Path
 
 from stepload.plan.checks import impossibilities, underivable
 from stepload.plan.checks_between import impossibilities_between
+from stepload.plan.compose import at
 from stepload.plan.derived import fill
-from stepload.plan.draft import UnknownError, put, whole
 from stepload.plan.driver_options import read_options
 from stepload.plan.impossible import Impossibility
 from stepload.plan.kinematics import settle_kinematics
-from stepload.plan.model import DriverChoice, Payload, Plan, SourceFile
+from stepload.plan.model import Payload, Plan, SourceFile
 from stepload.plan.problems import PlanError, Problem
 from stepload.plan.reader import read_section
 from stepload.plan.references import References, profiles
+from stepload.plan.rig import Device
 from stepload.plan.schema import json_schema
+from stepload.plan.sections import UNKNOWN, UnknownError, put
 from stepload.plan.shelf import Disk, Kept, Shelf
 from stepload.plan.source import Source
 from stepload.plan.stiffness import settle_stiffness
@@ -77,7 +79,7 @@ def load_payload(path: Path) -> Payload:
     payload = read_section(Payload, root, Place(source, 1, 1), loader.problems)
     loader.report(root, impossibilities(payload))
     loader.raise_problems()
-    return whole(payload)
+    return payload
 
 
 class _Loader:
@@ -121,7 +123,7 @@ class _Loader:
         self.raise_problems()
         put(plan, "missing", tuple(self.missing))
         put(plan, "sources", tuple(SourceFile(s.name, s.text, s.sha256) for s in self.sources))
-        return whole(plan)
+        return plan
 
     def _resolved(self, root: Node, payload: Path | None) -> Node:
         """The tree with every file that it names by path read into it."""
@@ -150,20 +152,18 @@ class _Loader:
         """Check the options of every driver in the draft of a plan against what it declares."""
         for device, group in _DEVICES.items():
             with suppress(UnknownError):
-                if (spec := attrgetter(device)(plan.rig)) is not None:
-                    driver: DriverChoice = spec.driver
-                    given = getattr(driver, "options", None)
-                    lacking = _place_for_options(root, device)
+                spec: Device | None = attrgetter(device)(plan.rig)
+                if spec is not None and spec.driver is not UNKNOWN:
                     options = read_options(
                         group,
-                        driver.name,
-                        lacking,
-                        given,
+                        spec.driver,
+                        _place_for_options(root, device),
+                        at(root, ("rig", *device.split("."), "options")),
                         self.problems,
                         f"rig.{device}",
                         self.missing,
                     )
-                    put(driver, "options", options)
+                    put(spec, "options", options)
 
 
 _PARTS: dict[str, tuple[set[str], str]] = {

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import pi
 from typing import Annotated
 
-from stepload.plan.leaves import LengthOrZero, Number, Offset, Quantity, ShareAcross
-from stepload.plan.sections import Key
+from pydantic.dataclasses import dataclass
+
+from stepload.plan.quantities import LengthOrZero, Offset, Quantity, ShareAcross, number
+from stepload.plan.sections import SECTION, key
 
 _Tilt = Annotated[float, Quantity("rad", -pi / 6, pi / 6)]
 _Torque = Annotated[float, Quantity("N m", 0.0, 1e4)]
-_Friction = Annotated[float, Number(0.0, 2.0)]
+_Friction = Annotated[float, number(0.0, 2.0)]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, config=SECTION)
 class Mounting:
     """Six axes of the simulated rig; z points along the press, x and y across it.
 
@@ -23,59 +24,63 @@ class Mounting:
 
     coupling_x: Annotated[
         ShareAcross,
-        Key("Motion of the tip along x under an axial load, over its motion along the press."),
+        key("Motion of the tip along x under an axial load, over its motion along the press."),
     ] = 0.33
-    coupling_y: Annotated[ShareAcross, Key("The same along y.")] = 0.0
+    coupling_y: Annotated[ShareAcross, key("The same along y.")] = 0.0
     lateral_compliance: Annotated[
         float,
-        Number(1e-3, 1e3),
-        Key("Compliance of the tip across the press, over the one along it."),
+        number(1e-3, 1e3),
+        key("Compliance of the tip across the press, over the one along it."),
     ] = 0.8
     turn_rad_per_n: Annotated[
         float,
         Quantity("rad/N", -1e-2, 1e-2),
-        Key("Rotation of the tool about y under a force along the press or along x."),
+        key("Rotation of the tool about y under a force along the press or along x."),
     ] = 23e-6
     friction: Annotated[
-        _Friction, Key("Static friction of payload and plate; 0: it slides freely.")
+        _Friction, key("Static friction of payload and plate; 0: it slides freely.")
     ] = 0.3
     friction_kinetic: Annotated[
-        _Friction | None, Key("Friction while it slides; none: the static one.")
+        _Friction | None, key("Friction while it slides; none: the static one.")
     ] = None
     tangential_ratio: Annotated[
         float,
-        Number(0.0, 2.0, above=True),
-        Key("Tangential over normal stiffness of the contact while it sticks (Mindlin)."),
+        number(0.0, 2.0, above=True),
+        key("Tangential over normal stiffness of the contact while it sticks (Mindlin)."),
     ] = 0.8
-    tilt_x_rad: Annotated[_Tilt, Key("Angle by which the plate is turned about x.")] = 0.0
-    tilt_y_rad: Annotated[_Tilt, Key("Angle by which the plate is turned about y.")] = 0.0
+    tilt_x_rad: Annotated[_Tilt, key("Angle by which the plate is turned about x.")] = 0.0
+    tilt_y_rad: Annotated[_Tilt, key("Angle by which the plate is turned about y.")] = 0.0
     sensor_turn_x_rad: Annotated[
-        _Tilt, Key("Rotation vector of the force sensor against the press, its x.")
+        _Tilt, key("Rotation vector of the force sensor against the press, its x.")
     ] = 0.0
-    sensor_turn_y_rad: Annotated[_Tilt, Key("Its y.")] = 0.0
+    sensor_turn_y_rad: Annotated[_Tilt, key("Its y.")] = 0.0
     sensor_turn_z_rad: Annotated[
-        float, Quantity("rad", -pi, pi), Key("Its z: a sensor screwed on the wrong way round.")
+        float,
+        Quantity("rad", -pi, pi),
+        key("Its z: a sensor screwed on the wrong way round."),
     ] = 0.0
     sensor_lever_m: Annotated[
-        LengthOrZero, Key("Distance from the force sensor's origin to the contact.")
+        LengthOrZero, key("Distance from the force sensor's origin to the contact.")
     ] = 0.12
     eccentricity_x_m: Annotated[
-        Offset, Key("How far the contact is off the axis of tool and sensor, along x.")
+        Offset,
+        key("How far the contact is off the axis of tool and sensor, along x."),
     ] = 0.0
-    eccentricity_y_m: Annotated[Offset, Key("The same along y.")] = 0.0
+    eccentricity_y_m: Annotated[Offset, key("The same along y.")] = 0.0
     cross_talk: Annotated[
         float,
         Quantity("%", -0.5, 0.5),
-        Key("Share of every other force in each force, and of every other torque in each torque."),
+        key("Share of every other force in each force, and of every other torque in each torque."),
     ] = 0.0
-    torque_noise_n_m: Annotated[_Torque, Key("Standard deviation of the noise of the torques.")] = (
+    torque_noise_n_m: Annotated[_Torque, key("Standard deviation of the noise of the torques.")] = (
         0.002
     )
-    torque_resolution_n_m: Annotated[_Torque, Key("Resolution of the torques.")] = 0.0
+    torque_resolution_n_m: Annotated[_Torque, key("Resolution of the torques.")] = 0.0
     torque_range_n_m: Annotated[
-        _Torque | None, Key("Rated torque of the force sensor; none: it has no limit.")
+        _Torque | None,
+        key("Rated torque of the force sensor; none: it has no limit."),
     ] = None
     gauge_offset_x_m: Annotated[
-        Offset, Key("How far the displacement gauge is off the contact, along x.")
+        Offset, key("How far the displacement gauge is off the contact, along x.")
     ] = 0.0
-    gauge_offset_y_m: Annotated[Offset, Key("The same along y.")] = 0.0
+    gauge_offset_y_m: Annotated[Offset, key("The same along y.")] = 0.0

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import radians
-from typing import Annotated
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+from pydantic.dataclasses import dataclass
 
 from stepload.contact.materials import (
     BluntTip,
@@ -15,170 +17,218 @@ from stepload.contact.materials import (
     SharpCone,
     Sphere,
 )
-from stepload.plan.leaves import (
+from stepload.plan.quantities import (
     Expansion,
     Length,
     LengthOrZero,
     Modulus,
     Name,
-    Number,
     PoissonRatio,
     Quantity,
+    Stated,
     UncertainForce,
     UncertainLength,
     UncertainLengthOrZero,
     UncertainPressure,
+    number,
+    stated,
 )
-from stepload.plan.sections import Key, Nested, OneOf
+from stepload.plan.sections import INTERNAL, SECTION, Made, key, put
 
 
-def material(
-    name: Annotated[Name, Key("What it is; shown in reports.")],
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class MaterialSection:
+    """An isotropic linear elastic body."""
+
+    name: Annotated[Name, key("What it is; shown in reports.")]
     youngs_modulus_pa: Annotated[
         Modulus,
-        Key(
-            "Young's modulus E (4). A range where the material is not known: all bounds hold for "
-            "both ends."
+        key(
+            "Young's modulus E (4). A range where the material is not known: all "
+            "bounds hold for both ends."
         ),
-    ],
+    ]
     poisson_ratio: Annotated[
-        PoissonRatio, Key("Poisson's ratio ν (4); 0 to 0.5 where nothing is known.")
-    ],
+        PoissonRatio, key("Poisson's ratio ν (4); 0 to 0.5 where nothing is known.")
+    ]
     yield_strength_pa: Annotated[
         UncertainPressure | None,
-        Key(
-            "Yield strength Y, where it is known; needed for the elastic limit (13). Not beside a "
-            "range."
+        key(
+            "Yield strength Y, where it is known; needed for the elastic limit (13). "
+            "Not beside a range."
         ),
-    ] = None,
-    youngs_modulus_sigma_pa: float | None = None,
-    poisson_ratio_sigma: float | None = None,
-    yield_strength_sigma_pa: float | None = None,
-    youngs_modulus_ends_pa: tuple[float, float] | None = None,
-    poisson_ratio_ends: tuple[float, float] | None = None,
-) -> Material:
-    """An isotropic linear elastic body."""
-    return Material(
-        name, youngs_modulus_pa, poisson_ratio, yield_strength_pa,
-        youngs_modulus_sigma_pa, poisson_ratio_sigma, yield_strength_sigma_pa,
-        youngs_modulus_ends_pa, poisson_ratio_ends,
-    )  # fmt: skip
+    ] = None
+
+    def made(self) -> Material:
+        """The body in the terms of contact theory."""
+        modulus, ratio = stated(self.youngs_modulus_pa), stated(self.poisson_ratio)
+        strength = stated(self.yield_strength_pa)
+        return Material(
+            self.name, modulus.value, ratio.value, strength and strength.value,
+            modulus.sigma, ratio.sigma, strength and strength.sigma, modulus.ends, ratio.ends,
+        )  # fmt: skip
 
 
-def sphere(
-    radius_m: Annotated[UncertainLength, Key("Radius of the payload.")],
-    counter_radius_m: Annotated[
-        UncertainLength | None, Key("Radius of the sphere it is pressed against; none: a plane.")
-    ] = None,
-    radius_sigma_m: float | None = None,
-    counter_radius_sigma_m: float | None = None,
-) -> Sphere:
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class SphereSection:
     """A sphere on the plate, or on another sphere (6)."""
-    return Sphere(radius_m, counter_radius_m, radius_sigma_m, counter_radius_sigma_m)
+
+    shape: Literal["sphere"]
+    radius_m: Annotated[UncertainLength, key("Radius of the payload.")]
+    counter_radius_m: Annotated[
+        UncertainLength | None,
+        key("Radius of the sphere it is pressed against; none: a plane."),
+    ] = None
+
+    def made(self) -> Sphere:
+        radius, counter = stated(self.radius_m), stated(self.counter_radius_m)
+        return Sphere(
+            radius.value, counter and counter.value, radius.sigma, counter and counter.sigma
+        )
 
 
-def cone_tip(
-    radius_m: Annotated[UncertainLength, Key("Radius of the tip.")],
-    radius_sigma_m: float | None = None,
-) -> BluntTip:
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class ConeTipSection:
     """A cone with a spherical tip; contact stays on the tip."""
-    return BluntTip("cone", radius_m, radius_sigma_m)
+
+    shape: Literal["cone_tip"]
+    radius_m: Annotated[UncertainLength, key("Radius of the tip.")]
+
+    def made(self) -> BluntTip:
+        return BluntTip("cone", *stated(self.radius_m)[:2])
 
 
-def pyramid_tip(
-    radius_m: Annotated[UncertainLength, Key("Radius of the tip.")],
-    radius_sigma_m: float | None = None,
-) -> BluntTip:
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class PyramidTipSection:
     """A pyramid with a spherical tip; contact stays on the tip."""
-    return BluntTip("pyramid", radius_m, radius_sigma_m)
+
+    shape: Literal["pyramid_tip"]
+    radius_m: Annotated[UncertainLength, key("Radius of the tip.")]
+
+    def made(self) -> BluntTip:
+        return BluntTip("pyramid", *stated(self.radius_m)[:2])
 
 
-def sharp_cone(
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class SharpConeSection:
+    """An ideal cone, n = 2."""
+
+    shape: Literal["sharp_cone"]
     slope_rad: Annotated[
         float,
         Quantity("rad", radians(0.1), radians(89.0)),
-        Key("Angle between the flank and the plate."),
-    ],
-) -> SharpCone:
-    """An ideal cone, n = 2."""
-    return SharpCone(slope_rad)
+        key("Angle between the flank and the plate."),
+    ]
+
+    def made(self) -> SharpCone:
+        return SharpCone(self.slope_rad)
 
 
-def flat_punch(
-    radius_m: Annotated[UncertainLength, Key("Radius of the face.")],
-    radius_sigma_m: float | None = None,
-) -> FlatPunch:
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class FlatPunchSection:
     """A flat round face, n = 1."""
-    return FlatPunch(radius_m, radius_sigma_m)
+
+    shape: Literal["flat_punch"]
+    radius_m: Annotated[UncertainLength, key("Radius of the face.")]
+
+    def made(self) -> FlatPunch:
+        return FlatPunch(*stated(self.radius_m)[:2])
 
 
-def power(
-    exponent: Annotated[float, Number(0.1, 50.0), Key("m (1); n = (m + 1)/m.")],
-    gap_m: Annotated[Length, Key("Gap between payload and plate at `at_radius`.")],
-    at_radius_m: Annotated[Length, Key("Distance from the axis where `gap` was measured.")],
-) -> PowerProfile:
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class PowerSection:
     """A gap that grows with a power m of the distance r from the axis: z = gap (r/at_radius)^m."""
-    return PowerProfile(exponent, gap_m / at_radius_m**exponent)
+
+    shape: Literal["power"]
+    exponent: Annotated[float, number(0.1, 50.0), key("m (1); n = (m + 1)/m.")]
+    gap_m: Annotated[Length, key("Gap between payload and plate at `at_radius`.")]
+    at_radius_m: Annotated[Length, key("Distance from the axis where `gap` was measured.")]
+
+    def made(self) -> PowerProfile:
+        return PowerProfile(self.exponent, self.gap_m / self.at_radius_m**self.exponent)
 
 
-@dataclass(frozen=True, slots=True)
+Shape = Annotated[
+    SphereSection
+    | ConeTipSection
+    | PyramidTipSection
+    | SharpConeSection
+    | FlatPunchSection
+    | PowerSection,
+    Field(discriminator="shape"),
+]
+
+
+@dataclass(frozen=True, slots=True, config=SECTION)
 class Payload:
     """What is pressed. Inline, or the path of a file that holds these keys."""
 
-    name: Annotated[Name, Key("What it is called in reports.")]
+    name: Annotated[Name, key("What it is called in reports.")]
     geometry: Annotated[
         Geometry,
-        OneOf((sphere, cone_tip, pyramid_tip, sharp_cone, flat_punch, power)),
-        Key("Shape of the payload where it touches the plate."),
+        Made(Shape),
+        key("Shape of the payload where it touches the plate."),
     ]
-    material: Annotated[Material, Nested(material), Key("Material of the payload.")]
-    plate: Annotated[Material, Nested(material), Key("Material of the plate.")]
+    material: Annotated[Material, Made(MaterialSection), key("Material of the payload.")]
+    plate: Annotated[Material, Made(MaterialSection), key("Material of the plate.")]
     roughness_m: Annotated[
         UncertainLengthOrZero | None,
-        Key(
+        key(
             "Equivalent rms roughness σ_eq = √(σ1² + σ2²) (8). 0 m: smooth. None: not known, "
             "which costs width where a result needs the zero."
         ),
     ] = None
     micro_hardness_pa: Annotated[
         UncertainPressure | None,
-        Key("Micro-hardness of the softer surface (9); only with `roughness`."),
+        key("Micro-hardness of the softer surface (9); only with `roughness`."),
     ] = None
     declared_force_limit_n: Annotated[
         UncertainForce | None,
-        Key(
+        key(
             "Force that must not be exceeded, declared by a person who answers for it: taken as it "
             "stands unless ± is written. Required where theory gives no elastic limit; elsewhere "
             "the lower of the two counts.",
-            name="force_limit",
+            alias="force_limit",
         ),
     ] = None
     height_m: Annotated[
-        LengthOrZero, Key("Height of the payload between tool and plate, which grows when heated.")
+        LengthOrZero,
+        key("Height of the payload between tool and plate, which grows when heated."),
     ] = 0.0
     thermal_expansion_per_k: Annotated[
-        Expansion, Key("Coefficient of thermal expansion of the payload.")
+        Expansion, key("Coefficient of thermal expansion of the payload.")
     ] = 0.0
     modulus_change_per_k: Annotated[
-        float, Quantity("1/K", 0.0, 0.1), Key("Relative change of its modulus, either way.")
+        float,
+        Quantity("1/K", 0.0, 0.1),
+        key("Relative change of its modulus, either way."),
     ] = 0.0
     limit_coverage: Annotated[
         float,
-        Number(1.0, 5.0),
-        Key(
+        number(1.0, 5.0),
+        key(
             "How many standard uncertainties of ln F_c the limit lies below F_c: 2 leaves 2.3 % "
             "that the payload yields below it, 3 leaves 0.13 %."
         ),
     ] = 2.0
     friction: Annotated[
-        float | None,
-        Number(0.0, 2.0),
-        Key(
+        Annotated[float, number(0.0, 2.0)] | None,
+        key(
             "Highest static friction µ that is possible between payload and plate, as they lie in "
             "the rig, dry or greased: no unit. With it a serial arm is allowed only what friction "
             "leaves of F_c, also while it draws back; it never allows more. None: not known."
         ),
     ] = None
-    roughness_sigma_m: float | None = None
-    micro_hardness_sigma_pa: float | None = None
-    declared_force_limit_sigma_n: float | None = None
+    roughness_sigma_m: Annotated[float | None, INTERNAL] = None
+    micro_hardness_sigma_pa: Annotated[float | None, INTERNAL] = None
+    declared_force_limit_sigma_n: Annotated[float | None, INTERNAL] = None
+
+    @model_validator(mode="after")
+    def _spread(self) -> Payload:
+        """Put the uncertainty that is written behind a value into its own field."""
+        for name in ("roughness_m", "micro_hardness_pa", "declared_force_limit_n"):
+            if isinstance(value := getattr(self, name), Stated):
+                stem, _, unit = name.rpartition("_")
+                put(self, f"{stem}_sigma_{unit}", value.sigma)
+                put(self, name, float(value))
+        return self

@@ -1,34 +1,39 @@
-"""Reads a position tree into drafts of sections: every key by itself, every problem kept."""
+"""Reads a tree of nodes into sections by pydantic: every problem with its place, all at once."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from contextlib import suppress
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
-from stepload.plan.draft import Draft, UnknownError, kind_of, leave_out, put, whole
-from stepload.plan.leaves import Leaf, LeafError, Stated
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+from stepload.errors import BadInputError
 from stepload.plan.problems import PlanError, Problem, guess, printable
+from stepload.plan.quantities import REFUSED, WRITTEN, shown
 from stepload.plan.sections import (
-    SHAPE,
-    Each,
-    Entry,
-    Nested,
-    OneOf,
-    Options,
-    entries,
-    written_entries,
+    UNKNOWN,
+    Key,
+    Kind,
+    UnknownError,
+    adapter,
+    fields_of,
+    keys,
 )
+from stepload.plan.sections import expected as words_for
 from stepload.plan.source import Source
 from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar, Sequence, parse_tree
 
 T = TypeVar("T")
+SHAPE = "shape"
+"""The key that tells sections of one place apart."""
 
 
 def read_file(
     kind: Callable[..., T], source: Source, impossible: Callable[[Source, T], Iterable[Problem]]
 ) -> T:
-    """The one section that `source` holds.
+    """The one section that `source` holds, in which null stands for what is not known.
 
     Args:
         impossible: what is wrong with its values together.
@@ -37,34 +42,84 @@ def read_file(
         PlanError: every problem with its place.
     """
     root, problems = parse_tree(source)
-    section = read_section(kind, root, Place(source, 1, 1), problems)
+    section = read_section(kind, root, Place(source, 1, 1), problems, null=True)
     with suppress(UnknownError):
         problems += impossible(source, section)
     if problems:
         raise PlanError(tuple(problems))
-    return whole(section)
+    return section
 
 
 def read_section(
-    kind: Callable[..., T], node: Node, at: Place, problems: list[Problem], *, shaped: bool = False
+    kind: Callable[..., T], node: Node, at: Place, problems: list[Problem], *, null: bool = False
 ) -> T:
-    """The draft of the section in `node`; what is wrong with it is added to `problems`.
+    """The section in `node`; what is wrong with it is added to `problems`.
+
+    A value that is bad is `UNKNOWN` in what is returned.
 
     Args:
         at: where a missing key is reported.
-        shaped: whether the mapping also holds the key that names its shape.
+        null: whether null may be written.
     """
-    draft = cast(T, Draft(kind))
-    known = [SHAPE] * shaped + [entry.name for entry in written_entries(kind)]
-    if isinstance(node, Mapping):
-        for key, place in node.keys.items():
-            if key not in known:
-                problems.append(unknown_key(place, key, known))
-        _read_entries(draft, node, at, problems)
-    elif not isinstance(node, Broken):
-        message = f"{_shown(node)} where a mapping belongs"
-        problems.append(node.place.problem(message, f"keys: {', '.join(known)}"))
-    return draft
+    data = _plain(node, (kind,), problems, null)
+    try:
+        section: T = adapter(kind).validate_python(
+            data, context=WRITTEN, by_alias=True, by_name=False
+        )
+    except ValidationError as error:
+        found = (_problem(kind, node, at, each) for each in error.errors(include_url=False))
+        problems += [problem for problem in found if problem]
+        section = _partial(kind, data)
+    return section
+
+
+class _Bad:
+    """Stands for a node that is reported already."""
+
+
+_BAD = _Bad()
+
+
+def _plain(node: Node, kinds: tuple[Kind, ...], problems: list[Problem], null: bool) -> Any:
+    """A tree as plain data; null where a key may be left out is a problem."""
+    if isinstance(node, Sequence):
+        return [_plain(item, (), problems, null) for item in node.items]
+    if not isinstance(node, Mapping):
+        return node.value if isinstance(node, Scalar) else _BAD
+    known, data = {key.name: key for kind in kinds for key in keys(kind)}, {}
+    for name, inner in node.entries.items():
+        key = known.get(name)
+        nothing = isinstance(inner, Scalar) and inner.value is None
+        if nothing and key and not key.required and not null:
+            message = f"nothing stands behind `{name}`"
+            problems.append(inner.place.problem(message, "write a value, or leave the key out"))
+            data[name] = _BAD
+        else:
+            data[name] = _plain(inner, key.sections if key else (), problems, null)
+    return data
+
+
+def _partial(kind: Any, data: Any) -> Any:
+    """A section of which only the good values are known."""
+    made, written = object.__new__(kind), data if isinstance(data, dict) else {}
+    by_field = {key.field: key for key in keys(kind)}
+    for name, info in fields_of(kind).items():
+        value = UNKNOWN
+        if (key := by_field.get(name)) and key.name in written:
+            value = _known(key, written[key.name])
+        elif isinstance(data, dict) and not info.is_required():
+            value = info.default_factory() if info.default_factory else info.default  # type: ignore[call-arg]
+        object.__setattr__(made, name, value)
+    return made
+
+
+def _known(key: Key, data: Any) -> Any:
+    try:
+        return adapter(key.hint).validate_python(
+            data, context=WRITTEN, by_alias=True, by_name=False
+        )
+    except ValidationError:
+        return _partial(key.sections[0], data) if key.is_section else UNKNOWN
 
 
 def unknown_key(place: Place, key: str, known: list[str]) -> Problem:
@@ -73,122 +128,130 @@ def unknown_key(place: Place, key: str, known: list[str]) -> Problem:
     return place.problem(f"unknown key {printable(key)!r}", hint)
 
 
-def _read_entries(draft: object, node: Mapping, at: Place, problems: list[Problem]) -> None:
-    for entry in entries(kind_of(draft)):
-        nested = entry.content.kind if isinstance(entry.content, Nested) else None
-        if nested and entry.key.inline:
-            inner = Draft(nested)
-            _read_entries(inner, node, at, problems)
-            put(draft, entry.field, inner)
-        elif entry.name in node.entries:
-            with suppress(UnknownError):
-                _read_entry(draft, entry, node.entries[entry.name], node.keys[entry.name], problems)
-        elif nested and entry.key.derived:
-            put(draft, entry.field, read_section(nested, Mapping(at), at, problems))
-        elif entry.key.derived:
-            leave_out(draft, entry.field)
-        elif entry.required:
-            problems.append(at.problem(f"missing key {entry.name!r}", expected(entry)))
-        elif entry.kept:
-            _keep(draft, entry, entry.default)
+def checked(hint: Any, text: str) -> Any:
+    """A value that stands alone, read as a plan would read it where this hint stands.
+
+    Raises:
+        BadInputError: what is wrong and what may be written.
+    """
+    try:
+        return adapter(hint).validate_python(text, context=WRITTEN)
+    except ValidationError as error:
+        may = words_for(adapter(hint).json_schema())
+        message, told = _words(error.errors(include_url=False)[0], may)
+        raise BadInputError(message, hint=told) from None
 
 
-def _read_entry(
-    draft: object, entry: Entry, node: Node, at: Place, problems: list[Problem]
-) -> None:
-    null = isinstance(node, Scalar) and node.value is None
-    if null and not entry.key.null and not entry.required:
-        message = f"nothing stands behind `{entry.name}`"
-        raise _refused(problems, node, message, "write a value, or leave the key out")
-    value = None if null and entry.key.null else _value(entry, node, at, problems)
-    if entry.kept:
-        _keep(draft, entry, value)
+def expected(key: Key) -> str:
+    """What a key means and what may be written there."""
+    return f"{key.meaning} Expected {key.expected}" if key.expected else key.meaning
 
 
-def _keep(draft: object, entry: Entry, value: Any) -> None:
-    """Store a value in a draft, with its standard uncertainty and its range where it has them."""
-    stated = value if isinstance(value, Stated) else Stated(value, None)
-    if entry.sigma_field:
-        put(draft, entry.sigma_field, stated.sigma)
-    if entry.ends_field:
-        put(draft, entry.ends_field, stated.ends)
-    put(draft, entry.field, stated.value)
+def _problem(kind: Kind, root: Node, at: Place, error: ErrorDetails) -> Problem | None:
+    """An error of pydantic in our words, at its place; None where it is reported already."""
+    loc, told, value = error["loc"], error["type"], error["input"]
+    node, place, section, key = _walk(kind, root, at, loc)
+    if isinstance(value, _Bad) or isinstance(node, Broken):
+        return None
+    name = str(loc[-1]) if loc else ""
+    if told == "missing":
+        return place.problem(f"missing key {name!r}", expected(key) if key else "")
+    if told == "unexpected_keyword_argument":
+        return unknown_key(place, name, [each.name for each in keys(section)])
+    if key and len(key.sections) > 1 and told in (*_OF_UNIONS, *_NOT_A_MAPPING):
+        return _of_shape(node, place, tuple(map(_shape, key.sections)))
+    if told in _NOT_A_MAPPING:
+        names = [each.name for kind_ in (key.sections if key else (kind,)) for each in keys(kind_)]
+        hint = f"keys: {', '.join(names)}" if names else ""
+        return node.place.problem(f"{_shown(node)} where a mapping belongs", hint)
+    if told in _NOT_A_LIST:
+        hint = expected(key) if key else ""
+        return node.place.problem(f"{_shown(node)} where a list belongs", hint)
+    item = isinstance(loc[-1], int)
+    if isinstance(node, Sequence) and key is not None:
+        return node.place.problem("a list where one value belongs", expected(key))
+    may = (key.each_expected if item else key.expected) if key else ""
+    message, hint = _words(error, may)
+    unquoted = told == "string_type" or "is not a text" in message
+    if unquoted and isinstance(node, Scalar) and node.value is not None:
+        message = f"{printable(node.text)} is not a text"
+        hint += f'; put it in quotes: "{printable(node.text)}"'
+    called = f"{key.name}[{loc[-1]}]" if item and key else name
+    return node.place.problem(f"{called}: {message}", hint)
 
 
-def _value(entry: Entry, node: Node, at: Place, problems: list[Problem]) -> Any:
-    """The value of an entry, `at` the place of its key; raises UnknownError where it is bad."""
-    content = entry.content
-    if isinstance(node, Broken):
-        raise UnknownError
-    if isinstance(content, Nested):
-        return read_section(content.kind, node, at, problems)
-    if isinstance(content, OneOf):
-        return _shaped(content, node, at, problems)
-    if isinstance(content, Options):
-        if not isinstance(node, Mapping):
-            raise _refused(problems, node, f"{_shown(node)} where a mapping belongs")
-        return node
-    if isinstance(content, Each):
-        if not isinstance(node, Sequence):
-            message = f"{_shown(node)} where a list belongs"
-            raise _refused(problems, node, message, expected(entry))
-        return _list(entry.name, content.leaf, node, problems)
-    if isinstance(node, Sequence):
-        raise _refused(problems, node, "a list where one value belongs", expected(entry))
-    return _leaf(entry.name, content, node, problems)
+_OF_UNIONS = ("union_tag_not_found", "union_tag_invalid")
+_NOT_A_MAPPING = ("dataclass_type", "dataclass_exact_type", "mapping_type", "dict_type",
+                  "model_attributes_type")  # fmt: skip
+_NOT_A_LIST = ("tuple_type", "list_type")
 
 
-def _shaped(content: OneOf, node: Node, at: Place, problems: list[Problem]) -> object:
-    kinds = {kind.__name__: kind for kind in content.kinds}
-    hint = "shapes: " + ", ".join(kinds)
+def _walk(
+    kind: Kind, root: Node, at: Place, loc: tuple[int | str, ...]
+) -> tuple[Node, Place, Kind, Key | None]:
+    """Node and place at a path of pydantic, the section it is in and its key there.
+
+    Where nothing is written at its end, the node is that of the section around it, the place that
+    of its key.
+    """
+    node, place, section, key = root, at, kind, None
+    kinds: tuple[Kind, ...] = (kind,)
+    for part in loc:
+        if isinstance(part, int):
+            if isinstance(node, Sequence):
+                node = node.items[part]
+            continue
+        if len(kinds) > 1:  # the shape that was chosen
+            kinds = tuple(k for k in kinds if _shape(k) == part) or kinds[:1]
+            continue
+        section = kinds[0] if kinds else section
+        key = next((each for each in keys(section) if each.name == part), None)
+        kinds = key.sections if key else ()
+        if isinstance(node, Mapping) and part in node.entries:
+            node, place = node.entries[part], node.keys[part]
+    return node, place, section, key
+
+
+def _shape(kind: Kind) -> str:
+    return str(fields_of(kind)[SHAPE].annotation.__args__[0])  # type: ignore[union-attr]
+
+
+def _of_shape(node: Node, place: Place, shapes: tuple[str, ...]) -> Problem:
+    hint = "shapes: " + ", ".join(shapes)
     if not isinstance(node, Mapping):
-        raise _refused(problems, node, f"{_shown(node)} where a mapping belongs", hint)
+        return node.place.problem(f"{_shown(node)} where a mapping belongs", hint)
     tag = node.entries.get(SHAPE)
     if tag is None:
-        problems.append(at.problem(f"missing key {SHAPE!r}", hint))
-        raise UnknownError
-    if isinstance(tag, Broken):
-        raise UnknownError
-    shape = tag.value if isinstance(tag, Scalar) else None
-    if shape not in kinds:
-        hint = guess(str(shape or ""), kinds) + hint
-        raise _refused(problems, tag, f"{_shown(tag)} is not a shape", hint)
-    return read_section(kinds[str(shape)], node, at, problems, shaped=True)
+        return place.problem(f"missing key {SHAPE!r}", hint)
+    text = tag.value if isinstance(tag, Scalar) else ""
+    return tag.place.problem(f"{_shown(tag)} is not a shape", guess(str(text), shapes) + hint)
 
 
-def _list(name: str, leaf: Leaf, node: Sequence, problems: list[Problem]) -> tuple[object, ...]:
-    items = []
-    for index, item in enumerate(node.items):
-        with suppress(UnknownError):
-            items.append(_leaf(f"{name}[{index}]", leaf, item, problems))
-    if len(items) < len(node.items):
-        raise UnknownError
-    return tuple(items)
-
-
-def _leaf(name: str, leaf: Leaf, node: Node, problems: list[Problem]) -> object:
-    if isinstance(node, Broken):
-        raise UnknownError
-    value: Any = node.value if isinstance(node, Scalar) else {} if isinstance(node, Mapping) else []
-    try:
-        return leaf.read(value)
-    except LeafError as error:
-        message, hint = f"{name}: {error.message}", error.hint
-        if error.quoted and isinstance(node, Scalar):
-            message = f"{name}: {printable(node.text)} is not a text"
-            hint += f'; put it in quotes: "{printable(node.text)}"'
-        raise _refused(problems, node, message, hint) from None
-
-
-def _refused(problems: list[Problem], node: Node, message: str, hint: str = "") -> UnknownError:
-    problems.append(node.place.problem(message, hint))
-    return UnknownError()
-
-
-def expected(entry: Entry) -> str:
-    """What a key means and what may be written there."""
-    meaning = entry.key.meaning
-    return f"{meaning} Expected {entry.leaf.expected()}" if entry.leaf else meaning
+def _words(error: ErrorDetails, may: str) -> tuple[str, str]:
+    """What is wrong with one value, and what may be written instead."""
+    told, value, context = error["type"], error["input"], error.get("ctx", {})
+    if told == REFUSED:
+        return context["message"], context["hint"]
+    hint = f"expected {may}"
+    match told:
+        case "literal_error" if may.startswith("`"):
+            return f"{shown(value)} is not accepted here", hint.replace("`", "")
+        case "literal_error" | "enum":
+            return f"{shown(value)} is not a choice here", hint
+        case "bool_type":
+            return f"{shown(value)} is neither true nor false", "write true or false"
+        case "string_type":
+            return f"{shown(value)} is not a text", hint
+        case "string_too_short":
+            return "an empty text", hint
+        case "string_too_long":
+            return f"a text of {len(value)} characters", hint
+        case "greater_than" | "greater_than_equal" | "less_than" | "less_than_equal":
+            return f"{value:.12g} is out of range", hint
+        case "int_type" | "float_type" | "finite_number" | "int_from_float":
+            noun = " ".join(may.split()[:3])
+            return f"{shown(value)} is not {noun}", hint
+    return error["msg"], hint
 
 
 def _shown(node: Node) -> str:

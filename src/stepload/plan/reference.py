@@ -13,8 +13,9 @@ from pathlib import Path
 
 from stepload.plan.calibration import CalibrationRecord
 from stepload.plan.model import Plan
+from stepload.plan.reader import SHAPE
 from stepload.plan.references import about, data_sheets, profiles, read_data_sheet, read_profile
-from stepload.plan.sections import Each, Entry, Kind, OneOf, sections_below, written_entries
+from stepload.plan.sections import Key, Kind, keys, sections_below
 from stepload.plan.source import Source
 
 _BLOCK = re.compile(r"(<!-- keys: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
@@ -23,8 +24,10 @@ _BLOCK = re.compile(r"(<!-- keys: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 def table(kind: Kind) -> str:
     """Markdown table of the keys of a section."""
     rows = ["| key | value | default | meaning |", "|---|---|---|---|"]
-    for entry in written_entries(kind):
-        cells = (f"`{entry.name}`", _value(entry), _default(entry), entry.key.meaning)
+    for key in keys(kind):
+        if key.name == SHAPE:
+            continue
+        cells = (f"`{key.name}`", _value(key), _default(key), key.meaning)
         rows.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
     return "\n".join(rows)
 
@@ -56,19 +59,16 @@ def with_tables(text: str) -> str:
     return _BLOCK.sub(fill, text)
 
 
-def _value(entry: Entry) -> str:
-    if isinstance(entry.content, OneOf):
+def _value(key: Key) -> str:
+    if len(key.sections) > 1:
         return "a mapping with one of the shapes below"
-    if entry.leaf is None:
-        return "a mapping"
-    leaf = entry.leaf.expected()
-    return f"a list, each {leaf}" if isinstance(entry.content, Each) else leaf
+    return key.expected or "a mapping"
 
 
-def _default(entry: Entry) -> str:
-    if entry.required:
+def _default(key: Key) -> str:
+    if key.required:
         return "**required**"
-    default = entry.default_text
+    default = key.default_text
     if isinstance(default, bool):
         return f"`{str(default).lower()}`"
     return "" if default in (None, "") else f"`{default}`"

@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from pydantic_core import PydanticCustomError
+
 from stepload.plan.compose import composed, problems_of, with_data_sheets
-from stepload.plan.leaves import FileName, LeafError
 from stepload.plan.problems import PlanError, Problem, guess, printable
+from stepload.plan.quantities import path_of
 from stepload.plan.shelf import PROFILES, SENSORS, Disk, Shelf, shipped_names
 from stepload.plan.source import Source
 from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar, parse_tree
@@ -63,7 +65,7 @@ class References:
         if not (isinstance(node, Scalar) and isinstance(node.value, str)):
             return node
         try:
-            name = FileName().read(node.value)
+            name = path_of(node.value)
             home = node.place.source.path
             path = (home.parent if home else Path()) / name
             source = self.shelf.file(path)
@@ -76,8 +78,9 @@ class References:
                     hint = problem.hint or "paths start at the directory of the file they stand in"
                     self.problems.append(node.place.problem(f"{shown}: {problem.message}", hint))
             return Broken(node.place)
-        except LeafError as error:
-            self.problems.append(node.place.problem(error.message, error.hint))
+        except PydanticCustomError as error:
+            hint = (error.context or {}).get("hint", "")
+            self.problems.append(node.place.problem(error.message(), hint))
             return Broken(node.place)
         return self.parse(source)
 

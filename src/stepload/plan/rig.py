@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import StrEnum
-from typing import Annotated, ClassVar
+from typing import Annotated
 
-from stepload.plan.leaves import (
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from stepload.plan.quantities import (
     Axis,
     Calendar,
     Choice,
@@ -25,7 +27,7 @@ from stepload.plan.leaves import (
     Length,
     LengthOrZero,
     Name,
-    Number,
+    PathText,
     Quantity,
     Rate,
     Remark,
@@ -34,17 +36,17 @@ from stepload.plan.leaves import (
     Stiffness,
     StiffnessError,
     Temperature,
-    Text,
     Torque,
+    number,
 )
-from stepload.plan.sections import Key, Options
-from stepload.plan.simulation import AS_DECLARED, Simulation
+from stepload.plan.sections import DERIVED, INTERNAL, SECTION, key
+from stepload.plan.simulation import Simulation
 from stepload.rig.samples import SixFloats
 
 _Age = Annotated[float, Quantity("s", 0.002, 2.0)]
 _Drift = Annotated[float, Quantity("N/s", 0.0, 100.0)]
 _Misalignment = Annotated[float, Quantity("rad", 0.0, 0.175)]
-_StuckRatio = Annotated[float, Number(1.0, 100.0)]
+_StuckRatio = Annotated[float, number(1.0, 100.0)]
 _AXIS = (
     "Wrench component, with the sign that is positive when pressing. A push by hand on the tool, "
     "as the plate will push, tells it."
@@ -95,161 +97,155 @@ class SecondForceSource(StrEnum):
     """A second force sensor of its own."""
 
 
-@dataclass(frozen=True, slots=True)
-class DriverChoice:
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class Device:
     """A driver by entry-point name with its checked options (quantities in SI)."""
 
-    name: Annotated[
-        Name, Key("Name of an installed driver; `stepload drivers` lists them.", name="driver")
-    ]
+    driver: Annotated[Name, key("Name of an installed driver; `stepload drivers` lists them.")]
     options: Annotated[
         Mapping[str, object],
-        Options(),
-        Key("Options of the driver, checked against what the driver declares.", derived=True),
-    ]
+        key("Options of the driver, checked against what the driver declares."),
+    ] = Field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ArmSpec:
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class ArmSpec(Device):
     """The arm, or the driven axis of a testing machine."""
 
-    driver: Annotated[DriverChoice, Key(inline=True)]
-    rate_hz: Annotated[Rate, Key("Samples per second.")]
+    rate_hz: Annotated[Rate, key("Samples per second.")]
     max_speed_m_s: Annotated[
-        float, Quantity("m/s", 0.0, 2.0, above=True), Key("Speed never to be exceeded.")
+        float,
+        Quantity("m/s", 0.0, 2.0, above=True),
+        key("Speed never to be exceeded."),
     ]
     max_acceleration_m_s2: Annotated[
         float,
         Quantity("m/s^2", 0.0, 100.0, above=True),
-        Key("Deceleration that the arm reaches when it stops."),
+        key("Deceleration that the arm reaches when it stops."),
     ]
-    max_push_n: Annotated[Force, Key("Largest force the arm can exert along the axis.")]
+    max_push_n: Annotated[Force, key("Largest force the arm can exert along the axis.")]
     effective_mass_kg: Annotated[
-        float, Quantity("kg", 0.0, 1e4, above=True), Key("Moving mass felt at the contact.")
+        float,
+        Quantity("kg", 0.0, 1e4, above=True),
+        key("Moving mass felt at the contact."),
     ]
-    command_delay_s: Annotated[Delay, Key("From a command to the start of motion.")]
-    lag_s: Annotated[Delay, Key("First-order lag of the servo.")]
-    lost_motion_m: Annotated[LengthOrZero, Key("Backlash and stiction, as travel.")] = 0.0
-    position_resolution_m: Annotated[Length, Key("Resolution δ_Δ of the measured travel (29).")]
+    command_delay_s: Annotated[Delay, key("From a command to the start of motion.")]
+    lag_s: Annotated[Delay, key("First-order lag of the servo.")]
+    lost_motion_m: Annotated[LengthOrZero, key("Backlash and stiction, as travel.")] = 0.0
+    position_resolution_m: Annotated[Length, key("Resolution δ_Δ of the measured travel (29).")]
     position_noise_m: Annotated[
-        LengthOrZero, Key("Standard deviation of the measured travel at rest.")
+        LengthOrZero, key("Standard deviation of the measured travel at rest.")
     ] = 0.0
     model_tolerance_m: Annotated[
         Length,
-        Key(
+        key(
             "How far the arm may be from where its commands put it (rule R7), and before the first"
             " command from where its controller holds it (`held`)."
         ),
     ] = 5e-5
-    max_age_s: Annotated[_Age | None, Key(_OLDER)] = None
-    pose: Annotated[Remark, Key("Name of the pose; compared with the calibration record.")] = ""
+    max_age_s: Annotated[_Age | None, key(_OLDER)] = None
+    pose: Annotated[Remark, key("Name of the pose; compared with the calibration record.")] = ""
     lateral_stiffness_n_per_m: Annotated[
         Stiffness | None,
-        Key(
+        key(
             "Largest stiffness across the approach that is believed possible, for touches on a "
             "circle and for nulling; none: three times the largest along it."
         ),
     ] = None
     structure: Annotated[
         Structure,
-        Choice(tuple(Structure)),
-        Key(
+        key(
             "arm: a serial arm, which gives way sideways when it is pressed; machine: a guided "
             "axis. Of an arm friction at the contact changes the system stiffness."
         ),
     ] = Structure.ARM
     kinematics: Annotated[
-        str | None,
-        Text(400),
-        Key(
+        PathText | None,
+        key(
             "How its joints follow each other, for `stepload pose`: an arm that comes with "
             "stepload, or a file of its DH parameters; none: a machine of one axis."
         ),
     ] = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ForceSpec:
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class ForceSpec(Device):
     """The force sensor that the run is controlled and identified with."""
 
-    profile: ClassVar[
-        Annotated[
-            Name | None,
-            Key(
-                "Data sheet of the sensor, `stepload profiles` lists them: driver and figures, to "
-                "which `axis` and the address in `options` are added."
-            ),
-        ]
+    profile: Annotated[
+        Name | None,
+        key(
+            "Data sheet of the sensor, `stepload profiles` lists them: driver and figures, to "
+            "which `axis` and the address in `options` are added."
+        ),
     ] = None
-    driver: Annotated[DriverChoice, Key(inline=True)]
-    rate_hz: Annotated[Rate, Key("Samples per second.")]
-    axis: Annotated[Axis, Key(_AXIS)]
-    range_n: Annotated[Force, Key("Rated force.")]
-    resolution_n: Annotated[Force, Key("Smallest step of the reading.")]
-    noise_n: Annotated[Force, Key("Standard deviation of the reading at rest.")]
-    delay_s: Annotated[Delay, Key("From force to sample on the host.")]
-    gain_uncertainty: Annotated[Share, Key("Relative standard uncertainty of the gain.")] = 0.01
-    nonlinearity: Annotated[Share | None, Key(_CROOKED)] = None
+    rate_hz: Annotated[Rate, key("Samples per second.")]
+    axis: Annotated[Axis, key(_AXIS)]
+    range_n: Annotated[Force, key("Rated force.")]
+    resolution_n: Annotated[Force, key("Smallest step of the reading.")]
+    noise_n: Annotated[Force, key("Standard deviation of the reading at rest.")]
+    delay_s: Annotated[Delay, key("From force to sample on the host.")]
+    gain_uncertainty: Annotated[Share, key("Relative standard uncertainty of the gain.")] = 0.01
+    nonlinearity: Annotated[Share | None, key(_CROOKED)] = None
     drift_n_per_s: Annotated[
         _Drift,
-        Key(
+        key(
             "Largest rate at which the zero moves; `stepload doctor` measures an upper bound. With "
             "one force channel this times the longest time under load, and up to the touch force "
             "for the approach, is taken off the force that is allowed, where it is more than "
             "`max_drift`."
         ),
     ] = 0.0
-    max_age_s: Annotated[_Age | None, Key(_OLDER)] = None
+    max_age_s: Annotated[_Age | None, key(_OLDER)] = None
     components: Annotated[
         str,
         Choice(("six", "one")),
-        Key(
+        key(
             "six: three forces and three torques; one: a load cell. On a serial arm a load cell "
             "does not see a payload being dragged sideways, which then counts in F_allowed."
         ),
     ] = "six"
     rated_force_n: Annotated[
         tuple[Force, ...],
-        Key("Rated force of each axis of the sensor, three: fx, fy, fz; none: not watched."),
+        key("Rated force of each axis of the sensor, three: fx, fy, fz; none: not watched."),
     ] = ()
     rated_torque_n_m: Annotated[
         tuple[Torque, ...],
-        Key("Rated torque about each axis of the sensor, three: tx, ty, tz; none: not watched."),
+        key("Rated torque about each axis of the sensor, three: tx, ty, tz; none: not watched."),
     ] = ()
     lever_m: Annotated[
         Length | None,
-        Key(
+        key(
             "From the sensor's origin to the contact, along the pressing axis. With it the torques "
             "tell where the plate is touched."
         ),
     ] = None
     misalignment_rad: Annotated[
         _Misalignment | None,
-        Key(
+        key(
             "Largest angle between the sensor's pressing axis and the direction of the press; "
             "none: 2 deg for an arm, 0 for a machine."
         ),
     ] = None
 
 
-@dataclass(frozen=True, slots=True)
-class DisplacementSpec:
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class DisplacementSpec(Device):
     """A gauge across the contact: takes the system stiffness out of the chain."""
 
-    driver: Annotated[DriverChoice, Key(inline=True)]
-    rate_hz: Annotated[Rate, Key("Samples per second.")]
-    resolution_m: Annotated[Length, Key("Smallest step of the reading.")]
-    noise_m: Annotated[LengthOrZero, Key("Standard deviation of the reading at rest.")] = 0.0
+    rate_hz: Annotated[Rate, key("Samples per second.")]
+    resolution_m: Annotated[Length, key("Smallest step of the reading.")]
+    noise_m: Annotated[LengthOrZero, key("Standard deviation of the reading at rest.")] = 0.0
     offset_m: Annotated[
         LengthOrZero | None,
-        Key(
+        key(
             "How far beside the contact it measures; an arm turns when it is pressed, and a gauge "
             "off the axis reads that too. None: 20 mm for an arm; a machine does not turn."
         ),
     ] = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, config=SECTION)
 class SecondForce:
     """The second force channel and how far it may differ (rule R5).
 
@@ -258,36 +254,35 @@ class SecondForce:
 
     source: Annotated[
         SecondForceSource,
-        Choice(tuple(SecondForceSource)),
-        Key("none, the arm's own estimate, or a second force sensor."),
+        key("none, the arm's own estimate, or a second force sensor."),
     ] = SecondForceSource.NONE
     tolerance_n: Annotated[
         ForceOrZero,
-        Key(
+        key(
             "Allowed difference, absolute part; more where the second zero and what the stated "
             "drift may come to in a cycle are more."
         ),
     ] = 0.0
-    tolerance_relative: Annotated[Share, Key("Allowed difference, share of the force.")] = 0.0
-    time_s: Annotated[Duration, Key("How long the difference may last.")] = 0.02
+    tolerance_relative: Annotated[Share, key("Allowed difference, share of the force.")] = 0.0
+    time_s: Annotated[Duration, key("How long the difference may last.")] = 0.02
     noise_n: Annotated[
         ForceOrZero,
-        Key(
+        key(
             "Standard deviation of the second channel at rest. What it hides of a difference is "
             "taken off F_allowed; where the tare finds half as much again, that counts."
         ),
     ] = 0.0
-    sensor: Annotated[ForceSpec | None, Key("The second sensor, for source sensor.")] = None
+    sensor: Annotated[ForceSpec | None, key("The second sensor, for source sensor.")] = None
     zero_error_n: Annotated[
         ForceOrZero | None,
-        Key(
+        key(
             "How far the zero of a sound second channel may be off while the payload is pressed. "
             "Taken off F_allowed. None: half of `tolerance`, as much as a look at its zero accepts."
         ),
     ] = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, config=SECTION)
 class SystemStiffness:
     """System stiffness K_s of the whole load path (26): a value with its error, or a record.
 
@@ -300,162 +295,166 @@ class SystemStiffness:
     c·(F_across − at_share·F). With `at_share` of zero that is the plain c·F of three numbers.
     """
 
-    stiffness_n_per_m: Annotated[Stiffness, Key("K_s; with `sigma`.", name="value", derived=True)]
-    sigma_n_per_m: Annotated[StiffnessError, Key("Standard uncertainty of `value`.", derived=True)]
-    msde_m: Annotated[LengthOrZero, Key("Rms deformation misfit of the linear fit (26).")] = 0.0
-    damping_n_s_per_m: Annotated[Damping, Key("Damping C_s, a lower bound.")] = 0.0
+    stiffness_n_per_m: Annotated[Stiffness, key("K_s; with `sigma`.", alias="value")] = DERIVED
+    sigma_n_per_m: Annotated[StiffnessError, key("Standard uncertainty of `value`.")] = DERIVED
+    msde_m: Annotated[LengthOrZero, key("Rms deformation misfit of the linear fit (26).")] = 0.0
+    damping_n_s_per_m: Annotated[Damping, key("Damping C_s, a lower bound.")] = 0.0
     provenance: Annotated[
         Provenance,
-        Choice(tuple(Provenance)),
-        Key("Where `value` comes from; indicative: a figure for this class of machine."),
+        key("Where `value` comes from; indicative: a figure for this class of machine."),
     ] = Provenance.DECLARED
     smooth_error_m: Annotated[
         LengthOrZero | None,
-        Key(
+        key(
             "Smooth position error that leaves this misfit, with the part that the line absorbs; "
             "none: `msde` stands in."
         ),
     ] = None
     smooth_degrees: Annotated[
         Degrees | None,
-        Key("Degrees of freedom `smooth_error` was estimated with; none: it is taken as known."),
+        key("Degrees of freedom `smooth_error` was estimated with; none: it is taken as known."),
     ] = None
     smooth_length_n: Annotated[
         Force | None,
-        Key(
+        key(
             "Force over which that error stays correlated; none: every length from a twelfth to "
             "two thirds of the peak force is carried through, and the worst counts."
         ),
     ] = None
     deflection_force_n: Annotated[
         tuple[Force, ...],
-        Key(
+        key(
             "Forces of a table of the system's deflection δ_s(F), rising. Subtracted in place of "
             "F/K_s."
         ),
     ] = ()
     deflection_m: Annotated[
-        tuple[Length, ...], Key("Deflection at each of these forces, rising, 0 at 0 N.")
+        tuple[Length, ...],
+        key("Deflection at each of these forces, rising, 0 at 0 N."),
     ] = ()
     deflection_sigma_m: Annotated[
         tuple[LengthOrZero, ...],
-        Key("Standard uncertainty of each; neighbours err alike, as far apart as `smooth_length`."),
+        key("Standard uncertainty of each; neighbours err alike, as far apart as `smooth_length`."),
     ] = ()
     deflection_common: Annotated[
-        Share, Key("Relative standard uncertainty that all rows of the table have in common.")
+        Share,
+        key("Relative standard uncertainty that all rows of the table have in common."),
     ] = 0.0
     across_m_per_n: Annotated[
         tuple[Compliance, ...],
-        Key(
+        key(
             "Travel along the axis per newton across it, for the sensor's two other axes in the "
             "order x, y, z: two numbers; the travel is corrected by them."
         ),
     ] = ()
     across_sigma_m_per_n: Annotated[
-        tuple[ComplianceError, ...], Key("Standard uncertainty of each of the two.")
+        tuple[ComplianceError, ...], key("Standard uncertainty of each of the two.")
     ] = ()
-    across_correlation: Annotated[Correlation, Key("How the errors of the two correlate.")] = 0.0
+    across_correlation: Annotated[Correlation, key("How the errors of the two correlate.")] = 0.0
     at_share: Annotated[
         tuple[ShareAcross, ...],
-        Key(
+        key(
             "Force across over force along the axis (positive when pressing) at which `value` and "
             "the table were measured, for the same two axes, with sign: two numbers."
         ),
     ] = ()
     share_reach: Annotated[
-        Share, Key("How far from `at_share` the shares went from which `across` was measured.")
+        Share,
+        key("How far from `at_share` the shares went from which `across` was measured."),
     ] = 0.0
     stuck_ratio: Annotated[
         _StuckRatio | None,
-        Key(
+        key(
             "Largest stiffness while friction holds the tip sideways, over `value`: what bounds "
             "force counts with it; none: 1 for a machine, 3.8 for an arm."
         ),
     ] = None
-    measured_on: Annotated[Calendar | None, Key("Day of the measurement.")] = None
-    valid_until: Annotated[Calendar | None, Key("Last day on which it may be used.")] = None
-    pose: Annotated[Remark, Key("Pose it was measured in; empty: any.")] = ""
+    measured_on: Annotated[Calendar | None, key("Day of the measurement.")] = None
+    valid_until: Annotated[Calendar | None, key("Last day on which it may be used.")] = None
+    pose: Annotated[Remark, key("Pose it was measured in; empty: any.")] = ""
     direction: Annotated[
         str,
         Choice(("", "+fx", "-fx", "+fy", "-fy", "+fz", "-fz")),
-        Key("Force axis it was measured along; empty: any."),
+        key("Force axis it was measured along; empty: any."),
     ] = ""
-    temperature_c: Annotated[Temperature | None, Key("Temperature it was measured at.")] = None
+    temperature_c: Annotated[Temperature | None, key("Temperature it was measured at.")] = None
     record: Annotated[
         FilePath | None,
-        Key(
+        key(
             "Calibration record written by `stepload calibrate`; its values replace the ones "
             "above, which then only stand in while it is missing."
         ),
     ] = None
     policy: Annotated[
         RecordPolicy,
-        Choice(tuple(RecordPolicy)),
-        Key(
+        key(
             "What to do when the record is missing, expired, or for another rig, pose, direction "
             "or temperature."
         ),
     ] = RecordPolicy.WARN
-    simulated: bool = False
-    joints_rad: tuple[float, ...] = ()
-    tcp_offset: SixFloats | None = None
-    validity_problem: str = ""
+    simulated: Annotated[bool, INTERNAL] = False
+    joints_rad: Annotated[tuple[float, ...], INTERNAL] = ()
+    tcp_offset: Annotated[SixFloats | None, INTERNAL] = None
+    validity_problem: Annotated[str, INTERNAL] = ""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
 class Rig:
     """The rig. A profile's name, a path, or a mapping; `profile` with overrides is a mapping."""
 
-    profile: ClassVar[
-        Annotated[Name | None, Key("Profile that gives every key which is not written here.")]
+    profile: Annotated[
+        Name | None, key("Profile that gives every key which is not written here.")
     ] = None
-    name: Annotated[Name, Key("What the rig is called in records.")]
-    arm: Annotated[ArmSpec, Key("The arm.")]
-    force: Annotated[ForceSpec, Key("The force sensor.")]
-    displacement: Annotated[DisplacementSpec | None, Key("A displacement gauge.")] = None
-    second_force: Annotated[SecondForce, Key("The second force channel.")] = SecondForce()
-    system_stiffness: Annotated[SystemStiffness, Key("Stiffness of the load path.")]
+    name: Annotated[Name, key("What the rig is called in records.")]
+    arm: Annotated[ArmSpec, key("The arm.")]
+    force: Annotated[ForceSpec, key("The force sensor.")]
+    displacement: Annotated[DisplacementSpec | None, key("A displacement gauge.")] = None
+    second_force: Annotated[SecondForce, key("The second force channel.")] = Field(
+        default_factory=SecondForce
+    )
+    system_stiffness: Annotated[SystemStiffness, key("Stiffness of the load path.")]
     loop_delay_s: Annotated[
-        _LoopDelay | None, Key("Measured delay of the whole control loop; none: sum of its parts.")
+        _LoopDelay | None,
+        key("Measured delay of the whole control loop; none: sum of its parts."),
     ] = None
     common_force_error: Annotated[
         float,
         Quantity("%", 0.0, 0.5),
-        Key(
+        key(
             "Share by which all force channels may read too little together, for no check sees it:"
             " one calibration weight, one lever arm, tilt, temperature. Taken off F_allowed."
         ),
     ] = 0.05
     mechanical_fuse_n: Annotated[
-        Force | None, Key("Force at which a mechanical fuse in the load path opens.")
+        Force | None, key("Force at which a mechanical fuse in the load path opens.")
     ] = None
     plate_tilt_rad: Annotated[
         _Misalignment | None,
-        Key(
+        key(
             "Largest angle by which the plate may be tilted against the press, where no"
             " `procedure.alignment` measures it; none: 3 deg."
         ),
     ] = None
     load_path_m: Annotated[
         LengthOrZero,
-        Key("Length between where the arm measures its travel and the plate; grows when heated."),
+        key("Length between where the arm measures its travel and the plate; grows when heated."),
     ] = 0.0
     thermal_expansion_per_k: Annotated[
-        Expansion, Key("Coefficient of thermal expansion of the load path.")
+        Expansion, key("Coefficient of thermal expansion of the load path.")
     ] = 0.0
     hazards_read_by: Annotated[
         Remark,
-        Key(
+        key(
             "Who has read the hazards (docs/risk-assessment.md) and answers for the rig; without"
             " it, and its day, nothing moves outside a dry run."
         ),
     ] = ""
-    hazards_read_on: Annotated[Calendar | None, Key("Day on which they were read.")] = None
+    hazards_read_on: Annotated[Calendar | None, key("Day on which they were read.")] = None
     wiring_checked_on: Annotated[
         Calendar | None,
-        Key(
+        key(
             "Day on which axis and sign of the force, and the direction of the approach, were"
             " checked; `run` asks once per rig."
         ),
     ] = None
-    simulation: Annotated[Simulation, Key("The simulated rig.")] = AS_DECLARED
+    simulation: Annotated[Simulation, key("The simulated rig.")] = Field(default_factory=Simulation)

@@ -2,24 +2,12 @@
 
 from __future__ import annotations
 
-import inspect
 from typing import Any
 
 from stepload.plan.driver_options import expected
-from stepload.plan.leaves import Quantity
 from stepload.plan.model import Plan, Rig
-from stepload.plan.sections import (
-    SHAPE,
-    Content,
-    Each,
-    Entry,
-    Kind,
-    Nested,
-    OneOf,
-    Options,
-    sections_below,
-    written_entries,
-)
+from stepload.plan.quantities import Quantity
+from stepload.plan.sections import adapter, sections_below
 from stepload.rig.options import Option
 from stepload.rig.plugins import list_drivers, load_driver
 from stepload.units import format_quantity
@@ -39,10 +27,10 @@ def json_schema() -> _Schema:
     It knows keys, types and units; what only `load_plan` can see (files, other keys) it does not.
     Since a rig may take any key from a profile, no key of a rig is required here.
     """
-    definitions: dict[str, _Schema] = {}
-    schema = _section(Plan, definitions)
+    schema: _Schema = _tidy(adapter(Plan).json_schema(by_alias=True))
+    definitions = schema.pop("$defs")
     for kind in sections_below(Rig):
-        del definitions[kind.__name__]["required"]
+        definitions[kind.__name__].pop("required", None)
     for key in ("payload", "rig", "procedure"):
         inline = schema["properties"][key]
         meaning = inline.pop("description")
@@ -50,48 +38,25 @@ def json_schema() -> _Schema:
         schema["properties"][key] = {"anyOf": [inline, path], "description": meaning}
     _add_options(definitions)
     version = "https://json-schema.org/draft/2020-12/schema"
-    return {"$schema": version, **schema, "$defs": definitions}
+    return {"$schema": version, "$id": "urn:stepload:plan:1", **schema, "$defs": definitions}
 
 
-def _section(kind: Kind, definitions: dict[str, _Schema]) -> _Schema:
-    entries = list(written_entries(kind))
-    return {
-        "type": "object",
-        "description": (inspect.getdoc(kind) or "").partition("\n\n")[0],
-        "properties": {entry.name: _entry(entry, definitions) for entry in entries},
-        "required": [entry.name for entry in entries if entry.required],
-        "additionalProperties": False,
+def _tidy(schema: Any) -> Any:
+    """A schema without null, which no plan may write, and without words for our own errors."""
+    if isinstance(schema, list):
+        return [_tidy(item) for item in schema]
+    if not isinstance(schema, dict):
+        return schema
+    kept = {
+        key: _tidy(value)
+        for key, value in schema.items()
+        if key != "x-expected" and not (key == "default" and value is None)
     }
-
-
-def _entry(entry: Entry, definitions: dict[str, _Schema]) -> _Schema:
-    schema = _content(entry.content, definitions)
-    if entry.default_text is not None:
-        schema["default"] = entry.default_text
-    return schema | {"description": entry.key.meaning}
-
-
-def _content(content: Content, definitions: dict[str, _Schema]) -> _Schema:
-    match content:
-        case Nested(kind):
-            if kind.__name__ not in definitions:
-                definitions[kind.__name__] = _section(kind, definitions)
-            return {"$ref": f"#/$defs/{kind.__name__}"}
-        case OneOf(kinds):
-            return {"oneOf": [_shaped(kind, definitions) for kind in kinds]}
-        case Each(leaf):
-            return {"type": "array", "items": leaf.json_schema()}
-        case Options():
-            return {"type": "object"}
-        case _:
-            return content.json_schema()
-
-
-def _shaped(kind: Kind, definitions: dict[str, _Schema]) -> _Schema:
-    schema = _section(kind, definitions)
-    schema["properties"][SHAPE] = {"const": kind.__name__}
-    schema["required"].append(SHAPE)
-    return schema
+    options = [each for each in kept.get("anyOf", ()) if each != {"type": "null"}]
+    if len(options) == 1:
+        del kept["anyOf"]
+        return options[0] | kept
+    return kept
 
 
 def _add_options(definitions: dict[str, _Schema]) -> None:
@@ -148,8 +113,8 @@ def _kind(option: Option) -> _Schema:
         case "text":
             return {"enum": list(option.choices)} if option.choices else {"type": "string"}
         case "quantity":
-            leaf = Quantity(option.unit, float("-inf"), float("inf"))
-            shown = leaf.json_schema()
+            quantity = Quantity(option.unit, float("-inf"), float("inf"))
+            shown = quantity.json_schema()
             return {key: shown[key] for key in ("type", "pattern", "examples")}
         case "vector":
             return {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}

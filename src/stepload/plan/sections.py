@@ -1,216 +1,277 @@
-"""Sections of a plan: a class, or a function, whose fields say which keys may be written.
+"""Sections of a plan: dataclasses of pydantic, from whose fields reader, schema and tables follow.
 
-A field is a key where its annotation holds a `Key`. What may be written there is in the annotation
-too: a leaf (`stepload.plan.leaves`), a list of leaves, or another section. The reader, the JSON
-Schema and the tables of docs/plan.md all follow from this one declaration::
+::
 
-    hold_s: Annotated[Duration, Key("How long each level is held.")] = 3.0
+    hold_s: Annotated[Duration, key("How long each level is held.")] = 3.0
 
 is the key `hold`, a time, 3 s where it is left out. The key is the name of the field without its
-unit. A field without default is required. A key with nothing behind it is an error, also where it
-may be left out. A class variable is a key that is checked and not kept. A function stands for a
-class of another room that it makes. Behind an uncertain value ± may be written; its standard
-uncertainty is put into a field of its own, `yield_strength_sigma_pa` beside `yield_strength_pa`;
-the ends of a range into `…_ends_pa`.
+unit, or the alias. A field without default is required; one with the default `DERIVED` follows from
+others once they are read. `INTERNAL` marks a field that no file may write.
 """
 
 from __future__ import annotations
 
-import inspect
-import math
-import types
-from collections.abc import Callable, Iterator
+import re
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, is_dataclass
 from functools import cache
-from pathlib import Path
-from typing import Annotated, Any, ClassVar, Union, cast, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, NoReturn, get_args, get_origin
 
-from stepload.plan.leaves import Leaf, Quantity, Uncertain
-from stepload.units import format_quantity
+from pydantic import ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, TypeAdapter
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticCustomError, PydanticOmit, core_schema
 
-Kind = Callable[..., Any]
-"""A section class, or a function that makes the object of a section."""
+from stepload.plan.quantities import WRITTEN, refused
 
-SHAPE = "shape"
-"""The key that names which of several sections stands in a mapping."""
+Kind = type[Any]
+"""A section class."""
 
-REQUIRED = inspect.Parameter.empty
-"""The default of a field that has none."""
+_UNIT = re.compile(
+    "_(n_per_m|n_s_per_m|n_per_s|m_per_n|rad_per_n|n_m_per_rad|per_k|m_s2|m_s|n_m|rad|hz|kg|pa|n|m"
+    "|s|c|k)$"
+)
+
+
+def key_of(field: str) -> str:
+    """The key of a field: its name without the unit."""
+    return _UNIT.sub("", field)
+
+
+LIST = "a list, each "
+SECTION = ConfigDict(
+    extra="forbid",
+    alias_generator=key_of,
+    validate_by_name=True,
+    validate_by_alias=True,
+    serialize_by_alias=True,
+    arbitrary_types_allowed=True,
+    defer_build=True,
+)
+"""How every section is validated."""
+
+
+def key(meaning: str, *, alias: str | None = None) -> Any:
+    """What makes a field a key: what it means, and how it is written where not as the field."""
+    return Field(description=meaning, alias=alias)
+
+
+class UnknownError(AttributeError):
+    """A value was used that the plan leaves out, or that is bad."""
+
+
+class _Unknown:
+    """Stands where there is no value; whoever computes with it, or asks it, ends there."""
+
+    def __init__(self, why: str) -> None:
+        self.__why = why
+
+    def __repr__(self) -> str:
+        return f"<{self.__why}>"
+
+    def _fail(self, *_: object) -> NoReturn:
+        raise UnknownError(self.__why)
+
+    __getattr__ = __iter__ = __len__ = __bool__ = __float__ = __getitem__ = __format__ = _fail
+    __lt__ = __le__ = __gt__ = __ge__ = __add__ = __radd__ = __sub__ = __rsub__ = _fail
+    __mul__ = __rmul__ = __truediv__ = __rtruediv__ = __neg__ = __abs__ = __pow__ = _fail
+    __fspath__ = __contains__ = _fail
+    __hash__ = object.__hash__
+
+    def __eq__(self, other: object) -> bool:
+        return self is other or self._fail()
+
+    def __copy__(self) -> _Unknown:
+        return self
+
+    def __deepcopy__(self, memo: object) -> _Unknown:
+        return self
+
+
+DERIVED: Any = _Unknown("derived")
+"""Default of a field that follows from others."""
+UNKNOWN: Any = _Unknown("bad")
+"""Value of a field whose value in the file is bad, so that a problem hides no other."""
+
+
+def written(value: Any) -> Any:
+    """A value as the plan gives it; None where it leaves it out.
+
+    Raises:
+        UnknownError: it is bad.
+    """
+    if value is UNKNOWN:
+        raise UnknownError("bad")
+    return None if value is DERIVED else value
+
+
+def known(*values: Any) -> tuple[Any, ...]:
+    """The values, all of which must be known.
+
+    Raises:
+        UnknownError: one is not.
+    """
+    if any(value is UNKNOWN or value is DERIVED for value in values):
+        raise UnknownError("bad or left out")
+    return values
+
+
+def put(section: object, field: str, value: object) -> None:
+    """Set a field of a section that is still being read."""
+    object.__setattr__(section, field, value)
+
+
+class _Internal:
+    """Marks a field that code fills in: a file that writes its key has an unknown key."""
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        def read(value: Any, info: Any) -> Any:
+            if info.context == WRITTEN:
+                raise PydanticCustomError("unexpected_keyword_argument", "no key")
+            return value
+
+        return core_schema.with_info_plain_validator_function(read)
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
+    ) -> NoReturn:
+        raise PydanticOmit
+
+
+INTERNAL = _Internal()
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """Marks a field that holds an object of another room, made from a section with `made()`.
+
+    `sections` is a section class or a union of several that the key `shape` tells apart.
+    """
+
+    sections: Any
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        def read(value: Any, inner: Callable[[Any], Any], info: Any) -> Any:
+            if info.context != WRITTEN:
+                return value
+            section = inner(value)
+            try:
+                return section.made()
+            except ArithmeticError:
+                message = "this is beyond what can be computed"
+                raise refused(message, "check it, and its units") from None
+
+        return core_schema.with_info_wrap_validator_function(
+            read, handler.generate_schema(self.sections)
+        )
+
+
+def fields_of(kind: Kind) -> Mapping[str, FieldInfo]:
+    """The fields of a section by their names, those that no file may write among them."""
+    adapter(kind)
+    found: Mapping[str, FieldInfo] = kind.__pydantic_fields__
+    return found
+
+
+@cache
+def adapter(kind: Any) -> TypeAdapter[Any]:
+    """The validator of a section."""
+    made: TypeAdapter[Any] = TypeAdapter(kind)
+    made.rebuild(raise_errors=True)
+    return made
 
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """Makes a field a key of its section.
+    """One key of a section: its name, the field it becomes, and the sections that may stand there.
 
-    Attributes:
-        meaning: what it is, for the reference and for errors.
-        name: how it is written, where that is not the name of the field without its unit.
-        derived: it may be left out although its field has no default: it follows from other keys.
-        inline: the field is a section whose keys stand among those of the section around it.
-        null: null may be written and says that it is not known, as in records that stepload writes.
-    """
-
-    meaning: str = ""
-    name: str = ""
-    derived: bool = False
-    inline: bool = False
-    null: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Each:
-    """A list, every item of which is one leaf."""
-
-    leaf: Leaf
-
-
-@dataclass(frozen=True, slots=True)
-class Nested:
-    """A mapping with the keys of one section."""
-
-    kind: Kind
-
-
-@dataclass(frozen=True, slots=True)
-class OneOf:
-    """A mapping with the keys of one of several sections; the key `SHAPE` names which."""
-
-    kinds: tuple[Kind, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Options:
-    """A mapping with keys that only a driver knows."""
-
-
-Content = Leaf | Each | Nested | OneOf | Options
-
-
-@dataclass(frozen=True, slots=True)
-class Entry:
-    """One key of a section: its name, the field it becomes and what may be written there.
-
-    `kept` says whether there is such a field; a class variable is only checked. `sigma_field` takes
-    the standard uncertainty of an uncertain value, `ends_field` the ends of a range; "" where none
-    may be written.
+    `each`: a list is written, `sections` has more than one entry where `shape` tells them apart.
     """
 
     name: str
     field: str
-    key: Key
-    content: Content
-    default: object
-    kept: bool
-    sigma_field: str = ""
-    ends_field: str = ""
+    info: FieldInfo
+    sections: tuple[Kind, ...]
+    each: bool
 
     @property
-    def leaf(self) -> Leaf | None:
-        """The leaf that stands here, alone or in a list."""
-        return _leaf(self.content)
+    def meaning(self) -> str:
+        return self.info.description or ""
+
+    @property
+    def derived(self) -> bool:
+        return self.info.default is DERIVED
 
     @property
     def required(self) -> bool:
-        return self.default is REQUIRED and not self.key.derived
+        return self.info.is_required()
+
+    @property
+    def hint(self) -> Any:
+        """The annotation of the field, with what pydantic knows of it."""
+        notes = self.info.metadata
+        return Annotated[(self.info.annotation, *notes)] if notes else self.info.annotation
+
+    @property
+    def is_section(self) -> bool:
+        """Whether the field holds the one section that may stand there."""
+        return bool(self.sections) and not any(isinstance(n, Made) for n in self.info.metadata)
+
+    @property
+    def expected(self) -> str:
+        """What may be written, in words; "" of a section."""
+        return "" if self.sections else expected(adapter(self.hint).json_schema())
+
+    @property
+    def each_expected(self) -> str:
+        """What each item of a list may be, in words."""
+        return self.expected.removeprefix(LIST)
 
     @property
     def default_text(self) -> str | bool | int | float | None:
         """The default as a plan would write it; None where there is none to write."""
-        if isinstance(self.leaf, Quantity) and isinstance(self.default, float):
-            if self.leaf.unit == "rad":
-                return f"{math.degrees(self.default):g} deg"
-            return format_quantity(self.default, self.leaf.unit, digits=6)
-        if isinstance(self.default, Path):
-            return str(self.default)
-        return self.default if isinstance(self.default, (str, bool, int, float)) else None
+        default = None if self.derived or self.required else self.info.default
+        if default is None or self.sections:
+            return None
+        shown = adapter(self.hint).dump_python(default, mode="json")
+        return shown if isinstance(shown, (str, bool, int, float)) else None
 
 
 @cache
-def entries(kind: Kind) -> tuple[Entry, ...]:
-    """The keys of a section in the order of their declaration.
-
-    Raises:
-        TypeError: the name of a field does not end in the unit of its quantity, its annotation
-            does not say what may be written, or there is no field for its uncertainty.
-    """
-    parameters = inspect.signature(kind).parameters
-    found = []
-    for field, hint in get_type_hints(kind, include_extras=True).items():
-        annotation = get_args(hint)[0] if get_origin(hint) is ClassVar else hint
-        notes = getattr(annotation, "__metadata__", ())
-        if key := next((note for note in notes if isinstance(note, Key)), None):
-            content = _content(annotation)
-            name = _without_unit(field, content)
-            kept = field in parameters
-            default = parameters[field].default if kept else getattr(kind, field, REQUIRED)
-            sigma, ends = _fields_beside(field, content)
-            if missing := {sigma, ends} - {"", *parameters}:
-                raise TypeError(f"{field} is uncertain: there must be a field {min(missing)}")
-            found.append(Entry(key.name or name, field, key, content, default, kept, sigma, ends))
-    return tuple(found)
+def keys(kind: Kind) -> tuple[Key, ...]:
+    """The keys of a section, in the order of their declaration."""
+    return tuple(
+        Key(info.alias or name, name, info, *_content(info))
+        for name, info in fields_of(kind).items()
+        if not any(note is INTERNAL for note in info.metadata)
+    )
 
 
-def _content(annotation: Any) -> Content:
-    """What may be written where a field has this annotation."""
-    notes = getattr(annotation, "__metadata__", ())
-    if content := next((note for note in notes if isinstance(note, Content)), None):
-        return content
-    origin, arguments = get_origin(annotation), get_args(annotation)
-    if origin is Annotated:
-        return _content(arguments[0])
-    if origin in (Union, types.UnionType):
-        return _content(next(a for a in arguments if a is not types.NoneType))
-    if origin is tuple:
-        item = _content(arguments[0])
-        assert isinstance(item, Leaf)
-        return Each(item)
-    if not is_dataclass(annotation):
-        raise TypeError(f"{annotation} does not say what may be written")
-    return Nested(cast(Kind, annotation))
+def _content(info: FieldInfo) -> tuple[tuple[Kind, ...], bool]:
+    if made := next((note for note in info.metadata if isinstance(note, Made)), None):
+        return _kinds(made.sections), False
+    return _kinds(info.annotation), _is_list(info.annotation)
 
 
-def _leaf(content: Content) -> Leaf | None:
-    item = content.leaf if isinstance(content, Each) else content
-    return item if isinstance(item, Leaf) else None
+def _is_list(hint: Any) -> bool:
+    return get_origin(hint) is tuple
 
 
-def _fields_beside(field: str, content: Content) -> tuple[str, str]:
-    """The fields of an uncertain value's standard uncertainty and range; "" where it has none."""
-    if not isinstance(content, Uncertain):
-        return "", ""
-    suffix = content.leaf.suffix if isinstance(content.leaf, Quantity) else ""
-    name = field.removesuffix(suffix)
-    return f"{name}_sigma{suffix}", f"{name}_ends{suffix}" if content.spread else ""
-
-
-def _without_unit(field: str, content: Content) -> str:
-    leaf = _leaf(content)
-    if isinstance(leaf, Uncertain):
-        leaf = leaf.leaf
-    if not isinstance(leaf, Quantity):
-        return field
-    if not field.endswith(leaf.suffix):
-        raise TypeError(f"{field} is in {leaf.unit}: its name must end in {leaf.suffix!r}")
-    return field.removesuffix(leaf.suffix)
-
-
-def written_entries(kind: Kind) -> Iterator[Entry]:
-    """The keys of a section as they are written: those of inline sections among them."""
-    for entry in entries(kind):
-        if entry.key.inline:
-            yield from written_entries(nested_kinds(entry)[0])
-        else:
-            yield entry
-
-
-def nested_kinds(entry: Entry) -> tuple[Kind, ...]:
-    """The sections that may stand at a key."""
-    match entry.content:
-        case Nested(kind):
-            return (kind,)
-        case OneOf(kinds):
-            return kinds
-    return ()
+def _kinds(hint: Any) -> tuple[Kind, ...]:
+    """The section classes in a hint."""
+    if is_dataclass(hint) and hasattr(hint, "__pydantic_fields__"):
+        assert isinstance(hint, type)
+        return (hint,)
+    if get_origin(hint) is tuple:
+        return ()
+    if get_origin(hint) is Annotated and (
+        made := next((note for note in hint.__metadata__ if isinstance(note, Made)), None)
+    ):
+        return _kinds(made.sections)
+    return tuple(kind for inner in get_args(hint) for kind in _kinds(inner))
 
 
 def sections_below(kind: Kind) -> tuple[Kind, ...]:
@@ -220,9 +281,56 @@ def sections_below(kind: Kind) -> tuple[Kind, ...]:
     def visit(found: Kind) -> None:
         if found not in seen:
             seen[found] = None
-            for entry in written_entries(found):
-                for inner in nested_kinds(entry):
+            for each in keys(found):
+                for inner in each.sections:
                     visit(inner)
 
     visit(kind)
     return tuple(seen)
+
+
+def keys_below(kind: Kind, path: str = "") -> Iterator[tuple[str, Key]]:
+    """Every key in a section and in those below it, with its dotted path."""
+    for each in keys(kind):
+        here = f"{path}{each.name}"
+        yield here, each
+        for inner in each.sections:
+            yield from keys_below(inner, f"{here}.")
+
+
+def expected(schema: Mapping[str, Any]) -> str:
+    """What a JSON Schema allows, in words."""
+    if "x-expected" in schema:
+        return str(schema["x-expected"])
+    if options := schema.get("anyOf"):
+        return expected(next(each for each in options if each.get("type") != "null"))
+    if "$ref" in schema:
+        return expected(schema["$defs"][schema["$ref"].rpartition("/")[2]])
+    if "enum" in schema:
+        return "one of " + ", ".join(map(str, schema["enum"]))
+    if "const" in schema:
+        return f"`{schema['const']}`"
+    match schema.get("type"):
+        case "array":
+            return LIST + expected(schema["items"])
+        case "boolean":
+            return "true or false"
+        case "integer" | "number":
+            return _number(schema)
+        case "string" if "format" in schema:
+            return {"date": "a date, year-month-day", "path": "a path of at most 400 characters"}[
+                schema["format"]
+            ]
+        case "string":
+            noun = "a text" if schema.get("maxLength", 0) > 1_000 else "a text of one line"
+            return f"{noun} of at most {schema.get('maxLength')} characters"
+    return "a mapping"
+
+
+def _number(schema: Mapping[str, Any]) -> str:
+    noun = "a whole number" if schema["type"] == "integer" else "a plain number"
+    low, above = schema.get("minimum"), schema.get("exclusiveMinimum")
+    least = "" if low is None else f" from {low:g}"
+    least = least if above is None else f" above {above:g} up"
+    most = f" to {schema['maximum']:g}" if "maximum" in schema else ""
+    return f"{noun}{least}{most}"

@@ -9,9 +9,9 @@ from datetime import date, timedelta
 from pathlib import Path
 
 from stepload.plan.calibration import TEMPERATURE_BAND_K, CalibrationRecord, parse_calibration
-from stepload.plan.draft import UnknownError, put
 from stepload.plan.model import Plan, Provenance, RecordPolicy, SystemStiffness
 from stepload.plan.problems import PlanError, Problem
+from stepload.plan.sections import UNKNOWN, UnknownError, put, written
 from stepload.plan.shelf import Shelf
 from stepload.plan.source import Source
 from stepload.plan.tree import Place
@@ -41,7 +41,7 @@ def settle_stiffness(
         return
     problem = "; ".join(reasons)
     put(stiffness, "validity_problem", problem)
-    if problem and getattr(stiffness, "policy", None) is RecordPolicy.REFUSE:
+    if problem and stiffness.policy is RecordPolicy.REFUSE:
         hint = "calibrate again (`stepload calibrate`), or set policy: warn"
         problems.append(at.problem(f"system stiffness: {problem}", hint))
 
@@ -53,17 +53,17 @@ def _go_by_record(plan: Plan, at: Place, shelf: Shelf, sources: list[Source]) ->
         PlanError: it cannot be read, or is missing and the plan states no value instead.
     """
     stiffness = plan.rig.system_stiffness
-    written: Path | None = getattr(stiffness, "record", None)
-    if written is None:
+    named = stiffness.record
+    if named is None or named is UNKNOWN:
         return
     home = at.source.path
-    path = (home.parent if home else Path()) / written
+    path = (home.parent if home else Path()) / named
     put(stiffness, "record", path)
     if not shelf.has(path):
-        if getattr(stiffness, "stiffness_n_per_m", None) is None:
+        if written(stiffness.stiffness_n_per_m) is None:
             hint = "run `stepload calibrate`, or give value and sigma to stand in"
-            raise PlanError((at.problem(f"calibration record {written} does not exist", hint),))
-        yield f"{written} does not exist"
+            raise PlanError((at.problem(f"calibration record {named} does not exist", hint),))
+        yield f"{named} does not exist"
         return
     source = shelf.file(path)
     sources.append(source)

@@ -7,12 +7,12 @@ from dataclasses import replace
 from typing import Any
 
 from stepload.errors import BadInputError
-from stepload.plan.leaves import LeafError, Text
 from stepload.plan.model import Plan
+from stepload.plan.quantities import Tag
+from stepload.plan.reader import checked
 
 FIELDS = ("specimen", "batch", "operator")
 """A tag `specimen=S7` says which specimen, in place of what the plan says."""
-LONGEST = 200
 
 
 def tagged(plan: Plan, tags: Sequence[str]) -> Plan:
@@ -25,9 +25,9 @@ def tagged(plan: Plan, tags: Sequence[str]) -> Plan:
     more: list[str] = []
     for text in tags:
         try:
-            tag = Text(LONGEST).read(text)
-        except LeafError as error:
-            raise BadInputError(f"--tag {text!r}: {error}", hint=error.hint) from None
+            tag = checked(Tag, text)
+        except BadInputError as error:
+            raise BadInputError(f"--tag {text!r}: {error.message}", hint=error.hint) from None
         name, equals, value = (part.strip() for part in tag.partition("="))
         if not equals or name not in FIELDS:
             more.append(tag)

@@ -1,0 +1,437 @@
+"""What may be written at one key: types of pydantic with units, limits and ± of their own.
+
+A field `hold_s: Duration` reads "3 s" and holds 3.0. What a plan may say is read with the context
+`WRITTEN`: a quantity then needs its unit. Without it, as where a section is made in code, SI floats
+are taken as they stand. What a type is called in words, for errors and tables, follows from its
+JSON Schema (`stepload.plan.sections.expected`).
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple, overload
+
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    StrictBool,
+    StringConstraints,
+    ValidationInfo,
+)
+from pydantic_core import PydanticCustomError, core_schema
+
+from stepload.plan.problems import printable
+from stepload.units import (
+    QuantityError,
+    describe_unit,
+    format_quantity,
+    parse_quantity,
+    split_uncertainty,
+)
+
+WRITTEN = "written"
+"""Context of a validation whose values are those of a file: quantities have their unit."""
+EXACT = "exact"
+"""Context of a serialisation that keeps every digit."""
+REFUSED = "refused"
+"""Type of an error that says itself what is wrong and what to do."""
+_LARGEST_DOUBT = 0.5
+"""A quantity with a larger relative standard uncertainty is not known, or has a wrong unit."""
+_SUFFIXES = {"degC": "c", "%": "", "m/s": "m_s", "m/s^2": "m_s2", "1/K": "per_k"}
+
+
+def refused(message: str, hint: str) -> PydanticCustomError:
+    """The error of a value that may not stand where it does; `hint` says what was expected."""
+    return PydanticCustomError(REFUSED, "{message}", {"message": message, "hint": hint})
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A number with its unit, between `low` and `high` in SI; `above`: `low` itself excluded."""
+
+    unit: str
+    low: float
+    high: float
+    above: bool = False
+
+    @property
+    def suffix(self) -> str:
+        """How the name of an attribute in this unit ends: "_n_per_m" for N/m, "" for a share."""
+        rule = self.unit.lower().replace(" ", "_").replace("/", "_per_")
+        suffix = _SUFFIXES.get(self.unit, rule)
+        return f"_{suffix}" if suffix else ""
+
+    def read(self, value: Any) -> float:
+        """The number in SI; raises PydanticCustomError."""
+        if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+            name, example = describe_unit(self.unit)
+            hint = f'expected {name} with its unit, for example "{example}"'
+            raise refused(f"{shown(value)} is not {name}", hint)
+        try:
+            number = parse_quantity(value, self.unit)
+        except QuantityError as error:
+            raise refused(error.message, error.hint) from None
+        if not self._holds(number):
+            text = printable(str(value))
+            raise refused(f"{text} is out of range", f"expected {self.expected()}")
+        return number
+
+    def _holds(self, number: float) -> bool:
+        return self.low <= number <= self.high and not (self.above and number == self.low)
+
+    def expected(self) -> str:
+        """What may be written, in words."""
+        name, _ = describe_unit(self.unit)
+        low, high = self.written(self.low), self.written(self.high)
+        return f"{name} above {low} up to {high}" if self.above else f"{name} from {low} to {high}"
+
+    def written(self, value: float) -> str:
+        """`value` as a plan would write it."""
+        if self.unit == "rad":
+            return f"{math.degrees(value):g} deg"
+        return format_quantity(value, self.unit, digits=6)
+
+    def _serialised(self, value: float, info: Any) -> str:
+        return f"{value!r} {self.unit}" if info.context == EXACT else self.written(value)
+
+    def _validated(self, value: Any, info: ValidationInfo) -> Any:
+        return self.read(value) if info.context == WRITTEN else value
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        return core_schema.with_info_plain_validator_function(
+            self._validated,
+            serialization=core_schema.plain_serializer_function_ser_schema(
+                self._serialised, info_arg=True
+            ),
+        )
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        return self.json_schema()
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of the text; `x-expected` says what it is in words."""
+        _, example = describe_unit(self.unit)
+        return {
+            "type": "string",
+            "pattern": r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*(1/)?[A-Za-zµμ°%].*$",
+            "examples": [example],
+            "x-expected": self.expected(),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class HalfWidth(Quantity):
+    """Half of an interval as a share of what it is about: "±5 %", or "5 %"."""
+
+    def read(self, value: Any) -> float:
+        text = _PLUS_MINUS.sub("", value, count=1) if isinstance(value, str) else value
+        return Quantity.read(self, text)
+
+    def json_schema(self) -> dict[str, Any]:
+        schema = Quantity.json_schema(self)
+        pattern = schema["pattern"].replace(r"^\s*", r"^\s*(±|\+/?-)?\s*", 1)
+        return schema | {"pattern": pattern, "examples": ["±5 %"]}
+
+
+_PLUS_MINUS = re.compile(r"^\s*(?:±|\+/?-)\s*(?=[0-9.])")
+
+
+class Stated(float):
+    """A value in SI that carries what is written behind it."""
+
+    told: Told
+
+    def __new__(
+        cls, value: float, sigma: float | None = None, ends: tuple[float, float] | None = None
+    ) -> Stated:
+        self = super().__new__(cls, value)
+        self.told = Told(float(value), sigma, ends)
+        return self
+
+    @property
+    def sigma(self) -> float | None:
+        """Its standard uncertainty; None: not stated."""
+        return self.told.sigma
+
+
+class Told(NamedTuple):
+    """A value in SI, its standard uncertainty, and the least and the most that it may be.
+
+    All in the same unit; None where nothing of the kind is stated.
+    """
+
+    value: float
+    sigma: float | None
+    ends: tuple[float, float] | None
+
+
+@overload
+def stated(value: float) -> Told: ...
+@overload
+def stated(value: None) -> None: ...
+@overload
+def stated(value: float | None) -> Told | None: ...
+def stated(value: float | None) -> Told | None:
+    """What a field of an uncertain value was given; None of None."""
+    if value is None:
+        return None
+    return value.told if isinstance(value, Stated) else Told(value, None, None)
+
+
+@dataclass(frozen=True, slots=True)
+class Uncertain(Quantity):
+    """A quantity, or with the unit "" a plain number, behind which ± and its σ may stand.
+
+    The uncertainty is a share ("70 MPa ± 5 %") or in the unit of the value ("70 MPa ± 3.5 MPa",
+    "0.30 ± 0.03"); "+-" and "+/-" are read as "±". An uncertainty of 0 is refused: nothing that is
+    measured is exact, and margins follow from it.
+
+    Where `spread` is above 1, a range may stand instead ("0.5 GPa to 5 GPa", "0.2 to 0.5") of
+    something that is not known: every bound then holds at both ends. `spread` is the largest ratio
+    of the two ends of a quantity.
+    """
+
+    spread: float = 0.0
+
+    def read(self, value: Any) -> Stated:
+        if self.spread and isinstance(value, str) and (ends := _TO.split(value.strip()))[1:]:
+            return self._range(value, ends)
+        before, after = split_uncertainty(value) if isinstance(value, str) else ("", None)
+        if after is None:
+            return Stated(self._number(value))
+        number = self._number(before if self.unit else _plain(before))
+        return Stated(number, self._sigma(after, number))
+
+    def _number(self, value: Any) -> float:
+        if self.unit:
+            return Quantity.read(self, value)
+        number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not number or not math.isfinite(value):
+            raise refused(f"{shown(value)} is not a plain number", f"expected {self._alone()}")
+        if not self._holds(value):
+            raise refused(f"{value:.12g} is out of range", f"expected {self._alone()}")
+        return float(value)
+
+    def _range(self, text: str, ends: list[str]) -> Stated:
+        """A value between two ends: the geometric mean of a quantity, else the middle."""
+        if len(ends) != 2 or not all(ends):
+            raise refused(f"{printable(text)!r} is not a range", f"expected {self.expected()}")
+        try:
+            low, high = (self._number(end if self.unit else _plain(end)) for end in ends)
+        except PydanticCustomError as error:
+            hint = f"expected a range as in {self._example}; both ends: {_hint(error)}"
+            raise refused(f"the range {printable(text)!r}: {error.message()}", hint) from None
+        if not low < high:
+            raise refused(
+                f"the range {printable(text)!r} does not rise",
+                "write the least first and the most behind it; what is known exactly is no range",
+            )
+        if not self.unit:
+            return Stated(0.5 * (low + high), None, (low, high))
+        if high > self.spread * low:
+            raise refused(
+                f"the range {printable(text)!r} is a factor of {high / low:.3g} wide",
+                f"expected at most {self.spread:g}: nothing can be planned for all of it; find out"
+                " what kind of material it is",
+            )
+        return Stated(math.sqrt(low * high), None, (low, high))
+
+    def _sigma(self, text: str, number: float) -> float:
+        """The standard uncertainty in SI of `number`, read from `text`."""
+        example = f"{describe_unit(self.unit)[1]} ± 5 %" if self.unit else "0.30 ± 0.03"
+        hint = f'expected a standard uncertainty, as in "{example}"'
+        plain = _plain(text)
+        try:
+            if text.endswith("%"):
+                sigma = parse_quantity(text, "%") * abs(number)
+            elif isinstance(plain, float) and not self.unit:
+                sigma = plain
+            else:
+                sigma = parse_quantity(text, self.unit or "%")
+        except QuantityError as error:
+            raise refused(f"the uncertainty: {error.message}", hint) from None
+        largest = _LARGEST_DOUBT * abs(number) if self.unit else 0.25 * (self.high - self.low)
+        if not 0.0 < sigma <= largest:
+            end = format_quantity(largest, self.unit) if self.unit else f"{largest:g}"
+            raise refused(
+                f"the uncertainty {printable(text)!r} is out of range",
+                f"expected one above 0, for nothing that is measured is exact, up to {end}; leave"
+                " it out where it is not known",
+            )
+        return sigma
+
+    def _alone(self) -> str:
+        if self.unit:
+            return Quantity.expected(self)
+        return f"a plain number {_between(self.low, self.high, self.above)}"
+
+    def expected(self) -> str:
+        ranged = f", or a range: {self._example}" if self.spread else ""
+        return f"{self._alone()}, ± its uncertainty where known{ranged}"
+
+    @property
+    def _example(self) -> str:
+        return "`0.5 GPa to 5 GPa`" if self.unit else "`0.2 to 0.5`"
+
+    def json_schema(self) -> dict[str, Any]:
+        if not self.unit:
+            least = "exclusiveMinimum" if self.above else "minimum"
+            number = {"type": "number", least: self.low, "maximum": self.high}
+            pattern = _NUMBER_AND_MORE.replace("±", "±|to") if self.spread else _NUMBER_AND_MORE
+            text = {"type": "string", "pattern": pattern, "examples": ["0.30 ± 0.03"]}
+            return {"anyOf": [number, text], "x-expected": self.expected()}
+        schema = Quantity.json_schema(self)
+        examples = [*schema["examples"], f"{schema['examples'][0]} ± 5 %"]
+        examples += [self._example.strip("`")] if self.spread else []
+        return schema | {"examples": examples}
+
+
+_TO = re.compile(r"\s+to(?:\s+|$)")
+_PLAIN = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
+_NUMBER_AND_MORE = rf"^\s*{_PLAIN.pattern}\s*(±|\+/-|\+-).+$"
+
+
+def _plain(text: str) -> float | str:
+    """The plain number that `text` is; `text` itself where it is none."""
+    return float(text) if _PLAIN.fullmatch(text) else text
+
+
+def _hint(error: PydanticCustomError) -> str:
+    return str((error.context or {}).get("hint", ""))
+
+
+def _between(low: float, high: float, above: bool) -> str:
+    return f"above {low:g} up to {high:g}" if above else f"from {low:g} to {high:g}"
+
+
+def number(low: float, high: float, *, above: bool = False) -> Any:
+    """A plain number between two limits; `above`: the lower one excluded."""
+    least: Any = {"gt": low} if above else {"ge": low}
+    return Field(strict=True, allow_inf_nan=False, le=high, **least)
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """One of a few words."""
+
+    words: tuple[str, ...]
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        return core_schema.literal_schema(list(self.words))
+
+
+def _printable(lines: bool, value: str) -> str:
+    allowed = "\n" if lines else ""
+    if bad := next((c for c in value if not c.isprintable() and c not in allowed), None):
+        text = f"{printable(value)!r} holds the control character U+{ord(bad):04X}"
+        raise refused(text, "remove it: a text" + ("" if lines else " of one line"))
+    return value
+
+
+def _one_line(value: str) -> str:
+    return _printable(False, value)
+
+
+def _lines(value: str) -> str:
+    return _printable(True, value)
+
+
+def _day(value: Any) -> Any:
+    """Only year-month-day is a date: pydantic would also read seconds since 1970."""
+    if isinstance(value, date):
+        return value
+    try:
+        return date.fromisoformat(value if isinstance(value, str) and len(value) == 10 else "")
+    except ValueError:
+        hint = "expected year-month-day, for example 2025-03-31"
+        raise refused(f"{shown(value)} is not a date", hint) from None
+
+
+def shown(value: object) -> str:
+    """A value as an error shows it."""
+    if value is None:
+        return "nothing"
+    if isinstance(value, (dict, list)):
+        return "a mapping" if isinstance(value, dict) else "a list"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return repr(printable(value)) if isinstance(value, str) else printable(f"{value}")
+
+
+def _text(limit: int, least: int = 0) -> StringConstraints:
+    return StringConstraints(strict=True, strip_whitespace=True, min_length=least, max_length=limit)
+
+
+Name = Annotated[str, _text(100, 1), AfterValidator(_one_line)]
+Note = Annotated[str, _text(10_000), AfterValidator(_lines)]
+Remark = Annotated[str, _text(1_000), AfterValidator(_one_line)]
+Tag = Annotated[str, _text(200, 1), AfterValidator(_one_line)]
+PathText = Annotated[str, _text(400, 1), AfterValidator(_one_line)]
+
+
+def path_of(value: Any) -> Path:
+    """The path that a text names; raises PydanticCustomError."""
+    if isinstance(value, Path):
+        return value
+    hint = "expected a path of at most 400 characters"
+    if not isinstance(value, str):
+        raise refused(f"{shown(value)} is not a text", hint)
+    if not value.strip() or len(value) > 400:
+        raise refused("an empty text" if not value.strip() else f"{len(value)} characters", hint)
+    return Path(_one_line(value))
+
+
+def _no_bool(value: Any) -> Any:
+    return str(value).lower() if isinstance(value, bool) else value
+
+
+Version = Annotated[Literal[1], BeforeValidator(_no_bool)]
+"""The version of a file format."""
+FilePath = Annotated[Path, BeforeValidator(path_of)]
+Calendar = Annotated[date, BeforeValidator(_day)]
+Flag = StrictBool
+Share = Annotated[float, Quantity("%", 0.0, 1.0)]
+Accuracy = Annotated[float, HalfWidth("%", 1e-3, 0.5)]
+Force = Annotated[float, Quantity("N", 0.0, 1e6, above=True)]
+ForceOrZero = Annotated[float, Quantity("N", 0.0, 1e6)]
+ForceRate = Annotated[float, Quantity("N/s", 0.0, 1e6, above=True)]
+Torque = Annotated[float, Quantity("N m", 0.0, 1e6, above=True)]
+Length = Annotated[float, Quantity("m", 0.0, 10.0, above=True)]
+LengthOrZero = Annotated[float, Quantity("m", 0.0, 10.0)]
+UncertainForce = Annotated[float, Uncertain("N", 0.0, 1e6, above=True)]
+UncertainLengthOrZero = Annotated[float, Uncertain("m", 0.0, 10.0)]
+UncertainLength = Annotated[float, Uncertain("m", 0.0, 10.0, above=True)]
+Pressure = Annotated[float, Quantity("Pa", 1e3, 2e12)]
+UncertainPressure = Annotated[float, Uncertain("Pa", 1e3, 2e12)]
+Modulus = Annotated[float, Uncertain("Pa", 1e3, 2e12, spread=100.0)]
+PoissonRatio = Annotated[float, Uncertain("", -1.0, 0.5, above=True, spread=math.inf)]
+Duration = Annotated[float, Quantity("s", 0.0, 86_400.0, above=True)]
+Delay = Annotated[float, Quantity("s", 0.0, 10.0)]
+DurationOrZero = Annotated[float, Quantity("s", 0.0, 86_400.0)]
+Rate = Annotated[float, Quantity("Hz", 1.0, 100_000.0)]
+Stiffness = Annotated[float, Quantity("N/m", 1.0, 1e12)]
+StiffnessError = Annotated[float, Quantity("N/m", 0.0, 1e12, above=True)]
+Compliance = Annotated[float, Quantity("m/N", -0.01, 0.01)]
+ComplianceError = Annotated[float, Quantity("m/N", 0.0, 0.01, above=True)]
+Correlation = Annotated[float, number(-1.0, 1.0)]
+ShareAcross = Annotated[float, Quantity("%", -2.0, 2.0)]
+Damping = Annotated[float, Quantity("N s/m", 0.0, 1e9)]
+Angle = Annotated[float, Quantity("rad", -100.0, 100.0)]
+Offset = Annotated[float, Quantity("m", -10.0, 10.0)]
+Temperature = Annotated[float, Quantity("degC", -50.0, 150.0)]
+Expansion = Annotated[float, Quantity("1/K", 0.0, 1e-3)]
+Degrees = Annotated[float, number(1.0, 1e6)]
+Axis = Annotated[str, Choice(("+fx", "-fx", "+fy", "-fy", "+fz", "-fz"))]
