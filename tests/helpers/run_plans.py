@@ -12,7 +12,6 @@ from stepload.envelope.envelope import Envelope, derive
 from stepload.envelope.limits import RunLimits
 from stepload.plan.model import (
     ArmSpec,
-    DriverChoice,
     ForceSpec,
     IdentifyPlan,
     Payload,
@@ -30,7 +29,7 @@ from stepload.plan.model import (
 
 ACETAL = Material("acetal", 2.75e9, 0.3, 70e6)
 STEEL = Material("steel", 200e9, 0.29, None)
-SIM = DriverChoice("sim", {})
+SIM = "sim"
 COARSE_F_C_N = 23.89
 """Elastic limit of the payload of `coarse_plan`."""
 
@@ -113,8 +112,8 @@ def _plan(rig: Rig, procedure: Procedure) -> Plan:
     payload = Payload("ball", Sphere(28.7e-3), ACETAL, STEEL, None, None, None)
     identify = IdentifyPlan(secant_force_n=300.0)
     return Plan(
-        "test", Path("plan.yaml"), payload, rig, procedure, identify,
-        RecordPlan(Path("runs"), "", ""), (),
+        stepload=1, name="test", path=Path("plan.yaml"), payload=payload, rig=rig,
+        procedure=procedure, identify=identify, record=RecordPlan(Path("runs"), "", ""),
     )  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from stepload.engine.safing import Action, make_safe
 from stepload.envelope.aligning import SIX_AXES_REMEDY
 from stepload.envelope.envelope import Envelope
 from stepload.errors import DeviceError
-from stepload.plan.model import DriverChoice, Plan, SecondForceSource
+from stepload.plan.model import DeviceSpec, Plan, SecondForceSource
 from stepload.rig.clock import Clock, MonotonicClock
 from stepload.rig.device import (
     Arm,
@@ -53,19 +53,19 @@ class OpenRig:
     stands: ArmConfiguration | None = None
 
 
-def _made(group: str, choice: DriverChoice) -> Device:
-    return load_driver(group, choice.name)(**choice.options)
+def _made(group: str, spec: DeviceSpec) -> Device:
+    return load_driver(group, spec.driver)(**spec.options)
 
 
 def _devices(plan: Plan) -> tuple[Arm, ForceSensor, DisplacementSensor | None, ForceSensor | None]:
     rig = plan.rig
-    gauge = rig.displacement and _made("stepload.displacement_sensors", rig.displacement.driver)
+    gauge = rig.displacement and _made("stepload.displacement_sensors", rig.displacement)
     second = None
     if rig.second_force.source is SecondForceSource.SENSOR and rig.second_force.sensor:
-        second = _made("stepload.force_sensors", rig.second_force.sensor.driver)
+        second = _made("stepload.force_sensors", rig.second_force.sensor)
     return (
-        cast(Arm, _made("stepload.arms", rig.arm.driver)),
-        cast(ForceSensor, _made("stepload.force_sensors", rig.force.driver)),
+        cast(Arm, _made("stepload.arms", rig.arm)),
+        cast(ForceSensor, _made("stepload.force_sensors", rig.force)),
         cast(DisplacementSensor | None, gauge),
         cast(ForceSensor | None, second),
     )

@@ -200,9 +200,9 @@ def aligning_reasons(plan: Plan, limits: RunLimits | None) -> Iterator[Reason]:
         yield Reason(
             "arm_cannot_shift", Severity.REFUSE,
             f"Alignment and nulling need an arm that moves laterally; the driver "
-            f"{rig.arm.driver.name!r} does not.",
+            f"{rig.arm.driver!r} does not.",
             SIX_AXES_REMEDY
-            if rig.arm.driver.name == SIMULATED
+            if rig.arm.driver == SIMULATED
             else "leave both out; align by hand, with a dial gauge on the plate",
             key="procedure",
         )  # fmt: skip
@@ -214,10 +214,10 @@ def aligning_reasons(plan: Plan, limits: RunLimits | None) -> Iterator[Reason]:
 
 def can_shift(rig: Rig) -> bool:
     """Whether the plan's arm can go across its approach; the simulated one has to have six axes."""
-    if rig.arm.driver.name == SIMULATED and rig.simulation.mount is None:
+    if rig.arm.driver == SIMULATED and rig.simulation.mount is None:
         return False
     try:
-        return load_arm(rig.arm.driver.name).can_shift
+        return load_arm(rig.arm.driver).can_shift
     except BadInputError:  # a plan that was made without a driver
         return False
 

@@ -174,13 +174,14 @@ def gauge(plan: Plan, reason: Reason) -> Iterator[Change]:
     for share in (0.8, 0.4):
         text, fine_m = _written(rounded_down(share * just_m), "m")
         now = plan.rig.displacement
-        driver = now.driver if now else plan.rig.arm.driver
-        rate_hz = now.rate_hz if now else plan.rig.arm.rate_hz
+        of = now or plan.rig.arm
+        finer = DisplacementSpec(
+            driver=of.driver, options=of.options, rate_hz=of.rate_hz,
+            resolution_m=fine_m, noise_m=0.2 * fine_m,
+        )  # fmt: skip
         yield Change(
             f"a displacement gauge across the contact, resolution {text}",
-            _changed(
-                plan, "rig", displacement=DisplacementSpec(driver, rate_hz, fine_m, 0.2 * fine_m)
-            ),
+            _changed(plan, "rig", displacement=finer),
             "rig.displacement",
         )
 

@@ -7,7 +7,7 @@ from functools import cache
 from typing import cast
 
 from stepload.envelope.reason import Reason, Severity
-from stepload.plan.model import DriverChoice, Plan, SecondForceSource
+from stepload.plan.model import DeviceSpec, Plan, SecondForceSource
 from stepload.rig.device import ForceSensor
 from stepload.rig.plugins import load_driver
 
@@ -25,34 +25,34 @@ def one_channel_reasons(plan: Plan) -> Iterator[Reason]:
     Raises:
         BadInputError: a driver of the plan is not installed.
     """
-    first, second = plan.rig.force.driver, plan.rig.second_force
+    first, second = plan.rig.force, plan.rig.second_force
     remedy = "second_force.source: none, or a second force sensor"
-    if second.source is SecondForceSource.ARM and _driver(first.name).built_into_arm:
+    if second.source is SecondForceSource.ARM and _driver(first.driver).built_into_arm:
         yield Reason(
             "channels_are_one", Severity.REFUSE,
-            f"force.driver {first.name} and second_force.source: arm read the same sensor.",
+            f"force.driver {first.driver} and second_force.source: arm read the same sensor.",
             remedy, key="rig.second_force",
         )  # fmt: skip
-    if second.sensor is not None and same_device(first, second.sensor.driver):
+    if second.sensor is not None and same_device(first, second.sensor):
         yield Reason(
             "channels_are_one", Severity.REFUSE,
-            f"force and second_force.sensor are one device, {first.name} at {_address(first)}.",
+            f"force and second_force.sensor are one device, {first.driver} at {_address(first)}.",
             remedy, key="rig.second_force",
         )  # fmt: skip
 
 
-def same_device(first: DriverChoice, second: DriverChoice) -> bool:
+def same_device(first: DeviceSpec, second: DeviceSpec) -> bool:
     """Whether both name one device; other axes, rates or scales of it do not make it a second."""
     return (
-        first.name == second.name
+        first.driver == second.driver
         and bool(_address(first))
         and (_address(first) == _address(second))
     )
 
 
-def _address(choice: DriverChoice) -> str:
+def _address(choice: DeviceSpec) -> str:
     """A device's address: the options in the driver's `ADDRESS`, or its required texts."""
-    driver = _driver(choice.name)
+    driver = _driver(choice.driver)
     names = driver.ADDRESS or tuple(
         name
         for name, option in driver.OPTIONS.items()

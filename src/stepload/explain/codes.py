@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import difflib
 import tomllib
-from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from functools import cache
 from importlib import resources
@@ -14,7 +13,7 @@ from stepload.envelope.limits import RunLimits
 from stepload.errors import BadInputError
 from stepload.explain.words import words
 from stepload.plan.model import Plan
-from stepload.plan.sections import Entry, Kind, nested_kinds, written_entries
+from stepload.plan.sections import Key, keys_below
 
 GROUPS = {
     "preflight": "reasons of a preflight",
@@ -74,25 +73,17 @@ def explained(code: str) -> tuple[Explanation, ...]:
 
 def keys_called(name: str) -> tuple[Explanation, ...]:
     """Every key of a plan with this name, with all places where it may stand."""
-    places: dict[str, tuple[Entry, list[str]]] = {}
-    for path, entry in _below(Plan, ""):
-        if entry.name == name:
-            places.setdefault(entry.key.meaning, (entry, []))[1].append(path)
+    places: dict[str, tuple[Key, list[str]]] = {}
+    for path, key in keys_below(Plan):
+        if key.name == name:
+            places.setdefault(key.meaning, (key, []))[1].append(path)
     return tuple(
         Explanation(
             KEY, name, f"{', '.join(dict.fromkeys(paths))}: {meaning}",
-            f"Write {entry.leaf.expected() if entry.leaf else 'a mapping'}.", "plan.md",
+            f"Write {key.expected or 'a mapping'}.", "plan.md",
         )
-        for meaning, (entry, paths) in places.items()
+        for meaning, (key, paths) in places.items()
     )  # fmt: skip
-
-
-def _below(kind: Kind, path: str) -> Iterator[tuple[str, Entry]]:
-    for entry in written_entries(kind):
-        here = f"{path}{entry.name}"
-        yield here, entry
-        for inner in nested_kinds(entry):
-            yield from _below(inner, f"{here}.")
 
 
 def thresholds_called(name: str) -> tuple[Explanation, ...]:

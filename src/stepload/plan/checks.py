@@ -8,12 +8,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import partial
 from itertools import pairwise
-from typing import cast
 
 from stepload.contact.across import across_problem
 from stepload.contact.elastic import law_for
 from stepload.contact.limit import no_limit_reason
-from stepload.contact.materials import Material, Sphere
+from stepload.contact.materials import Material
 from stepload.contact.unknown import is_range
 from stepload.errors import DomainError
 from stepload.estimators.deflection_rows import table_problem
@@ -86,8 +85,8 @@ def _range(body: Material) -> Iterator[Impossibility]:
 
 def _roughness(payload: Payload) -> Iterator[Impossibility]:
     """Only of shapes with a radius; they all name it as a sphere does."""
-    roughness, radius = payload.roughness_m, cast(Sphere, payload.geometry).radius_m
-    if roughness is not None and roughness >= radius:
+    roughness, radius = payload.roughness_m, getattr(payload.geometry, "radius_m", None)
+    if roughness is not None and radius is not None and roughness >= radius:
         yield Impossibility(
             ("roughness",),
             f"roughness {metre(roughness)} is not below the radius {metre(radius)}",

@@ -109,7 +109,7 @@ def _secant(plan: Plan) -> Iterator[Impossibility]:
 
 def _duration(plan: Plan) -> Iterator[Impossibility]:
     procedure = plan.procedure
-    sweeps = 2 if getattr(procedure, "unload", False) else 1
+    sweeps = 2 if procedure.unload is True else 1
     holds, hold = len(procedure.levels_n) * procedure.cycles * sweeps, procedure.hold_s
     if holds * hold > MAX_RUN_S:
         yield Impossibility(

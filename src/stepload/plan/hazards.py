@@ -97,7 +97,10 @@ def keep(plan: Plan, keys: Keys[str, Any]) -> Path | None:
 
 
 def _keep(plan: Plan, keys: Keys[str, Any]) -> Path | None:
-    wanted = replace(load_plan(plan.path).rig, **dict(keys))
+    try:
+        wanted = replace(load_plan(plan.path).rig, **dict(keys))
+    except ValueError:  # pydantic's: a name that is too long, say
+        raise _not_added(plan.path, keys) from None
     found = _rig_block(plan.path, keys)
     if found is None:
         return None
@@ -115,11 +118,13 @@ def _keep(plan: Plan, keys: Keys[str, Any]) -> Path | None:
     if not sound:
         if path.read_bytes() == data:  # else somebody has changed it since
             _write(path, source.data)
-        raise BadInputError(
-            f"{path}: the lines could not be added",
-            hint=f"write them below `rig:` yourself: {'; '.join(rows_of(keys))}",
-        )
+        raise _not_added(path, keys)
     return path
+
+
+def _not_added(path: Path, keys: Keys[str, Any]) -> BadInputError:
+    hint = f"write them below `rig:` yourself: {'; '.join(rows_of(keys))}"
+    return BadInputError(f"{path}: the lines could not be added", hint=hint)
 
 
 def _rig_file(plan_path: Path) -> Path:

@@ -19,7 +19,7 @@ from stepload.plan.model import Payload, Plan, SourceFile
 from stepload.plan.problems import PlanError, Problem
 from stepload.plan.reader import read_section
 from stepload.plan.references import References, profiles
-from stepload.plan.rig import Device
+from stepload.plan.rig import DeviceSpec
 from stepload.plan.schema import json_schema
 from stepload.plan.sections import UNKNOWN, UnknownError, put
 from stepload.plan.shelf import Disk, Kept, Shelf
@@ -152,7 +152,7 @@ class _Loader:
         """Check the options of every driver in the draft of a plan against what it declares."""
         for device, group in _DEVICES.items():
             with suppress(UnknownError):
-                spec: Device | None = attrgetter(device)(plan.rig)
+                spec: DeviceSpec | None = attrgetter(device)(plan.rig)
                 if spec is not None and spec.driver is not UNKNOWN:
                     options = read_options(
                         group,

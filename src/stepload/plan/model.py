@@ -39,6 +39,7 @@ from stepload.plan.quantities import (
 )
 from stepload.plan.rig import (
     ArmSpec,
+    DeviceSpec,
     DisplacementSpec,
     ForceSpec,
     Provenance,
@@ -53,7 +54,7 @@ from stepload.plan.sections import DERIVED, INTERNAL, SECTION, key
 from stepload.plan.simulation import Simulation
 
 __all__ = [
-    "Alignment", "ArmSpec", "DisplacementSpec", "ForceSpec", "IdentifyPlan",
+    "Alignment", "ArmSpec", "DeviceSpec", "DisplacementSpec", "ForceSpec", "IdentifyPlan",
     "Nulling", "Payload", "Plan", "Procedure", "Provenance", "RecordPlan", "RecordPolicy", "Rig",
     "SecondForce", "SecondForceSource", "Simulation", "SourceFile", "Structure", "SystemStiffness",
 ]  # fmt: skip

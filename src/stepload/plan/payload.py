@@ -31,6 +31,7 @@ from stepload.plan.quantities import (
     UncertainLengthOrZero,
     UncertainPressure,
     number,
+    refused,
     stated,
 )
 from stepload.plan.sections import INTERNAL, SECTION, Made, key, put
@@ -145,7 +146,11 @@ class PowerSection:
     at_radius_m: Annotated[Length, key("Distance from the axis where `gap` was measured.")]
 
     def made(self) -> PowerProfile:
-        return PowerProfile(self.exponent, self.gap_m / self.at_radius_m**self.exponent)
+        try:
+            return PowerProfile(self.exponent, self.gap_m / self.at_radius_m**self.exponent)
+        except ArithmeticError:
+            message = "the contact law of this geometry is beyond what can be computed"
+            raise refused(message, "check its dimensions and their units") from None
 
 
 Shape = Annotated[

@@ -371,7 +371,7 @@ def shown(value: object) -> str:
     return repr(printable(value)) if isinstance(value, str) else printable(f"{value}")
 
 
-def _text(limit: int, least: int = 0) -> StringConstraints:
+def _text(limit: int, least: int | None = None) -> StringConstraints:
     return StringConstraints(strict=True, strip_whitespace=True, min_length=least, max_length=limit)
 
 

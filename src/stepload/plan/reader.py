@@ -20,6 +20,7 @@ from stepload.plan.sections import (
     adapter,
     fields_of,
     keys,
+    schema_of,
 )
 from stepload.plan.sections import expected as words_for
 from stepload.plan.source import Source
@@ -61,15 +62,16 @@ def read_section(
         at: where a missing key is reported.
         null: whether null may be written.
     """
-    data = _plain(node, (kind,), problems, null)
+    section_kind: Any = kind
+    data = _plain(node, (section_kind,), problems, null)
     try:
         section: T = adapter(kind).validate_python(
             data, context=WRITTEN, by_alias=True, by_name=False
         )
     except ValidationError as error:
-        found = (_problem(kind, node, at, each) for each in error.errors(include_url=False))
+        found = (_problem(section_kind, node, at, each) for each in error.errors(include_url=False))
         problems += [problem for problem in found if problem]
-        section = _partial(kind, data)
+        section = _partial(section_kind, data)
     return section
 
 
@@ -137,7 +139,7 @@ def checked(hint: Any, text: str) -> Any:
     try:
         return adapter(hint).validate_python(text, context=WRITTEN)
     except ValidationError as error:
-        may = words_for(adapter(hint).json_schema())
+        may = words_for(schema_of(hint))
         message, told = _words(error.errors(include_url=False)[0], may)
         raise BadInputError(message, hint=told) from None
 
@@ -158,7 +160,7 @@ def _problem(kind: Kind, root: Node, at: Place, error: ErrorDetails) -> Problem 
         return place.problem(f"missing key {name!r}", expected(key) if key else "")
     if told == "unexpected_keyword_argument":
         return unknown_key(place, name, [each.name for each in keys(section)])
-    if key and len(key.sections) > 1 and told in (*_OF_UNIONS, *_NOT_A_MAPPING):
+    if key and key.shaped and told in (*_OF_UNIONS, *_NOT_A_MAPPING):
         return _of_shape(node, place, tuple(map(_shape, key.sections)))
     if told in _NOT_A_MAPPING:
         names = [each.name for kind_ in (key.sections if key else (kind,)) for each in keys(kind_)]
@@ -176,6 +178,8 @@ def _problem(kind: Kind, root: Node, at: Place, error: ErrorDetails) -> Problem 
     if unquoted and isinstance(node, Scalar) and node.value is not None:
         message = f"{printable(node.text)} is not a text"
         hint += f'; put it in quotes: "{printable(node.text)}"'
+    if isinstance(node, Mapping) and key and key.sections:  # of the section as a whole
+        return place.problem(message, hint)
     called = f"{key.name}[{loc[-1]}]" if item and key else name
     return node.place.problem(f"{called}: {message}", hint)
 
@@ -208,7 +212,8 @@ def _walk(
         key = next((each for each in keys(section) if each.name == part), None)
         kinds = key.sections if key else ()
         if isinstance(node, Mapping) and part in node.entries:
-            node, place = node.entries[part], node.keys[part]
+            place = node.keys[part]
+            node = node.entries[part]
     return node, place, section, key
 
 

@@ -25,7 +25,7 @@ def table(kind: Kind) -> str:
     """Markdown table of the keys of a section."""
     rows = ["| key | value | default | meaning |", "|---|---|---|---|"]
     for key in keys(kind):
-        if key.name == SHAPE:
+        if key.name == SHAPE and not key.sections:
             continue
         cells = (f"`{key.name}`", _value(key), _default(key), key.meaning)
         rows.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
@@ -60,7 +60,7 @@ def with_tables(text: str) -> str:
 
 
 def _value(key: Key) -> str:
-    if len(key.sections) > 1:
+    if key.shaped:
         return "a mapping with one of the shapes below"
     return key.expected or "a mapping"
 

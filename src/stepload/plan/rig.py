@@ -98,7 +98,7 @@ class SecondForceSource(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
-class Device:
+class DeviceSpec:
     """A driver by entry-point name with its checked options (quantities in SI)."""
 
     driver: Annotated[Name, key("Name of an installed driver; `stepload drivers` lists them.")]
@@ -109,7 +109,7 @@ class Device:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
-class ArmSpec(Device):
+class ArmSpec(DeviceSpec):
     """The arm, or the driven axis of a testing machine."""
 
     rate_hz: Annotated[Rate, key("Samples per second.")]
@@ -169,7 +169,7 @@ class ArmSpec(Device):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
-class ForceSpec(Device):
+class ForceSpec(DeviceSpec):
     """The force sensor that the run is controlled and identified with."""
 
     profile: Annotated[
@@ -230,7 +230,7 @@ class ForceSpec(Device):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
-class DisplacementSpec(Device):
+class DisplacementSpec(DeviceSpec):
     """A gauge across the contact: takes the system stiffness out of the chain."""
 
     rate_hz: Annotated[Rate, key("Samples per second.")]

@@ -7,7 +7,7 @@ from typing import Any
 from stepload.plan.driver_options import expected
 from stepload.plan.model import Plan, Rig
 from stepload.plan.quantities import Quantity
-from stepload.plan.sections import adapter, sections_below
+from stepload.plan.sections import keys, schema_of, sections_below
 from stepload.rig.options import Option
 from stepload.rig.plugins import list_drivers, load_driver
 from stepload.units import format_quantity
@@ -27,15 +27,20 @@ def json_schema() -> _Schema:
     It knows keys, types and units; what only `load_plan` can see (files, other keys) it does not.
     Since a rig may take any key from a profile, no key of a rig is required here.
     """
-    schema: _Schema = _tidy(adapter(Plan).json_schema(by_alias=True))
+    schema: _Schema = _tidy(schema_of(Plan))
     definitions = schema.pop("$defs")
+    for kind in sections_below(Plan):
+        properties = (schema if kind is Plan else definitions[kind.__name__])["properties"]
+        for key in keys(kind):
+            if key.default_text is not None:
+                properties[key.name]["default"] = key.default_text
     for kind in sections_below(Rig):
         definitions[kind.__name__].pop("required", None)
-    for key in ("payload", "rig", "procedure"):
-        inline = schema["properties"][key]
+    for name in ("payload", "rig", "procedure"):
+        inline = schema["properties"][name]
         meaning = inline.pop("description")
         path = {"type": "string", "minLength": 1}
-        schema["properties"][key] = {"anyOf": [inline, path], "description": meaning}
+        schema["properties"][name] = {"anyOf": [inline, path], "description": meaning}
     _add_options(definitions)
     version = "https://json-schema.org/draft/2020-12/schema"
     return {"$schema": version, "$id": "urn:stepload:plan:1", **schema, "$defs": definitions}

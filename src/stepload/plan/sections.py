@@ -19,11 +19,12 @@ from typing import Annotated, Any, NoReturn, get_args, get_origin
 
 from pydantic import ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, TypeAdapter
 from pydantic.fields import FieldInfo
-from pydantic_core import PydanticCustomError, PydanticOmit, core_schema
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
+from pydantic_core import PydanticCustomError, PydanticOmit, PydanticUndefined, core_schema
 
-from stepload.plan.quantities import WRITTEN, refused
+from stepload.plan.quantities import WRITTEN
 
-Kind = type[Any]
+Kind = Any
 """A section class."""
 
 _UNIT = re.compile(
@@ -157,16 +158,25 @@ class Made:
         def read(value: Any, inner: Callable[[Any], Any], info: Any) -> Any:
             if info.context != WRITTEN:
                 return value
-            section = inner(value)
-            try:
-                return section.made()
-            except ArithmeticError:
-                message = "this is beyond what can be computed"
-                raise refused(message, "check it, and its units") from None
+            return inner(value).made()
 
         return core_schema.with_info_wrap_validator_function(
             read, handler.generate_schema(self.sections)
         )
+
+
+class _JsonSchema(GenerateJsonSchema):
+    """A field that follows from others has no default to write."""
+
+    def default_schema(self, schema: core_schema.WithDefaultSchema) -> JsonSchemaValue:
+        if schema.get("default") is DERIVED:
+            return self.generate_inner(schema["schema"])
+        return super().default_schema(schema)
+
+
+def schema_of(hint: Any) -> dict[str, Any]:
+    """JSON Schema of what may be written where this hint stands."""
+    return adapter(hint).json_schema(by_alias=True, schema_generator=_JsonSchema)
 
 
 def fields_of(kind: Kind) -> Mapping[str, FieldInfo]:
@@ -216,6 +226,11 @@ class Key:
         return Annotated[(self.info.annotation, *notes)] if notes else self.info.annotation
 
     @property
+    def shaped(self) -> bool:
+        """Whether the key `shape` tells which of several sections stands there."""
+        return len(self.sections) > 1
+
+    @property
     def is_section(self) -> bool:
         """Whether the field holds the one section that may stand there."""
         return bool(self.sections) and not any(isinstance(n, Made) for n in self.info.metadata)
@@ -223,7 +238,7 @@ class Key:
     @property
     def expected(self) -> str:
         """What may be written, in words; "" of a section."""
-        return "" if self.sections else expected(adapter(self.hint).json_schema())
+        return "" if self.sections else expected(schema_of(self.hint))
 
     @property
     def each_expected(self) -> str:
@@ -233,8 +248,8 @@ class Key:
     @property
     def default_text(self) -> str | bool | int | float | None:
         """The default as a plan would write it; None where there is none to write."""
-        default = None if self.derived or self.required else self.info.default
-        if default is None or self.sections:
+        default = self.info.default
+        if self.derived or default in (None, PydanticUndefined) or self.sections:
             return None
         shown = adapter(self.hint).dump_python(default, mode="json")
         return shown if isinstance(shown, (str, bool, int, float)) else None

@@ -69,6 +69,7 @@ def from_system_runs(runs: Sequence[SavedRun], *, valid_days: int = VALID_DAYS) 
     pooled = pool(fits)
     made = _table(runs, fits, pooled)
     record = CalibrationRecord(
+        stepload_calibration=1,
         **origin,
         **_figures(pooled),
         smooth_length_n=length.length_n if length else runs[0].conditions.sources.smooth_length_n,
@@ -167,6 +168,7 @@ def from_two_spheres(
         length_n=first.conditions.sources.smooth_length_n,
     )  # fmt: skip
     record = CalibrationRecord(
+        stepload_calibration=1,
         **origin,
         **_figures(fit),
         smooth_length_n=first.conditions.sources.smooth_length_n,

@@ -95,7 +95,7 @@ def rig_facts(
         if device := told.get(role):
             facts.append((name, short(device)))
     if plan.rig.displacement is not None:
-        gauge = told.get("displacement_sensor", plan.rig.displacement.driver.name)
+        gauge = told.get("displacement_sensor", plan.rig.displacement.driver)
         facts.append(("Gauge", stated(gauge)))
         facts.append(("K_s", "not in the result: travel is measured across the contact"))
     elif plan.identify.kind == "system":

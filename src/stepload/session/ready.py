@@ -14,7 +14,7 @@ def simulated_devices(plan: Plan) -> list[str]:
         "arm": rig.arm, "force": rig.force, "second_force.sensor": second,
         "displacement": rig.displacement,
     }  # fmt: skip
-    return [f"rig.{key}" for key, spec in specs.items() if spec and spec.driver.name == SIMULATED]
+    return [f"rig.{key}" for key, spec in specs.items() if spec and spec.driver == SIMULATED]
 
 
 def refuse_simulated(plan: Plan) -> None:

@@ -94,7 +94,7 @@ def _latency_lines(plan: Plan) -> list[Line]:
     }  # fmt: skip
     lines = []
     for name, spec in specs.items():
-        for value in spec.driver.options.values() if spec else ():
+        for value in spec.options.values() if spec else ():
             ms = latency_timer_ms(value) if isinstance(value, str) else None
             if ms is not None:
                 most_s = MAX_LATENCY_MS * 1e-3

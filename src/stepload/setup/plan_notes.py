@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from stepload.plan.model import IdentifyPlan, Procedure, RecordPlan
-from stepload.plan.sections import written_entries
+from stepload.plan.sections import keys as keys_of
 
 _BODY = {
     "youngs_modulus": "E: data sheet; where it is not known a range, 1 GPa to 5 GPa",
@@ -43,13 +43,13 @@ def offered(given: Mapping[str, object]) -> list[str]:
     """Comments with keys that a plan leaves out and that are often wanted."""
     lines = ["", "# Often wanted, with what is taken otherwise or an example; take the # away:"]
     for section, kind in _SECTIONS.items():
-        entries = [entry for entry in written_entries(kind) if entry.name in _OFFERED]
-        keys = [entry for entry in entries if f"{section}.{entry.name}" not in given]
-        here = section in {key.partition(".")[0] for key in given}
+        offer = [key for key in keys_of(kind) if key.name in _OFFERED]
+        keys = [key for key in offer if f"{section}.{key.name}" not in given]
+        here = section in {each.partition(".")[0] for each in given}
         lines += [f"# {section}:" + (" (above)" if here else "")] if keys else []
-        for entry in keys:
-            default = entry.default_text
+        for key in keys:
+            default = key.default_text
             shown = str(default).lower() if isinstance(default, bool) else default
-            value = _EXAMPLES.get(entry.name, shown)
-            lines.append(f"#   {entry.name}: {value}  # {entry.key.meaning}")
+            value = _EXAMPLES.get(key.name, shown)
+            lines.append(f"#   {key.name}: {value}  # {key.meaning}")
     return lines

@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 from stepload.errors import BadInputError
-from stepload.plan.leaves import Leaf, LeafError, Text
-from stepload.plan.payload import material
-from stepload.plan.sections import entries
+from stepload.plan.quantities import Modulus, Name
+from stepload.plan.reader import checked
 from stepload.units import QuantityError, parse_quantity
 
 Check = Callable[[str], None]
@@ -63,20 +63,12 @@ def _quantity(unit: str, words: tuple[str, ...], text: str) -> None:
         raise BadInputError(f"{text!r} is not above 0", hint=f"a quantity in {unit}")
 
 
-def _as_in_a_plan(leaf: Leaf, text: str) -> None:
-    try:
-        leaf.read(text)
-    except LeafError as error:
-        raise BadInputError(error.message, hint=error.hint) from None
+def _as_in_a_plan(hint: Any, text: str) -> None:
+    checked(hint, text)
 
 
-_name = partial(_as_in_a_plan, Text(100))
-
-
-def _modulus(text: str) -> None:
-    leaf = next(entry.leaf for entry in entries(material) if entry.name == "youngs_modulus")
-    assert leaf is not None
-    _as_in_a_plan(leaf, text)
+_name = partial(_as_in_a_plan, Name)
+_modulus = partial(_as_in_a_plan, Modulus)
 
 
 def _either(*choices: str) -> Check:

@@ -13,7 +13,7 @@ from stepload.engine.open_rig import opened
 from stepload.envelope.envelope import envelope_of
 from stepload.errors import DeviceError
 from stepload.plan.load import load_plan
-from stepload.plan.model import Alignment, DriverChoice, Nulling, Plan
+from stepload.plan.model import Alignment, Nulling, Plan
 
 PLAN = Path(__file__).resolve().parents[3] / "procedures" / "plastic-sphere.yaml"
 
@@ -21,8 +21,8 @@ PLAN = Path(__file__).resolve().parents[3] / "procedures" / "plastic-sphere.yaml
 def _with_rates(arm_hz: float, force_hz: float) -> Plan:
     plan = load_plan(PLAN)
     world = f"rates {arm_hz:g} {force_hz:g}"
-    arm = replace(plan.rig.arm, driver=DriverChoice("sim", {"world": world, "rate": arm_hz}))
-    force = replace(plan.rig.force, driver=DriverChoice("sim", {"world": world, "rate": force_hz}))
+    arm = replace(plan.rig.arm, driver="sim", options={"world": world, "rate": arm_hz})
+    force = replace(plan.rig.force, driver="sim", options={"world": world, "rate": force_hz})
     return replace(plan, rig=replace(plan.rig, arm=arm, force=force))
 
 

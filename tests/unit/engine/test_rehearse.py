@@ -18,7 +18,6 @@ from stepload.errors import BadInputError
 from stepload.plan.model import (
     ArmSpec,
     DisplacementSpec,
-    DriverChoice,
     ForceSpec,
     IdentifyPlan,
     Payload,
@@ -34,7 +33,7 @@ from stepload.plan.model import (
 )
 from stepload.rig.world import PayloadTruth, WorldFault, WorldSpec, load_world
 
-SIM = DriverChoice("sim", {})
+SIM = "sim"
 FORCE = ForceSpec(
     driver=SIM,
     axis="-fz",
@@ -48,6 +47,7 @@ FORCE = ForceSpec(
 )
 SIMULATION = Simulation(7, "smooth", 1.0, 1.0, 0.0, 0.0, 0.0, 50.0, 0.0)
 PLAN = Plan(
+    stepload=1,
     name="sphere",
     path=Path("plan.yaml"),
     payload=Payload(
@@ -291,7 +291,7 @@ def test_undamped_plan_rings_out_all_the_same() -> None:
 
 def test_every_law_and_every_device_opens() -> None:
     second = SecondForce(SecondForceSource.SENSOR, 2.0, 0.02, 0.02, 0.3, replace(FORCE, axis="+fx"))
-    gauge = DisplacementSpec(SIM, 100.0, 1e-7, 1e-8)
+    gauge = DisplacementSpec(driver=SIM, rate_hz=100.0, resolution_m=1e-7, noise_m=1e-8)
     for law in ("smooth", "rough", "elastic_plastic"):
         plan = with_simulation(law=law, hysteresis=0.05)
         plan = replace(plan, rig=replace(plan.rig, second_force=second, displacement=gauge))

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from run_plans import SIM, envelope_for
+from run_plans import envelope_for
 from tilted_plans import tilted_plan
 
 from stepload.envelope.aligning import NULL_ROOM_SHARE, aligning_of, lateral_stiffness, nulling_of
@@ -57,7 +57,7 @@ def test_a_simulated_arm_of_one_axis_cannot_shift() -> None:
 
 def test_a_driver_that_is_not_there_cannot_shift() -> None:
     plan = tilted_plan()
-    arm = replace(plan.rig.arm, driver=replace(SIM, name="no such driver"))
+    arm = replace(plan.rig.arm, driver="no such driver")
     assert "arm_cannot_shift" in codes(replace(plan, rig=replace(plan.rig, arm=arm)))
 
 

@@ -19,7 +19,7 @@ from stepload.envelope.conditions import (
 )
 from stepload.envelope.reason import Severity
 from stepload.evidence.askew import TURN_RAD_PER_N
-from stepload.plan.model import DisplacementSpec, DriverChoice, Plan, Provenance, Structure
+from stepload.plan.model import DisplacementSpec, Plan, Provenance, Structure
 
 CODES = {"friction_unknown", "one_friction", "across_known"}
 
@@ -50,7 +50,7 @@ def test_of_an_arm_whose_record_knows_no_friction_the_result_is_doubted() -> Non
 
 def test_a_gauge_across_the_contact_does_without() -> None:
     plan = plan_with()
-    gauge = DisplacementSpec(DriverChoice("sim", {}), 100.0, 1e-7, 2e-8)
+    gauge = DisplacementSpec(driver="sim", rate_hz=100.0, resolution_m=1e-7, noise_m=2e-8)
     assert said(replace(plan, rig=replace(plan.rig, displacement=gauge))) == {}
 
 
@@ -78,7 +78,9 @@ def test_a_stuck_ratio_of_one_pose_beside_a_guess_is_warned_of(
 
 def with_gauge(structure: Structure, offset_m: float | None) -> Plan:
     plan = plan_with(structure)
-    gauge = DisplacementSpec(DriverChoice("sim", {}), 100.0, 1e-7, 2e-8, offset_m)
+    gauge = DisplacementSpec(
+        driver="sim", rate_hz=100.0, resolution_m=1e-7, noise_m=2e-8, offset_m=offset_m
+    )
     return replace(plan, rig=replace(plan.rig, displacement=gauge))
 
 

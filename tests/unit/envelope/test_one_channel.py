@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -11,7 +13,7 @@ from stepload.envelope.envelope import envelope_of, refusal_of
 from stepload.envelope.one_channel import one_channel_reasons, same_device
 from stepload.envelope.reason import PlanVerdict, Severity
 from stepload.plan.load import load_plan
-from stepload.plan.model import DriverChoice, Plan, SecondForce, SecondForceSource
+from stepload.plan.model import ForceSpec, Plan, SecondForce, SecondForceSource
 from stepload_drivers.ur.force import UrForce
 
 PROCEDURES = Path(__file__).resolve().parents[3] / "procedures"
@@ -25,15 +27,20 @@ def plan() -> Plan:
     return load_plan(PROCEDURES / "demo-wire.yaml")
 
 
-def with_channels(plan: Plan, first: DriverChoice, second: DriverChoice | None) -> Plan:
+Named = tuple[str, dict[str, Any]]
+
+
+def sensor(plan: Plan, named: Named) -> ForceSpec:
+    return replace(plan.rig.force, driver=named[0], options=named[1])
+
+
+def with_channels(plan: Plan, first: Named, second: Named | None) -> Plan:
     """`second` None: the arm's own force."""
-    force = replace(plan.rig.force, driver=first)
+    force = sensor(plan, first)
     channel = (
         SecondForce(SecondForceSource.ARM, tolerance_n=11.0)
         if second is None
-        else SecondForce(
-            SecondForceSource.SENSOR, tolerance_n=11.0, sensor=replace(force, driver=second)
-        )
+        else SecondForce(SecondForceSource.SENSOR, tolerance_n=11.0, sensor=sensor(plan, second))
     )
     return replace(plan, rig=replace(plan.rig, force=force, second_force=channel))
 
@@ -46,7 +53,7 @@ def said(plan: Plan) -> list[str]:
 
 
 def test_the_arms_own_sensor_is_no_second_channel_beside_itself(plan: Plan) -> None:
-    own = with_channels(plan, DriverChoice("ur_force", HOST), None)
+    own = with_channels(plan, ("ur_force", HOST), None)
     assert len(said(own)) == 1
     envelope = envelope_of(own)
     assert envelope.verdict is PlanVerdict.REFUSED
@@ -54,18 +61,18 @@ def test_the_arms_own_sensor_is_no_second_channel_beside_itself(plan: Plan) -> N
 
 
 def test_a_lab_driver_says_by_itself_that_it_is_built_in(plan: Plan, monkeypatch) -> None:
-    own = with_channels(plan, DriverChoice("ur_force", HOST), None)
+    own = with_channels(plan, ("ur_force", HOST), None)
     monkeypatch.setattr(UrForce, "built_into_arm", False)
     assert said(own) == []
 
 
 def test_the_arms_own_sensor_alone_or_as_the_second_channel_is_sound(plan: Plan) -> None:
-    sensor, own = DriverChoice("ati_net", BOX), DriverChoice("ur_force", HOST)
+    own_sensor, own = ("ati_net", BOX), ("ur_force", HOST)
     alone = with_channels(plan, own, None)
     alone = replace(alone, rig=replace(alone.rig, second_force=SecondForce()))
     assert said(alone) == []
-    assert said(with_channels(plan, sensor, own)) == []
-    assert said(with_channels(plan, sensor, None)) == []
+    assert said(with_channels(plan, own_sensor, own)) == []
+    assert said(with_channels(plan, own_sensor, None)) == []
 
 
 @pytest.mark.parametrize(
@@ -82,10 +89,10 @@ def test_the_arms_own_sensor_alone_or_as_the_second_channel_is_sound(plan: Plan)
     ],
 )
 def test_one_device_named_twice(plan: Plan, name, first, second, same) -> None:
-    choices = DriverChoice(name, first), DriverChoice(name, second)
-    assert same_device(*choices) is same
+    choices = (name, first), (name, second)
+    assert same_device(*(sensor(plan, each) for each in choices)) is same
     assert len(said(with_channels(plan, *choices))) == same
 
 
-def test_two_drivers_are_two_devices() -> None:
-    assert not same_device(DriverChoice("ati_net", BOX), DriverChoice("ur_force", HOST))
+def test_two_drivers_are_two_devices(plan: Plan) -> None:
+    assert not same_device(*map(partial(sensor, plan), (("ati_net", BOX), ("ur_force", HOST))))

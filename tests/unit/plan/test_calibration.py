@@ -13,18 +13,19 @@ from tempfile import TemporaryDirectory
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plan_hints import quantity_in
 
 from stepload.estimators.deflection_rows import upper_stiffness_n_per_m
 from stepload.plan.calibration import CalibrationRecord, read_calibration, write_calibration
-from stepload.plan.leaves import Choice, Day, Number, Quantity, Switch, Text
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan, Provenance, RecordPolicy
 from stepload.plan.problems import PlanError
-from stepload.plan.sections import Each, Entry, entries
+from stepload.plan.sections import Key, keys, schema_of
 
 WritePlan = Callable[..., Path]
 
 RECORD = CalibrationRecord(
+    stepload_calibration=1,
     rig="STVF",
     pose="straight down",
     direction="+fz",
@@ -249,29 +250,30 @@ def test_what_is_bad_in_the_plan_is_not_compared_with_the_record(
 def _records() -> st.SearchStrategy[CalibrationRecord]:
     """Any record that a plan would take, by the declaration of each field."""
 
-    def values(entry: Entry) -> st.SearchStrategy[object]:
-        leaf = entry.leaf
-        if isinstance(leaf, Quantity | Number):
-            found: st.SearchStrategy[object] = st.floats(
-                leaf.low, leaf.high, exclude_min=leaf.above, allow_subnormal=False
-            )
-        elif isinstance(leaf, Choice):
-            found = st.sampled_from(leaf.words)
-        elif isinstance(leaf, Switch):
+    def values(key: Key) -> st.SearchStrategy[object]:
+        options = schema_of(key.hint).get("anyOf", [schema_of(key.hint)])
+        schema = options[0]
+        found: st.SearchStrategy[object]
+        if quantity := quantity_in(key.hint):
+            low, high, above = quantity.low, quantity.high, quantity.above
+            found = st.floats(low, high, exclude_min=above, allow_subnormal=False)
+        elif schema["type"] == "number":
+            found = st.floats(schema["minimum"], schema["maximum"], allow_subnormal=False)
+        elif "enum" in schema:
+            found = st.sampled_from(schema["enum"])
+        elif schema["type"] == "boolean":
             found = st.booleans()
-        elif isinstance(leaf, Day):
+        elif schema.get("format") == "date":
             found = st.dates()
+        elif "const" in schema:
+            found = st.just(schema["const"])
         else:
-            assert isinstance(leaf, Text)
+            most = schema["maxLength"]
             letters = st.characters(codec="utf-8").filter(str.isprintable)
-            found = st.text(letters, min_size=1, max_size=leaf.limit).map(str.strip).filter(bool)
-        return st.none() | found if entry.key.null else found
+            found = st.text(letters, min_size=1, max_size=most).map(str.strip).filter(bool)
+        return st.none() | found if len(options) > 1 else found
 
-    kept = {
-        e.field: values(e)
-        for e in entries(CalibrationRecord)
-        if e.kept and not isinstance(e.content, Each)
-    }
+    kept = {key.field: values(key) for key in keys(CalibrationRecord) if not key.each}
     rising = st.floats(1e-9, 10.0, exclude_min=True, allow_subnormal=False)
     rows = st.lists(st.tuples(rising, rising), max_size=9, unique_by=(itemgetter(0), itemgetter(1)))
 
@@ -288,7 +290,7 @@ def _records() -> st.SearchStrategy[CalibrationRecord]:
             deflection_sigma_m=tuple(force / 3.0 for force, _ in table),
         )  # fmt: skip
 
-    return st.builds(complete, st.builds(CalibrationRecord, **kept), rows)
+    return st.builds(complete, st.fixed_dictionaries(kept).map(lambda x: CalibrationRecord(**x)), rows)
 
 
 @settings(max_examples=15, deadline=None)

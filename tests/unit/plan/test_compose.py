@@ -34,7 +34,7 @@ def refused(write_plan: WritePlan, rig: str) -> list[Problem]:
 def test_a_sensor_brings_its_data_sheet_and_the_rig_its_mounting(write_plan: WritePlan) -> None:
     plan = loaded(write_plan, f"profile: ur10e, {ARM}, force: {{{UART}}}")
     force = plan.rig.force
-    assert (force.driver.name, force.driver.options["port"]) == ("robotous_uart", "/dev/null")
+    assert (force.driver, force.options["port"]) == ("robotous_uart", "/dev/null")
     assert (force.range_n, force.resolution_n, force.axis) == (200.0, 0.2, "+fx")
     assert plan.rig.arm.max_push_n == 340.0
     named = [source.name for source in plan.sources]

@@ -93,7 +93,7 @@ def test_overrides_are_laid_over_a_profile(write_plan: WritePlan) -> None:
 def test_the_simulated_driver_knows_no_option_of_the_old_one(write_plan: WritePlan) -> None:
     override = "rig: {profile: ur5e, arm: {driver: sim}, force: {driver: sim}}"
     arm = load_plan(write_plan(("rig: stvf", override), ("300 N", "150 N"))).rig.arm
-    assert "lookahead" not in arm.driver.options
+    assert "lookahead" not in arm.options
 
 
 def test_a_stiffness_with_a_value_replaces_the_whole_old_one(write_plan: WritePlan) -> None:
@@ -182,7 +182,7 @@ def test_driver_options_arrive_checked_and_complete(write_plan: WritePlan) -> No
         "approach: [0, 0, -1]}}, force: {options: {port: /dev/null}}}"
     )
     rig = load_plan(write_plan(("rig: stvf", override), ("300 N", "150 N"))).rig
-    options = rig.arm.driver.options
+    options = rig.arm.options
     assert (options["host"], options["lookahead"]) == ("127.0.0.1", 0.05)
     assert options["approach"] == (0.0, 0.0, -1.0)
     assert options["upper_registers"] is False

@@ -26,7 +26,7 @@ WritePlan = Callable[..., Path]
         ("rigs/x.yaml", 3, 6, "rigs/x.yaml: no such file", "directory of the file they stand in"),
         ("x.YML", 3, 6, "x.YML: no such file", "directory of the file they stand in"),
         ("x.json", 3, 6, "x.json: no such file", "directory of the file they stand in"),
-        ('"a/\\0"', 3, 6, "control character U+0000", "a path of at most 400 characters"),
+        ('"a/\\0"', 3, 6, "control character U+0000", "a text of one line"),
         ("3", 3, 6, "'3' where a mapping belongs", "keys: profile, name"),
     ],
 )

@@ -27,6 +27,7 @@ POSES_DEG = (
 
 def _record(joints_deg: tuple[float, ...], true: np.ndarray, **other: object) -> CalibrationRecord:
     made = CalibrationRecord(
+        stepload_calibration=1,
         rig="UR5e", direction="-fz", temperature_c=None, measured_on=date(2025, 3, 1),
         valid_until=date(2025, 6, 1), stiffness_n_per_m=1e5, sigma_n_per_m=1e3, msde_m=1e-6,
         force_from_n=10.0, force_to_n=100.0, joints_rad=tuple(np.radians(joints_deg).tolist()),

@@ -22,7 +22,7 @@ from stepload.results.pressed import pressed
 
 def with_a_gauge() -> Envelope:
     plan = an_envelope().plan
-    gauge = DisplacementSpec(SIM, 1000.0, 1e-7, 5e-8)
+    gauge = DisplacementSpec(driver=SIM, rate_hz=1000.0, resolution_m=1e-7, noise_m=5e-8)
     return envelope_of(replace(plan, rig=replace(plan.rig, displacement=gauge)))
 
 

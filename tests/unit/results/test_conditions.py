@@ -49,7 +49,7 @@ def test_what_the_temperature_does_follows_from_lengths_and_coefficients() -> No
 
 def test_a_gauge_takes_the_growth_of_the_load_path_out_of_the_chain() -> None:
     plan = warm_plan()
-    gauge = DisplacementSpec(SIM, 100.0, 1e-6)
+    gauge = DisplacementSpec(driver=SIM, rate_hz=100.0, resolution_m=1e-6)
     sources = planned(envelope_of(replace(plan, rig=replace(plan.rig, displacement=gauge)))).sources
     assert sources.position_m_per_k == pytest.approx(0.05 * 1e-4)
 
@@ -141,7 +141,7 @@ def test_a_result_does_not_become_identified_by_being_old() -> None:
 
 def test_its_gauge_counts_as_beside_the_contact() -> None:
     plan = stvf_plan()
-    gauge = DisplacementSpec(SIM, 100.0, 1e-6)
+    gauge = DisplacementSpec(driver=SIM, rate_hz=100.0, resolution_m=1e-6)
     told = planned(envelope_of(replace(plan, rig=replace(plan.rig, displacement=gauge))))
     old = json.loads(to_bytes(told))
     del old["arm"]
@@ -225,7 +225,7 @@ def test_a_k_s_that_is_known_worse_stays_as_it_is() -> None:
 
 def test_a_gauge_needs_neither_table_nor_k_s() -> None:
     plan = with_table()
-    gauge = DisplacementSpec(SIM, 100.0, 1e-6)
+    gauge = DisplacementSpec(driver=SIM, rate_hz=100.0, resolution_m=1e-6)
     plan = replace(plan, rig=replace(plan.rig, displacement=gauge))
     sources = planned(envelope_of(plan)).sources
     assert (sources.deflection_force_n, sources.system_stiffness_note) == ((), "")

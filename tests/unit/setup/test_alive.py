@@ -9,7 +9,7 @@ from random import Random
 import pytest
 
 from stepload.plan.load import load_plan
-from stepload.plan.model import DisplacementSpec, DriverChoice
+from stepload.plan.model import DisplacementSpec
 from stepload.plan.shipped import plan_path
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 from stepload.setup.alive import check_alive
@@ -67,7 +67,7 @@ def test_one_flagged_sample_is_one_too_many():
 
 @pytest.mark.parametrize(("silent_s", "failed"), [(0.4, False), (0.6, True)])
 def test_a_gauge_that_falls_silent_is_found(silent_s, failed):
-    spec = DisplacementSpec(driver=DriverChoice("sim", {}), rate_hz=100.0, resolution_m=1e-6)
+    spec = DisplacementSpec(driver="sim", rate_hz=100.0, resolution_m=1e-6)
     samples = [DisplacementSample(i, math.nan, 0.01 * i, 0, 1e-6 * i) for i in range(100)]
     assert bool(found(samples, spec, (0.01, silent_s))) is failed
 

@@ -25,6 +25,7 @@ GIVEN = {
     "keys": "system_stiffness.sigma=2e3 N/m",
 }  # fmt: skip
 RECORD = CalibrationRecord(
+    stepload_calibration=1,
     rig="bench", direction="-fz", measured_on=DAY, valid_until=date(2027, 5, 21),
     stiffness_n_per_m=1.23e5, sigma_n_per_m=1e3, msde_m=1e-6, force_from_n=1.0, force_to_n=50.0,
 )  # fmt: skip

@@ -14,7 +14,7 @@ from stepload.envelope.reason import PlanVerdict
 from stepload.errors import BadInputError
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
-from stepload.plan.sections import sections_below, written_entries
+from stepload.plan.sections import keys, sections_below
 from stepload.setup.answers import Answers
 from stepload.setup.first_plan import first_plan
 from stepload.setup.plan_notes import NOTES
@@ -96,7 +96,7 @@ def test_a_comment_says_where_a_value_is_from(tmp_path: Path) -> None:
 
 
 def test_notes_are_of_keys_that_there_are(tmp_path: Path) -> None:
-    known = {entry.name for kind in sections_below(Plan) for entry in written_entries(kind)}
+    known = {key.name for kind in sections_below(Plan) for key in keys(kind)}
     assert {key.rpartition(".")[2] for key in NOTES} - {"stepload"} <= known
     for part in (f"  # {NOTES['payload.name']}\n  name:", f"# {NOTES['rig']}\nrig:"):
         assert part in plan_of("cone", tmp_path / "plan.yaml", {})

@@ -46,9 +46,9 @@ def test_the_rig_file_loads_in_its_plan_and_every_value_says_where_it_is_from(ri
     plan = load_plan(rig_file.parent / "first-payload.yaml", today=DAY)
     assert plan.rig.force.axis == "-fz"
     assert plan.rig.wiring_checked_on == DAY
-    assert plan.rig.force.driver.options["port"] == "/dev/null"
+    assert plan.rig.force.options["port"] == "/dev/null"
     assert plan.rig.hazards_read_by == "A. Tester"
-    assert plan.rig.arm.driver.options["serial_number"] == "2023"
+    assert plan.rig.arm.options["serial_number"] == "2023"
     assert plan.procedure.top_force_n > 10.0
     rows = [row for row in rig_file.read_text().splitlines() if ": " in row and row[0] != "#"]
     origins = ("default of profile ur5e", "data sheet bota", "measured 2026", "told by", "stated")

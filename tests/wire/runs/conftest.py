@@ -15,7 +15,7 @@ import pytest
 from stepload.engine.rehearse import world_for
 from stepload.envelope.envelope import envelope_of
 from stepload.plan.load import load_plan
-from stepload.plan.model import DriverChoice, Plan, SecondForce
+from stepload.plan.model import Plan, SecondForce
 from stepload_verify.emulators.rig_process import RigProcess
 
 sys.path.insert(0, str(Path(__file__).parent))  # for fault_table
@@ -104,16 +104,16 @@ def emulated_run() -> Iterator[Callable[..., EmulatedRun]]:
             version=version,
         )
         started.append(rig)
-        ur = {**arm.driver.options, **rig.options["ur"], "prove_watchdog": False}
+        ur = {**arm.options, **rig.options["ur"], "prove_watchdog": False}
         address = rig.options["ur"] if own else rig.options[sensor]
-        read = {**address, "max_age": force.driver.options["max_age"]}
+        read = {**address, "max_age": force.options["max_age"]}
         return EmulatedRun(
             replace(
                 plan,
                 rig=replace(
                     plan.rig,
-                    arm=replace(arm, driver=DriverChoice("ur", ur)),
-                    force=replace(force, driver=DriverChoice(sensor, read)),
+                    arm=replace(arm, driver="ur", options=ur),
+                    force=replace(force, driver=sensor, options=read),
                     second_force=SecondForce() if own else plan.rig.second_force,
                 ),
             ),

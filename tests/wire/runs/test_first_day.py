@@ -22,8 +22,8 @@ def test_from_the_first_address_to_a_rig_file_and_a_plan(free_host, tmp_path):
     found = load_plan(tmp_path / "first-payload.yaml").rig
     assert found.force.axis == "-fz"
     assert found.wiring_checked_on == found.hazards_read_on
-    assert found.arm.driver.options["host"] == free_host
-    assert found.arm.driver.options["serial_number"] == "20235500001"
+    assert found.arm.options["host"] == free_host
+    assert found.arm.options["serial_number"] == "20235500001"
     assert truth["peak_n"] == 0.0
     assert abs(truth["position_m"]) < 1e-4
 

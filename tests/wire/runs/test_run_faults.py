@@ -192,7 +192,7 @@ def test_a_second_program_is_refused_and_the_run_goes_on(emulated_run, tmp_path)
     refused = []
 
     def intrude():
-        other = UrArm(**run.plan.rig.arm.driver.options)
+        other = UrArm(**run.plan.rig.arm.options)
         try:
             other.open(5.0)
         except DeviceError as error:

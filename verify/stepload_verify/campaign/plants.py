@@ -18,7 +18,6 @@ from stepload.errors import RefusedError
 from stepload.plan.model import (
     ArmSpec,
     DisplacementSpec,
-    DriverChoice,
     ForceSpec,
     Payload,
     Plan,
@@ -49,7 +48,7 @@ DRIFT_N_PER_S = 0.005
 MOST_IN_COMMON = 0.05
 """Largest error that a plan states both force channels to have in common."""
 
-_SIM = DriverChoice("sim", {})
+_SIM = "sim"
 _PAYLOAD = Material("payload", 70e9, 0.33)
 _PLATE = Material("plate", 200e9, 0.29)
 _ATTEMPTS = 200
@@ -164,7 +163,9 @@ def _rig(
     ur = arm_class == "UR"
     arm = _arm(chance, ur)
     range_n = max(100.0, elastic_limit_n * chance.uniform(0.6, 3.0))
-    gauge = DisplacementSpec(_SIM, 100.0, 1e-7, 2e-8) if chance.random() < GAUGE_SHARE else None
+    gauge = None
+    if chance.random() < GAUGE_SHARE:
+        gauge = DisplacementSpec(driver=_SIM, rate_hz=100.0, resolution_m=1e-7, noise_m=2e-8)
     return Rig(
         name=arm_class,
         arm=arm,

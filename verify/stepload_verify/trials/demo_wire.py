@@ -48,20 +48,20 @@ def main() -> int:
     parser.add_argument("--serve", action="store_true", help="only emulate, until Ctrl+C")
     options = parser.parse_args()
     plan = load_plan(PLAN)
-    arm, force = plan.rig.arm.driver, plan.rig.force.driver
+    arm, force = plan.rig.arm, plan.rig.force
     port = Path(str(force.options["port"]))
     try:
         rig = RigProcess(
             world_for(envelope_of(plan)),
             ur=str(arm.options["host"]),
-            sensors=(force.name,),
-            links={force.name: port},
+            sensors=(force.driver,),
+            links={force.driver: port},
         )
     except SteploadError as error:
         print(f"error: {error}", file=sys.stderr)
         return int(error.exit_code)
     with rig:
-        print(f"emulated: ur at {arm.options['host']}, {force.name} at {port}\n", flush=True)
+        print(f"emulated: ur at {arm.options['host']}, {force.driver} at {port}\n", flush=True)
         if options.serve:
             return _serve(rig)
         words = ["run", str(PLAN), *(["--out", options.out] if options.out else [])]
