@@ -29,7 +29,7 @@ from stepload.plan.model import (
     SystemStiffness,
 )
 from stepload.plan.reader import expected
-from stepload.plan.sections import DERIVED, Kind, keys, known, written
+from stepload.plan.sections import DERIVED, Key, Kind, keys, known, written
 from stepload.units import format_quantity
 
 
@@ -43,15 +43,19 @@ def impossibilities(section: object) -> Iterator[Impossibility]:
 
 def _below(section: object) -> Iterator[tuple[str, object]]:
     """The sections right below a section, each with the name of its key."""
-    if hasattr(section, "__pydantic_fields__"):
-        for key in keys(type(section)):
-            if key.sections:
-                yield key.name, getattr(section, key.field)
+    for key in _keys(section):
+        if key.sections:
+            yield key.name, getattr(section, key.field)
+
+
+def _keys(section: object) -> tuple[Key, ...]:
+    kind: Kind = type(section)
+    return keys(kind) if hasattr(kind, "__pydantic_fields__") else ()
 
 
 def underivable(section: object) -> Iterator[Impossibility]:
     """Keys that the draft of a section leaves out and that did not follow from others."""
-    for each in keys(type(section)) if hasattr(section, "__pydantic_fields__") else ():
+    for each in _keys(section):
         if getattr(section, each.field) is DERIVED:
             yield Impossibility(
                 (),
