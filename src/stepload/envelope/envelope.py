@@ -54,7 +54,6 @@ ALMOST = 0.999
 
 IN_THE_INTERVAL = (
     "stiffness_indicative", "stiffness_uncertain", "friction_unknown", "gauge_offset",
-    "close_to_k_max",
 )  # fmt: skip
 """Codes of doubts that are bounded, and are part of the result's interval."""
 
@@ -226,7 +225,7 @@ def _derived(plan: Plan, measured: Measured | None) -> Envelope:
             null_s=NULLING_TIMES * nulling.time_constant_s if nulling is not None else 0.0,
         )
     reasons = [
-        *force_reasons(plan, safe_n, refusal, theory.counted),
+        *force_reasons(plan, safe_n, refusal, theory),
         *range_reasons(plan, theory),
         *domain_reasons(plan, theory),
         *rig_reasons(plan, theory.law.secant(plan.procedure.top_force_n)),

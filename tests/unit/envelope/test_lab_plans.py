@@ -9,7 +9,7 @@ from lab_plans import plan_of, rows
 from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.envelope.reason import Severity
 
-AGREE = 35
+AGREE = 37
 """Of the forty."""
 WORDS = {"go": "press", "warn": "care", "refused": "pointless"}
 LIMITS = {"top_force_above_safe_limit", "unidentifiable"}
