@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -335,10 +334,7 @@ def profiles(
         ("rigs: `rig: NAME`, or `rig: {profile: NAME, …}`", rigs),
         ("force sensors: `rig: {force: {profile: NAME, axis: …, options: …}}`", sheets),
     ):
-        rows = [
-            (each, re.split(r"[.:](?:\s|$)", references.about(s))[0]) for each, s in found.items()
-        ]
-        out.table(title, columns, rows)
+        out.table(title, columns, [(each, references.title(s)) for each, s in found.items()])
     out.line("stepload profiles NAME prints one, every number with its source")
     told = {"rigs": rigs, "force_sensors": sheets}
     out.result(
