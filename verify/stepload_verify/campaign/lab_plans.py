@@ -122,7 +122,8 @@ def _rig(chance: Random, profile: str, six: bool, gauged: bool) -> Text:
                 "damping": "100 N s/m", "msde": "5 µm", "provenance": "measured",
             }  # fmt: skip
     if gauged:
-        rig["displacement"] = {"driver": "sim", "rate": "1 kHz", "resolution": "0.05 µm"}
+        gauge = {"driver": "sim", "rate": "1 kHz", "resolution": "0.05 µm"}
+        rig["displacement"] = gauge | ({"offset": "2 mm"} if six else {})
     return rig
 
 
