@@ -345,7 +345,8 @@ def _judge(
     half = max(halves)
     ends = math.expm1(log_change - half), math.expm1(log_change + half)
     said = f"{change(math.expm1(log_change))}, 95 % interval {changes(ends)}"
-    seen = f"smallest difference that these runs could have shown: {change(smallest)}"
+    least = change(smallest).removeprefix("+")
+    seen = f"smallest difference that these runs could have shown: {least}"
     if all(abs(log_change) > each for each in halves):
         return Agreement.DIFFER, f"{said}; {seen}"
     if any(abs(log_change) > each for each in halves):

@@ -71,6 +71,13 @@ def kind_of(branch: str) -> str:
     return "chord" if branch == BRANCHES[0] else f"{branch}_chord"
 
 
+def no_branch(run: Pressed, branch: str) -> str:
+    """Why a run has no chord of a branch."""
+    if branch == BRANCHES[2] and len(run.tracks) == 1:
+        return "There is one cycle: a reloading is the second loading"
+    return f"There is no {branch} to read a chord from"
+
+
 def branch_chord(
     run: Pressed, read: Read, name: str, doubts: Sequence[str] = ()
 ) -> Quantity | None:

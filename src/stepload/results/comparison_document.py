@@ -96,14 +96,19 @@ CURVE: tuple[Field[AgainstCurve], ...] = (
     Field(lambda row: row.left_out, "points_beyond"),
 )  # fmt: skip
 
+
+def _two_digits(share: float) -> str:
+    return percent(share, 2)
+
+
 DIFFERENCE_LINE: tuple[Field[DifferenceLine], ...] = (
     named("source", "source"),
-    named("first", "group 1", percent),
-    named("second", "group 2", percent),
+    named("first", "group 1", _two_digits),
+    named("second", "group 2", _two_digits),
     named("common", "shared"),
-    named("own", "own", percent),
-    named("shared", "not cancelled", percent),
-    named("left", "in all", percent),
+    named("own", "own", _two_digits),
+    named("shared", "not cancelled", _two_digits),
+    named("left", "in all", _two_digits),
 )
 DIFFERENCE: tuple[Field[Difference], ...] = (
     Field(lambda each: NAMES[each.kind], "quantity"),

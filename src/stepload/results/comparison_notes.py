@@ -59,20 +59,8 @@ def run_notes(runs: Sequence[ComparedRun], given: CurveGiven | None, at_n: float
     ]
     if len(runs) > 1:
         notes += _sharing_notes(runs)
-    if any(len(each.cycles) > 1 for each in runs):
-        notes.append(
-            "values within a run are its cycles: the first is the virgin contact, and a run-in "
-            "shows as spread"
-        )
-    if len(runs) > 1:
-        notes.append(
-            "errors that runs share (K_s, force calibration, kinematics of one pose) do not show "
-            "in their spread; in their difference they cancel as far as both feel them alike"
-        )
     if given is not None and given.modulus_pa is None and given.plate_pa is None:
         notes.append("the curve is compared as it is: no modulus was given to correct it by (V-A)")
-    if given is not None:
-        notes.append("the curve counts as exact: its own errors are not known here")
     return notes
 
 

@@ -121,7 +121,7 @@ SIGNS = {
     "gap_change": "the same, change from cycle 1 to 2",
     "set": "set",
     "reload": "second loading against the first",
-    "seat": "the foot of the next branch against the first loading",
+    "seat": "set at small force, next branch against the first loading",
     "creep": "creep over the loading",
     "rate": "holds against ramps at the same force",
 }

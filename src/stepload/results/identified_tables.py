@@ -36,7 +36,7 @@ def _doubts(rows: Sequence[fields.NamedFit]) -> list[str]:
 def identification_tables(found: Identification) -> list[Table]:
     """Fits, evidence and budget of an identification."""
     rows, others = fields.fits_of(found), fields.fits_of(found, reported=False)
-    why = [f"best of the fits is {found.believe}: {line}" for line in found.why]
+    why = [f"best of the fits is {found.believe}: {'; '.join(found.why)}"]
     if found.evidence is not None:
         why.insert(0, BESIDE)
     at = f(found.fit.secant_force_n, "N")
@@ -83,7 +83,7 @@ def _evidence_tables(found: Identification) -> list[Table]:
     total = f"All together {headline.relative:.2%}; the interval is 1.96 times that."
     return [
         table("Stiffness, secant (28)", fields.QUANTITY, evidence.quantities.values(),
-              [*notes, *evidence.notes, *told]),
+              [*notes, *evidence.notes, *told], page_only=True),
         table(HEADLINE_BUDGET, fields.LINE,
               [line for line in headline.lines if line.relative > 0.0], [total], page_only=True),
         table("Laws that were tried", fields.LAW, evidence.laws, page_only=True),
