@@ -12,6 +12,8 @@ from stepload.units import (
     MAX_TEXT,
     QuantityError,
     beside_limit,
+    change,
+    changes,
     format_quantity,
     parse_quantity,
     percent,
