@@ -317,7 +317,7 @@ def gather(
         np.stack([mean(column) for column in beside[mask].T], axis=1)
         if beside.shape[1]
         else np.zeros((count.size, 0)),
-        mean(loading[mask]) > 0.5,
+        mean(loading[mask].astype(np.float64)) > 0.5,
     )
 
 
