@@ -30,7 +30,9 @@ def identify(
     ] = None,
     system_stiffness_sigma: Annotated[
         str | None,
-        typer.Option("--system-stiffness-sigma", help='Its standard uncertainty, "70 kN/m" or "2 %".'),
+        typer.Option(
+            "--system-stiffness-sigma", help='Its standard uncertainty, "70 kN/m", "2 %".'
+        ),
     ] = None,
     msde: Annotated[
         str | None, typer.Option("--msde", help='Smooth deformation error, "0.54 um".')

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from stepload.design.points import BUY, PAYLOADS, Row
 from stepload.envelope.benches import Bench, Specimen
 from stepload.evidence.expected import Narrowing
-from stepload.units import format_quantity
+from stepload.units import format_quantity, percent
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +149,7 @@ class PayloadAnswer:
 
 def half_text(half: float) -> str:
     """A half width in words."""
-    return f"±{half:.1%}" if half <= 1.0 else "wider than the figure"
+    return f"±{percent(half, 2)}" if half <= 1.0 else "wider than the figure"
 
 
 def narrowing_text(found: Sequence[Narrowing]) -> str:
@@ -181,7 +181,8 @@ def _how_stiff(each: Reach, rig: Bench) -> str:
         return f"As it is this rig measures no stiffness of the map at {top}; (34): {limit}"
     return (
         f"As it is this rig measures spheres of {extent(each)} (secant at {top}) to "
-        f"±{1.0 / rig.conditions.t:.0%} or better; the guideline (34), {limit}, is {each.guideline}"
+        f"±{percent(1.0 / rig.conditions.t)} or better; the guideline (34), {limit}, is "
+        f"{each.guideline}"
     )
 
 
