@@ -164,7 +164,10 @@ def _problem(kind: Kind, root: Node, at: Place, error: ErrorDetails) -> Problem 
         return _of_shape(node, place, tuple(map(_shape, key.sections)))
     if told in _NOT_A_MAPPING:
         names = [each.name for kind_ in (key.sections if key else (kind,)) for each in keys(kind_)]
-        hint = f"keys: {', '.join(names)}" if names else ""
+        kinds = key.sections if key else (kind,)
+        needed = [f"{each.name}: …" for k in kinds for each in keys(k) if each.required]
+        hint = f"write {{{', '.join(needed)}}}; " if needed else ""
+        hint += f"keys: {', '.join(names)}" if names else ""
         return node.place.problem(f"{_shown(node)} where a mapping belongs", hint)
     if told in _NOT_A_LIST:
         hint = expected(key) if key else ""

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from enum import StrEnum
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from stepload.plan.quantities import (
@@ -30,16 +30,18 @@ from stepload.plan.quantities import (
     PathText,
     Quantity,
     Rate,
+    Relative,
     Remark,
     Share,
     ShareAcross,
     Stiffness,
-    StiffnessError,
+    StiffnessSigma,
     Temperature,
     Torque,
     number,
+    refused,
 )
-from stepload.plan.sections import DERIVED, INTERNAL, SECTION, key
+from stepload.plan.sections import DERIVED, INTERNAL, SECTION, key, put
 from stepload.plan.simulation import Simulation
 from stepload.rig.samples import SixFloats
 
@@ -296,7 +298,7 @@ class SystemStiffness:
     """
 
     stiffness_n_per_m: Annotated[Stiffness, key("K_s; with `sigma`.", alias="value")] = DERIVED
-    sigma_n_per_m: Annotated[StiffnessError, key("Standard uncertainty of `value`.")] = DERIVED
+    sigma_n_per_m: Annotated[StiffnessSigma, key("Standard uncertainty of `value`.")] = DERIVED
     msde_m: Annotated[LengthOrZero, key("Rms deformation misfit of the linear fit (26).")] = 0.0
     damping_n_s_per_m: Annotated[Damping, key("Damping C_s, a lower bound.")] = 0.0
     provenance: Annotated[
@@ -396,6 +398,16 @@ class SystemStiffness:
     joints_rad: Annotated[tuple[float, ...], INTERNAL] = ()
     tcp_offset: Annotated[SixFloats | None, INTERNAL] = None
     validity_problem: Annotated[str, INTERNAL] = ""
+
+    @model_validator(mode="after")
+    def _of_the_value(self) -> SystemStiffness:
+        """Make of a σ that is written as a share one in the unit of the value."""
+        if isinstance(self.sigma_n_per_m, Relative):
+            if self.stiffness_n_per_m is DERIVED:
+                message = "`sigma` is a share of a value that is not stated"
+                raise refused(message, "give `value`, or `sigma` in its unit")
+            put(self, "sigma_n_per_m", self.stiffness_n_per_m * self.sigma_n_per_m)
+        return self
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)

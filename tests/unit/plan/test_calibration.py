@@ -290,7 +290,9 @@ def _records() -> st.SearchStrategy[CalibrationRecord]:
             deflection_sigma_m=tuple(force / 3.0 for force, _ in table),
         )  # fmt: skip
 
-    return st.builds(complete, st.fixed_dictionaries(kept).map(lambda x: CalibrationRecord(**x)), rows)
+    return st.builds(
+        complete, st.fixed_dictionaries(kept).map(lambda x: CalibrationRecord(**x)), rows
+    )
 
 
 @settings(max_examples=15, deadline=None)
