@@ -10,7 +10,7 @@ from stepload.errors import DomainError
 from stepload.estimators.conditions import BRANCHES
 from stepload.estimators.smooth import smooth_lengths
 from stepload.evidence import figures
-from stepload.evidence.chord import Chord, chord, smoothed
+from stepload.evidence.chord import Chord, chord, smooth_of, smoothed
 from stepload.evidence.drift import Drift, drift_of, largest_in_holds, without_drift
 from stepload.evidence.elastic import Elastic, elastic_of
 from stepload.evidence.errors import errors_of, middle, total
@@ -106,11 +106,13 @@ def _reading(
     """The input of the figures of a branch, no law in it."""
     lengths = smooth_lengths(run.conditions.sources.smooth_length_n, elastic.top_n)
     errors = [errors_of(run, branch, elastic, drift, length_n) for length_n in lengths]
-    main = smoothed(local, branch, total(errors[middle(len(lengths))]), elastic.q)
+    covariance = total(errors[middle(len(lengths))])
+    smooth = smooth_of(local, branch.path, covariance, elastic.q)
+    main = smoothed(local, branch, covariance, smooth)
     return figures.Reading(
         main=main,
-        upper=main,
-        path=branch.path,
+        smooth=smooth,
+        branch=branch,
         errors=errors,
         law_sets=[],
         power=elastic.q,
