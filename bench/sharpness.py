@@ -13,17 +13,26 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from stepload_verify.trials.boundary.curves import contacts
-from stepload_verify.trials.sharp import Row, World, of_contacts, of_plan, score, table
+from stepload_verify.trials.sharp import (
+    Row,
+    World,
+    of_contacts,
+    of_plan,
+    score,
+    stated,
+    table,
+    unstated,
+)
 
 HOME = Path(__file__).parents[1]
 PLANS = ("procedures/plastic-sphere.yaml", "bench/sharp/ur5e-silicone.yaml")
 
 
-def shown(found: dict[str, list[Row]]) -> Iterator[str]:
+def shown(found: Mapping[str, list[Row]]) -> Iterator[str]:
     """A line for each figure."""
     for kind, each in found.items():
         told = score(each)
@@ -40,6 +49,7 @@ def main() -> None:
     parser.add_argument("plans", nargs="*", type=Path, default=[HOME / each for each in PLANS])
     parser.add_argument("--runs", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--unstated", action="store_true", help="K_s and its σ alone are stated")
     told = parser.parse_args()
     bodies = of_contacts(HOME / PLANS[0], list(contacts()))
     worlds: list[World] = [*map(of_plan, told.plans), *bodies]
@@ -48,7 +58,9 @@ def main() -> None:
     start_s = time.perf_counter()
     for world in worlds:
         print(world.name, flush=True)
-        found = dict(table(world, told.runs, told.seed))
+        found, refused = table(world, told.runs, told.seed, unstated if told.unstated else stated)
+        if refused:
+            print(f"  {refused} refused")
         for kind, each in found.items():
             all_rows.setdefault(kind, []).extend(each)
         print("\n".join(shown(found)), flush=True)

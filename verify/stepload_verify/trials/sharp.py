@@ -15,30 +15,45 @@ import numpy as np
 
 from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.envelope.until import planned_run
+from stepload.errors import SteploadError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.smooth import NORMAL_95, smooth_correlation
 from stepload.evidence.answer import Evidence, weigh
+from stepload.evidence.expected import SAMPLES_HZ
 from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed
 from stepload.plan.load import load_plan
-from stepload_verify.trials.boundary.curves import Branch, Contact
+from stepload.record.curves import Curve
+from stepload.results.from_curve import prepare
+from stepload.results.pressed import pressed_curve
+from stepload.results.wishes import Wishes
+from stepload_verify.trials.boundary.curves import Contact
 
+Law = Callable[[FloatArray], FloatArray]
 GRID = 60
 DRIFT_M_PER_S = 0.5e-6 / 60.0
 """Standard deviation of an even drift of the travel. It is stated nowhere: two cycles show it."""
 NEAR = 1e-3
+TOUCH_N = 1e-3
+FREE_M, FREE_S, FOOT_S = 30e-6, 1.0, 0.25
+"""Of a curve: how far it is pulled back, how long in free air, and how long to its first force."""
 
 
 @dataclass(frozen=True, slots=True)
 class World:
-    """A run without error; deformation in m at a force in N, and exponent of its payload."""
+    """A run without error, and its payload: deformation (N,) in m at forces (N,) along the first
+    loading and along all that follows, and its exponent."""
 
     name: str
     run: Pressed
-    deformation: Callable[[float], float]
+    loading: Law
+    again: Law
     n: float
+
+
+Ask = Callable[[World, np.random.Generator], Evidence]
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +86,11 @@ def of_plan(path: Path) -> World:
     envelope = _smooth(path)
     law = envelope.theory.stiffest
     run = planned_run(envelope.plan, envelope.theory, envelope.climbs)
-    return World(path.stem, run, law.deformation, law.n)
+
+    def deformation(force_n: FloatArray) -> FloatArray:
+        return np.asarray((force_n / law.k) ** (1.0 / law.n))
+
+    return World(path.stem, run, deformation, deformation, law.n)
 
 
 def of_contacts(path: Path, contacts: Sequence[Contact]) -> Iterator[World]:
@@ -83,23 +102,20 @@ def of_contacts(path: Path, contacts: Sequence[Contact]) -> Iterator[World]:
         roughness_m=None, rough_length_m=None,
     )  # fmt: skip
     for contact in contacts:
-        again = contact.again or contact.loading
+        loading, again = contact.loading.at, (contact.again or contact.loading).at
         tracks = [
-            (k, _pressed(up, contact.loading if k == 1 else again, told),
+            (k, _pressed(up, loading if k == 1 else again, told),
              _pressed(down, again, told) if down else None)
             for k, up, down in run.tracks
         ]  # fmt: skip
-        top_n = float(tracks[0][1].force_n.max())
-        yield World(
-            contact.name,
-            replace(run, tracks=tracks, conditions=told),
-            lambda force_n, contact=contact: float(contact.loading.at(force_n)),
-            contact.exponent(float(tracks[0][1].force_n.min()), top_n),
-        )
+        first_n = run.tracks[0][1].force_n
+        n = contact.exponent(float(first_n.min()), float(first_n.max()))
+        own = replace(run, tracks=tracks, conditions=told)
+        yield World(contact.name, own, loading, again, n)
 
 
-def _pressed(track: Track, branch: Branch, told: Conditions) -> Track:
-    return replace(track, travel_m=branch.at(track.force_n) + told.bend(track.force_n))
+def _pressed(track: Track, law: Law, told: Conditions) -> Track:
+    return replace(track, travel_m=law(track.force_n) + told.bend(track.force_n))
 
 
 def _smooth(path: Path) -> Envelope:
@@ -151,7 +167,6 @@ def _rounded(values: FloatArray, quantum: float) -> FloatArray:
 
 def rows(world: World, found: Evidence) -> Iterator[tuple[str, Row]]:
     """Every figure of the first loading against its truth."""
-    law = world.deformation
     for kind in ("chord", "secant_from_touch", "tangent"):
         each = found.quantities.get(kind)
         if each is None or not each.value_n_per_m > 0.0:
@@ -160,8 +175,8 @@ def rows(world: World, found: Evidence) -> Iterator[tuple[str, Row]]:
         from_n, to_n = each.from_n, each.to_n
         if kind == "tangent":
             from_n, to_n = (1.0 - NEAR) * to_n, (1.0 + NEAR) * to_n
-        below_m = law(from_n) if from_n > 0.0 else 0.0
-        true = (to_n - from_n) / (law(to_n) - below_m)
+        low_m, high_m = world.loading(np.array([max(from_n, TOUCH_N), to_n]))
+        true = (to_n - from_n) / float(high_m - (low_m if from_n > 0.0 else 0.0))
         low, high = each.interval_n_per_m
         yield kind, Row(
             math.log(each.value_n_per_m / true), math.log(high / low) / 2.0, low <= true <= high,
@@ -175,14 +190,62 @@ def rows(world: World, found: Evidence) -> Iterator[tuple[str, Row]]:
         )  # fmt: skip
 
 
-def table(world: World, runs: int, seed: int) -> Mapping[str, list[Row]]:
-    """All rows of a world, by figure."""
+def stated(world: World, rng: np.random.Generator) -> Evidence:
+    """What is said of a drawn run where all its errors are stated."""
+    return weigh(drawn(world.run, rng))
+
+
+def unstated(world: World, rng: np.random.Generator) -> Evidence:
+    """What is said of the same run as a file of which K_s and its σ alone are stated."""
+    sources = world.run.conditions.sources
+    track = drawn(replace(world.run, tracks=[(1, _whole(world), None)]), rng).tracks[0][1]
+    wishes = Wishes(
+        system_stiffness_n_per_m=sources.system_stiffness_n_per_m,
+        system_stiffness_sigma_n_per_m=sources.system_stiffness_sigma_n_per_m,
+    )
+    curve = Curve(track.time_s, track.travel_m, None, track.force_n)
+    return weigh(pressed_curve(prepare(curve, wishes)))
+
+
+def _whole(world: World) -> Track:
+    """A run in one piece, with what a file has of free air before and after each cycle."""
+    told = world.run.conditions
+    force: list[FloatArray] = []
+    travel: list[FloatArray] = []
+    away_m = np.linspace(-FREE_M, 0.0, round(FREE_S * SAMPLES_HZ))
+
+    def foot(to_n: float, law: Law) -> tuple[FloatArray, FloatArray]:
+        force_n = np.linspace(0.0, to_n, round(FOOT_S * SAMPLES_HZ) + 1)[1:-1]
+        return force_n, law(force_n) + told.bend(force_n)
+
+    for k, up, down in world.run.tracks:
+        there = foot(float(up.force_n[0]), world.loading if k == 1 else world.again)
+        force += [np.zeros_like(away_m), there[0], up.force_n]
+        travel += [away_m, there[1], up.travel_m]
+        if down is not None:
+            back = foot(float(down.force_n[-1]), world.again)
+            force += [down.force_n, back[0][::-1], np.zeros_like(away_m)]
+            travel += [down.travel_m, back[1][::-1], away_m[::-1]]
+    force_n, travel_m = np.concatenate(force), np.concatenate(travel)
+    time_s = np.arange(force_n.size) / SAMPLES_HZ
+    return Track(time_s, force_n, travel_m, np.zeros(force_n.size, dtype=np.intp))
+
+
+def table(
+    world: World, runs: int, seed: int, ask: Ask = stated
+) -> tuple[Mapping[str, list[Row]], int]:
+    """All rows of a world by figure, and how many runs were refused."""
     found: dict[str, list[Row]] = {}
+    refused = 0
     for number in range(runs):
-        rng = np.random.default_rng([seed, number])
-        for kind, row in rows(world, weigh(drawn(world.run, rng))):
+        try:
+            evidence = ask(world, np.random.default_rng([seed, number]))
+        except SteploadError:
+            refused += 1
+            continue
+        for kind, row in rows(world, evidence):
             found.setdefault(kind, []).append(row)
-    return found
+    return found, refused
 
 
 def score(made: Sequence[Row]) -> Score:
