@@ -7,6 +7,7 @@ the smooth error, gain, linearity, drift, noise and quanta of the sizes that are
 from __future__ import annotations
 
 import math
+import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -239,7 +240,9 @@ def table(
     refused = 0
     for number in range(runs):
         try:
-            evidence = ask(world, np.random.default_rng([seed, number]))
+            evidence = ask(
+                world, np.random.default_rng([seed, number, zlib.crc32(world.name.encode())])
+            )
         except SteploadError:
             refused += 1
             continue
