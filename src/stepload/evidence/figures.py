@@ -35,7 +35,7 @@ BETTER = 16.0
 """χ² by which another law must fit better to refuse one: four standard deviations."""
 UPPER_SHARE = 0.7
 """The upper chord begins at this share of a tangent's force."""
-SEAT = "seat that gave way at small force"
+SEAT = "set at small force"
 HOPELESS = 1.0
 """Half width, as a share of the figure, above which it is not identifiable."""
 
