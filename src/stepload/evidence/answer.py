@@ -12,7 +12,7 @@ from stepload.errors import DomainError
 from stepload.estimators.conditions import BRANCHES
 from stepload.estimators.smooth import NORMAL_95
 from stepload.evidence import figures
-from stepload.evidence.chord import Chord, chord
+from stepload.evidence.chord import Chord
 from stepload.evidence.elastic import Elastic
 from stepload.evidence.errors import Component, middle, total
 from stepload.evidence.gauge import against_arm
@@ -34,8 +34,6 @@ from stepload.evidence.reading import OF_SIGNS, branch_chord, kind_of, no_branch
 from stepload.evidence.second import against_second
 from stepload.units import format_quantity
 
-UPPER_SHARE = 0.7
-"""The upper chord begins at this share of the top force."""
 REFUSED = 1e-3
 """Probability below which the χ² of the best law refuses all of them."""
 UNLOADED = 0.35
@@ -121,7 +119,6 @@ def weigh(run: Pressed) -> Evidence:
     counting = [each for each in chosen if each and chosen[here]] if told.laws else every
     read_from = replace(
         read.reading,
-        upper=chord(first, UPPER_SHARE * main.to_n, main.to_n),
         law_sets=counting if power is not None else [],
         power=power.best.shape if power is not None else 1.0,
         doubts=(

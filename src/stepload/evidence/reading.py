@@ -10,7 +10,7 @@ from stepload.errors import DomainError
 from stepload.estimators.conditions import BRANCHES
 from stepload.estimators.smooth import smooth_lengths
 from stepload.evidence import figures
-from stepload.evidence.chord import Chord, chord, smoothed
+from stepload.evidence.chord import Chord, chord, smooth_of, smoothed
 from stepload.evidence.drift import Drift, drift_of, largest_in_holds, without_drift
 from stepload.evidence.elastic import Elastic, elastic_of
 from stepload.evidence.errors import SYSTEM, errors_of, middle, total
@@ -114,12 +114,13 @@ def _reading(
     lengths = smooth_lengths(run.conditions.sources.smooth_length_n, elastic.top_n)
     errors = [errors_of(run, branch, elastic, drift, length_n) for length_n in lengths]
     # The shape of the fit must not tell K_s: its error is not among those that weigh the data.
-    weighing = [part for part in errors[middle(len(lengths))] if part.source != SYSTEM]
-    main = smoothed(local, branch, total(weighing), elastic.q)
+    weighing = total([part for part in errors[middle(len(lengths))] if part.source != SYSTEM])
+    smooth = smooth_of(local, branch.path, weighing, elastic.q)
+    main = smoothed(local, branch, weighing, smooth)
     return figures.Reading(
         main=main,
-        upper=main,
-        path=branch.path,
+        smooth=smooth,
+        branch=branch,
         errors=errors,
         law_sets=[],
         power=elastic.q,
