@@ -9,11 +9,11 @@ from dataclasses import dataclass, fields
 from functools import cache
 from importlib import resources
 
+from stepload.declaration.sections import Key, keys_below
 from stepload.envelope.limits import RunLimits
 from stepload.errors import BadInputError
 from stepload.explain.words import words
 from stepload.plan.model import Plan
-from stepload.plan.sections import Key, keys_below
 
 GROUPS = {
     "preflight": "reasons of a preflight",

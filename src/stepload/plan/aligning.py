@@ -7,8 +7,8 @@ from typing import Annotated
 
 from pydantic.dataclasses import dataclass
 
-from stepload.plan.quantities import Length, Quantity
-from stepload.plan.sections import SECTION, key
+from stepload.declaration.quantities import Length, Quantity
+from stepload.declaration.sections import SECTION, key
 from stepload.rig.device import LARGEST_SHIFT_M
 
 

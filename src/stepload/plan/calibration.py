@@ -14,9 +14,7 @@ from typing import Annotated
 from pydantic.dataclasses import dataclass
 
 from stepload.contact.across import across_problem
-from stepload.estimators.deflection_rows import table_problem, upper_stiffness_n_per_m
-from stepload.plan.problems import Problem
-from stepload.plan.quantities import (
+from stepload.declaration.quantities import (
     EXACT,
     Angle,
     Axis,
@@ -39,8 +37,10 @@ from stepload.plan.quantities import (
     Version,
     number,
 )
+from stepload.declaration.sections import SECTION, adapter, key
+from stepload.estimators.deflection_rows import table_problem, upper_stiffness_n_per_m
+from stepload.plan.problems import Problem
 from stepload.plan.reader import read_file
-from stepload.plan.sections import SECTION, adapter, key
 from stepload.plan.source import Source, read_source
 from stepload.plan.whole_file import replace_file
 from stepload.rig.samples import SixFloats

@@ -14,6 +14,7 @@ from stepload.contact.elastic import law_for
 from stepload.contact.limit import no_limit_reason
 from stepload.contact.materials import Material
 from stepload.contact.unknown import is_range
+from stepload.declaration.sections import DERIVED, Key, Kind, keys, known, written
 from stepload.errors import DomainError
 from stepload.estimators.deflection_rows import table_problem
 from stepload.plan.calibration import disagreement
@@ -29,7 +30,6 @@ from stepload.plan.model import (
     SystemStiffness,
 )
 from stepload.plan.reader import expected
-from stepload.plan.sections import DERIVED, Key, Kind, keys, known, written
 from stepload.units import format_quantity
 
 

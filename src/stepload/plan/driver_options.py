@@ -7,8 +7,8 @@ import math
 from collections.abc import Sequence as SequenceABC
 from pathlib import Path
 
-from stepload.errors import BadInputError
-from stepload.plan.problems import PlanError, Problem, printable
+from stepload.errors import BadInputError, printable
+from stepload.plan.problems import PlanError, Problem
 from stepload.plan.reader import unknown_key
 from stepload.plan.source import Source, read_source
 from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar, Sequence, parse_tree

@@ -14,11 +14,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from stepload.contact.law_names import LAW_NAMES
-from stepload.estimators.conditions import BRANCHES
-from stepload.plan.aligning import Alignment, Nulling
-from stepload.plan.payload import Payload
-from stepload.plan.problems import PlanError, Problem
-from stepload.plan.quantities import (
+from stepload.declaration.quantities import (
     Accuracy,
     Choice,
     Duration,
@@ -37,6 +33,11 @@ from stepload.plan.quantities import (
     Version,
     number,
 )
+from stepload.declaration.sections import DERIVED, INTERNAL, SECTION, key
+from stepload.estimators.conditions import BRANCHES
+from stepload.plan.aligning import Alignment, Nulling
+from stepload.plan.payload import Payload
+from stepload.plan.problems import PlanError, Problem
 from stepload.plan.rig import (
     ArmSpec,
     DeviceSpec,
@@ -50,7 +51,6 @@ from stepload.plan.rig import (
     Structure,
     SystemStiffness,
 )
-from stepload.plan.sections import DERIVED, INTERNAL, SECTION, key
 from stepload.plan.simulation import Simulation
 
 __all__ = [

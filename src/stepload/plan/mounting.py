@@ -7,8 +7,8 @@ from typing import Annotated
 
 from pydantic.dataclasses import dataclass
 
-from stepload.plan.quantities import LengthOrZero, Offset, Quantity, ShareAcross, number
-from stepload.plan.sections import SECTION, key
+from stepload.declaration.quantities import LengthOrZero, Offset, Quantity, ShareAcross, number
+from stepload.declaration.sections import SECTION, key
 
 _Tilt = Annotated[float, Quantity("rad", -pi / 6, pi / 6)]
 _Torque = Annotated[float, Quantity("N m", 0.0, 1e4)]

@@ -17,7 +17,7 @@ from stepload.contact.materials import (
     SharpCone,
     Sphere,
 )
-from stepload.plan.quantities import (
+from stepload.declaration.quantities import (
     Expansion,
     Length,
     LengthOrZero,
@@ -34,7 +34,7 @@ from stepload.plan.quantities import (
     refused,
     stated,
 )
-from stepload.plan.sections import INTERNAL, SECTION, Made, key, put
+from stepload.declaration.sections import INTERNAL, SECTION, Made, key, put
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)

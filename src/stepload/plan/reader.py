@@ -9,10 +9,8 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from stepload.errors import BadInputError
-from stepload.plan.problems import PlanError, Problem, guess, printable
-from stepload.plan.quantities import REFUSED, WRITTEN, shown
-from stepload.plan.sections import (
+from stepload.declaration.quantities import REFUSED, WRITTEN, shown
+from stepload.declaration.sections import (
     UNKNOWN,
     Key,
     Kind,
@@ -22,7 +20,9 @@ from stepload.plan.sections import (
     keys,
     schema_of,
 )
-from stepload.plan.sections import expected as words_for
+from stepload.declaration.sections import expected as words_for
+from stepload.errors import BadInputError, guess, printable
+from stepload.plan.problems import PlanError, Problem
 from stepload.plan.source import Source
 from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar, Sequence, parse_tree
 

@@ -11,11 +11,11 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from stepload.declaration.sections import Key, Kind, keys, sections_below
 from stepload.plan.calibration import CalibrationRecord
 from stepload.plan.model import Plan
 from stepload.plan.reader import SHAPE
 from stepload.plan.references import about, data_sheets, profiles, read_data_sheet, read_profile
-from stepload.plan.sections import Key, Kind, keys, sections_below
 from stepload.plan.source import Source
 
 _BLOCK = re.compile(r"(<!-- keys: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)

@@ -9,7 +9,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from stepload.plan.quantities import (
+from stepload.declaration.quantities import (
     Axis,
     Calendar,
     Choice,
@@ -41,7 +41,7 @@ from stepload.plan.quantities import (
     number,
     refused,
 )
-from stepload.plan.sections import DERIVED, INTERNAL, SECTION, key, put
+from stepload.declaration.sections import DERIVED, INTERNAL, SECTION, key, put
 from stepload.plan.simulation import Simulation
 from stepload.rig.samples import SixFloats
 

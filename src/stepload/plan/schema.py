@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from stepload.declaration.quantities import Quantity
+from stepload.declaration.sections import keys, schema_of, sections_below
 from stepload.plan.driver_options import expected
 from stepload.plan.model import Plan, Rig
-from stepload.plan.quantities import Quantity
-from stepload.plan.sections import keys, schema_of, sections_below
 from stepload.rig.options import Option
 from stepload.rig.plugins import list_drivers, load_driver
 from stepload.units import format_quantity

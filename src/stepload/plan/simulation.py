@@ -6,8 +6,7 @@ from typing import Annotated
 
 from pydantic.dataclasses import dataclass
 
-from stepload.plan.mounting import Mounting
-from stepload.plan.quantities import (
+from stepload.declaration.quantities import (
     Choice,
     Duration,
     Force,
@@ -21,7 +20,8 @@ from stepload.plan.quantities import (
     Stiffness,
     number,
 )
-from stepload.plan.sections import SECTION, key
+from stepload.declaration.sections import SECTION, key
+from stepload.plan.mounting import Mounting
 
 _Factor = Annotated[float, number(0.01, 100.0)]
 _Bend = Annotated[float, Quantity("%", -0.1, 0.1)]

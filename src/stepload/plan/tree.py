@@ -16,7 +16,8 @@ from ruamel.yaml import YAML
 from ruamel.yaml import events as ev
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
-from stepload.plan.problems import PlanError, Problem, printable
+from stepload.errors import printable
+from stepload.plan.problems import PlanError, Problem
 from stepload.plan.source import Source
 from stepload.plan.yaml_words import mistake
 

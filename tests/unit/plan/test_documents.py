@@ -12,12 +12,12 @@ import jsonschema
 import pytest
 import yaml
 
+from stepload.declaration.sections import keys, sections_below
 from stepload.plan.calibration import CalibrationRecord
 from stepload.plan.load import json_schema, load_plan, profiles
 from stepload.plan.model import Plan
 from stepload.plan.reader import SHAPE
 from stepload.plan.reference import with_tables
-from stepload.plan.sections import keys, sections_below
 
 ROOT = Path(__file__).parents[3]
 DOCS = ROOT / "docs" / "plan.md"

@@ -11,10 +11,7 @@ from typing import Annotated, Any, get_args
 import pytest
 from plan_hints import quantity_in
 
-from stepload.errors import BadInputError
-from stepload.plan.calibration import CalibrationRecord
-from stepload.plan.model import Plan
-from stepload.plan.quantities import (
+from stepload.declaration.quantities import (
     Calendar,
     Choice,
     FilePath,
@@ -29,8 +26,11 @@ from stepload.plan.quantities import (
     number,
     stated,
 )
+from stepload.declaration.sections import Kind, fields_of, keys, schema_of
+from stepload.errors import BadInputError
+from stepload.plan.calibration import CalibrationRecord
+from stepload.plan.model import Plan
 from stepload.plan.reader import SHAPE, checked
-from stepload.plan.sections import Kind, fields_of, keys, schema_of
 
 RANGES = {
     "above 0 to 10 m": """
@@ -262,7 +262,7 @@ def test_what_is_good_is_read(hint: Any, good: object, found: object) -> None:
 
 
 def test_in_code_si_floats_are_taken_as_they_stand() -> None:
-    from stepload.plan.sections import adapter
+    from stepload.declaration.sections import adapter
 
     assert adapter(LENGTH).validate_python(0.5) == 0.5
 

@@ -12,15 +12,8 @@ import pytest
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from stepload.plan.calibration import CalibrationRecord
-from stepload.plan.derived import RULES
-from stepload.plan.model import IdentifyPlan, Plan, RecordPlan
-from stepload.plan.problems import Problem
-from stepload.plan.quantities import Flag, Force, Length, Name, Quantity, Uncertain
-from stepload.plan.reader import read_section
-from stepload.plan.reference import table
-from stepload.plan.schema import json_schema
-from stepload.plan.sections import (
+from stepload.declaration.quantities import Flag, Force, Length, Name, Quantity, Uncertain
+from stepload.declaration.sections import (
     DERIVED,
     INTERNAL,
     SECTION,
@@ -34,6 +27,13 @@ from stepload.plan.sections import (
     sections_below,
     written,
 )
+from stepload.plan.calibration import CalibrationRecord
+from stepload.plan.derived import RULES
+from stepload.plan.model import IdentifyPlan, Plan, RecordPlan
+from stepload.plan.problems import Problem
+from stepload.plan.reader import read_section
+from stepload.plan.reference import table
+from stepload.plan.schema import json_schema
 from stepload.plan.source import Source
 from stepload.plan.tree import Place, parse_tree
 

@@ -22,7 +22,7 @@ from pydantic.fields import FieldInfo
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import PydanticCustomError, PydanticOmit, PydanticUndefined, core_schema
 
-from stepload.plan.quantities import WRITTEN
+from stepload.declaration.quantities import WRITTEN
 
 Kind = Any
 """A section class."""

@@ -3,7 +3,7 @@
 A field `hold_s: Duration` reads "3 s" and holds 3.0. What a plan may say is read with the context
 `WRITTEN`: a quantity then needs its unit. Without it, as where a section is made in code, SI floats
 are taken as they stand. What a type is called in words, for errors and tables, follows from its
-JSON Schema (`stepload.plan.sections.expected`).
+JSON Schema (`stepload.declaration.sections.expected`).
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError, core_schema
 
-from stepload.plan.problems import printable
+from stepload.errors import printable
 from stepload.units import (
     QuantityError,
     describe_unit,
