@@ -12,26 +12,22 @@ import re
 import select
 import socket
 import time
-from collections.abc import Mapping
-from typing import Any
+from typing import Annotated, Any
 
 import can
 import serial
 from can.interfaces.slcan import slcanBus
 from can.interfaces.socketcand import SocketCanDaemonBus
 
+from stepload.declaration.quantities import PathText, Verbatim
+from stepload.declaration.sections import key
 from stepload.errors import BadInputError, DeviceError
 from stepload.rig.faults import FaultCode
-from stepload.rig.options import Option
 from stepload.rig.usb import MAX_LATENCY_MS, latency_timer_ms
 from stepload_drivers.canframe import CanFrame
 
-CAN_OPTIONS: Mapping[str, Option] = {
-    "interface": Option(
-        "text", "python-can interface: socketcan, slcan, socketcand, pcan, …", default="socketcan"
-    ),
-    "channel": Option("text", "can0, /dev/ttyACM0, HOST:PORT/can0", required=True),
-}
+Interface = Annotated[Verbatim, key("python-can interface: socketcan, slcan, socketcand, pcan, …")]
+Channel = Annotated[PathText, key("can0, /dev/ttyACM0, HOST:PORT/can0")]
 WAIT_S = 0.1
 MAX_BATCH = 64
 """Time limit of one read, so that a slow reader returns what it has."""

@@ -5,14 +5,18 @@ from __future__ import annotations
 import contextlib
 import select
 from pathlib import Path
+from typing import Annotated
 
 import serial
 
+from stepload.declaration.quantities import PathText
+from stepload.declaration.sections import key
 from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
 from stepload.rig.usb import MAX_LATENCY_MS, USB_SERIAL, latency_timer_ms
 
 WAIT_S = 0.05
+Port = Annotated[PathText, key("serial port, e.g. /dev/serial/by-id/…")]
 
 
 class SerialPort:

@@ -8,22 +8,23 @@ import threading
 import time
 from abc import abstractmethod
 from operator import attrgetter
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Annotated, Any, ClassVar, Generic, TypeVar
 
+from stepload.declaration.quantities import Setting, Verbatim
+from stepload.declaration.sections import key
 from stepload.errors import DeviceError
 from stepload.rig.device import Device, Health, Identity
 from stepload.rig.faults import Fault, FaultCode
-from stepload.rig.options import Option
 from stepload_drivers.priority import prefer_this_thread
 from stepload_drivers.stream import Stream
 
 Sample = TypeVar("Sample")
 
 STALE_S = 0.1
-MAX_AGE = Option(
-    "quantity", "silence after which the sensor counts as dead", unit="s", default=STALE_S,
-    low=0.02, high=5.0,
-)  # fmt: skip
+MaxAge = Annotated[
+    float, Setting("s", 0.02, 5.0), key("silence after which the sensor counts as dead")
+]
+OtherSensor = Annotated[Verbatim, key("refuse a sensor with another serial number")]
 
 
 class Deadline:

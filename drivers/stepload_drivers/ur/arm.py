@@ -10,7 +10,6 @@ from typing import Any, ClassVar
 from stepload.errors import DeviceError
 from stepload.rig.device import Arm, ArmConfiguration, Health, Identity, StopProof
 from stepload.rig.faults import TAKEN_OVER, Fault, FaultCode
-from stepload.rig.options import Option
 from stepload.rig.samples import ArmSample, Status
 from stepload_drivers.motion import (
     NO_SHIFT,
@@ -23,7 +22,7 @@ from stepload_drivers.ur import lookout, rescue, state, wire
 from stepload_drivers.ur.last_seen import LastSeen, Reach
 from stepload_drivers.ur.preflight import preflight
 from stepload_drivers.ur.process import ChildProcess
-from stepload_drivers.ur.settings import OPTIONS, settings_from
+from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.tally import Tally
 from stepload_drivers.ur.unload import Unloading
 
@@ -62,7 +61,7 @@ class UrArm(Arm):
     approach: a second channel of about ±10 N in each component.
     """
 
-    OPTIONS: ClassVar[Mapping[str, Option]] = OPTIONS
+    OPTIONS: ClassVar[type] = Settings
     SETTINGS_AT: ClassVar[Mapping[str, str]] = {
         "tcp_offset": "the pendant: Installation, General, TCP",
         "payload_kg": "the pendant: Installation, General, Payload",
@@ -73,7 +72,7 @@ class UrArm(Arm):
     can_shift = True
 
     def __init__(self, **options: Any) -> None:
-        self._settings = settings_from(options)
+        self._settings = Settings(**options)
         self._axes = state.pressing_axes(self._settings.approach)
         self._child: ChildProcess | None = None
         self._loaded = ""

@@ -24,6 +24,7 @@ from pydantic import (
     StrictBool,
     StringConstraints,
     ValidationInfo,
+    WithJsonSchema,
 )
 from pydantic_core import PydanticCustomError, core_schema
 
@@ -128,6 +129,19 @@ class Quantity:
             "examples": [example],
             "x-expected": self.expected(),
         }
+
+
+@dataclass(frozen=True, slots=True)
+class Setting(Quantity):
+    """An option of a driver: a quantity whose limits hold in code too."""
+
+    def _validated(self, value: Any, info: ValidationInfo) -> float:
+        if info.context == WRITTEN:
+            return self.read(value)
+        number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not number or not self._holds(value):  # also refuses NaN
+            raise refused(f"{shown(value)} {self.unit}", f"expected {self.expected()}")
+        return float(value)
 
 
 class Relative(float):
@@ -397,6 +411,33 @@ Note = Annotated[str, _text(10_000), AfterValidator(_lines)]
 Remark = Annotated[str, _text(1_000), AfterValidator(_one_line)]
 Tag = Annotated[str, _text(200, 1), AfterValidator(_one_line)]
 PathText = Annotated[str, _text(400, 1), AfterValidator(_one_line)]
+Verbatim = Annotated[str, StringConstraints(strict=True, max_length=400), AfterValidator(_one_line)]
+"""A text whose spaces at both ends count."""
+
+
+def _vector(value: Any) -> tuple[float, float, float]:
+    items = value if isinstance(value, (list, tuple)) else ()
+    numbers = [v for v in items if isinstance(v, (int, float)) and not isinstance(v, bool)]
+    if not len(items) == len(numbers) == 3 or not all(map(math.isfinite, numbers)):
+        hint = "expected three finite numbers, for example [0, 0, -1]"
+        raise refused("this is not a list of three plain numbers", hint)
+    x, y, z = map(float, numbers)
+    return (x, y, z)
+
+
+Vector = Annotated[
+    tuple[float, float, float],
+    BeforeValidator(_vector),
+    WithJsonSchema(
+        {
+            "type": "array",
+            "items": {"type": "number"},
+            "minItems": 3,
+            "maxItems": 3,
+            "x-expected": "a list of three plain numbers",
+        }
+    ),
+]
 
 
 def path_of(value: Any) -> Path:
@@ -452,4 +493,5 @@ Offset = Annotated[float, Quantity("m", -10.0, 10.0)]
 Temperature = Annotated[float, Quantity("degC", -50.0, 150.0)]
 Expansion = Annotated[float, Quantity("1/K", 0.0, 1e-3)]
 Degrees = Annotated[float, number(1.0, 1e6)]
+Baud = Annotated[int, number(50, 4_000_000)]
 Axis = Annotated[str, Choice(("+fx", "-fx", "+fy", "-fy", "+fz", "-fz"))]

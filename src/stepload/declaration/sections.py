@@ -231,6 +231,11 @@ class Key:
         return len(self.sections) > 1
 
     @property
+    def is_text(self) -> bool:
+        """Whether a text is written there, which a file may have to quote."""
+        return self.info.annotation is str
+
+    @property
     def is_section(self) -> bool:
         """Whether the field holds the one section that may stand there."""
         return bool(self.sections) and not any(isinstance(n, Made) for n in self.info.metadata)

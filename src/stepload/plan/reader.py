@@ -146,7 +146,10 @@ def checked(hint: Any, text: str) -> Any:
 
 def expected(key: Key) -> str:
     """What a key means and what may be written there."""
-    return f"{key.meaning} Expected {key.expected}" if key.expected else key.meaning
+    if not key.expected:
+        return key.meaning
+    then = " Expected" if key.meaning.endswith(".") else "; expected"
+    return f"{key.meaning}{then} {key.expected}"
 
 
 def _problem(kind: Kind, root: Node, at: Place, error: ErrorDetails) -> Problem | None:
@@ -173,7 +176,7 @@ def _problem(kind: Kind, root: Node, at: Place, error: ErrorDetails) -> Problem 
         hint = expected(key) if key else ""
         return node.place.problem(f"{_shown(node)} where a list belongs", hint)
     item = isinstance(loc[-1], int)
-    if isinstance(node, Sequence) and key is not None:
+    if isinstance(node, Sequence) and key is not None and not key.expected.startswith("a list"):
         return node.place.problem("a list where one value belongs", expected(key))
     may = (key.each_expected if item else key.expected) if key else ""
     message, hint = _words(error, may)

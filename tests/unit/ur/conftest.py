@@ -14,7 +14,7 @@ from stepload_drivers.ur import client, lookout, procedures, remote, rescue, unl
 from stepload_drivers.ur import loop as loop_module
 from stepload_drivers.ur import told as told_module
 from stepload_drivers.ur import watch as watch_module
-from stepload_drivers.ur.settings import settings_from
+from stepload_drivers.ur.settings import Settings
 
 
 @pytest.fixture
@@ -72,7 +72,7 @@ def make_loop(ur, link, told, monkeypatch):
     monkeypatch.setattr(watch_module, "ToldClient", lambda host, deadline_s: told)
 
     def make(*, control: bool = True, **options: Any) -> loop_module.Loop:
-        settings = settings_from({"host": "127.0.0.1", "approach": APPROACH, **options})
+        settings = Settings(host="127.0.0.1", approach=APPROACH, **options)
         loop = loop_module.Loop(link, settings, PERIOD_S)
         if control:
             loop.control = ur

@@ -10,7 +10,7 @@ from stepload.rig.device import ArmConfiguration
 from stepload.rig.faults import FaultCode
 from stepload_drivers.ur import preflight as preflight_module
 from stepload_drivers.ur.preflight import preflight
-from stepload_drivers.ur.settings import settings_from
+from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import PLAYING, ROBOT_RUNNING, UrState
 
 SOUND = UrState(1.0, HOME, (0.0,) * 6, ROBOT_RUNNING, 1, PLAYING, 1)
@@ -66,7 +66,7 @@ def controller(monkeypatch) -> Controller:
 
 
 def look(**options):
-    return preflight(settings_from({"host": "10.0.0.2", **options}), 1e12)
+    return preflight(Settings(host="10.0.0.2", **options), 1e12)
 
 
 def test_a_sound_controller_tells_who_it_is(controller):

@@ -10,10 +10,10 @@ from ur_fakes import APPROACH, HOME
 from stepload.rig.device import ArmConfiguration
 from stepload.rig.samples import ArmSample
 from stepload_drivers.ur.last_seen import BENT_RAD, SETTLED_M, TURNED_RAD, LastSeen, Reach
-from stepload_drivers.ur.settings import settings_from
+from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import PLAYING, ROBOT_RUNNING, STOPPED, UrState, target_pose
 
-SETTINGS = settings_from({"host": "10.0.0.2", "approach": APPROACH, "watchdog": 10.0})
+SETTINGS = Settings(host="10.0.0.2", approach=APPROACH, watchdog=10.0)
 TOLD = ArmConfiguration((0.1, -1.5, 1.5, 0.0, -1.5, 0.0), (0.0,) * 6, 1.2, (0.0, 0.0, 0.05), 1.0)
 AT_M, SEEN_S = 5e-3, 1000.0
 
@@ -35,7 +35,7 @@ def sample() -> ArmSample:
 
 
 def seen(low_m: float = 0.0, high_m: float = 0.0, **options) -> LastSeen:
-    settings = settings_from({"host": "10.0.0.2", "approach": APPROACH, **options})
+    settings = Settings(host="10.0.0.2", approach=APPROACH, **options)
     return LastSeen(settings, sample(), (low_m, high_m), TOLD)
 
 

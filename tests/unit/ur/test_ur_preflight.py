@@ -13,7 +13,7 @@ from stepload.rig.faults import FaultCode
 from stepload_drivers.ur import wire
 from stepload_drivers.ur.preflight import Controller, check_version, register_names
 from stepload_drivers.ur.rescue import retract_script
-from stepload_drivers.ur.settings import Settings, settings_from
+from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import UrState
 from stepload_verify.emulators.ur_axis import FreeAirAxis
 from stepload_verify.emulators.ur_program import UserScript
@@ -80,7 +80,7 @@ def test_periods_of_the_two_generations():
 
 
 def test_approach_gets_length_one_and_settings_cross_as_json():
-    settings_ = settings_from({"host": "127.0.0.2", "approach": [0, 3, 4], "tcp_offset": [0, 0, 1]})
+    settings_ = Settings(host="127.0.0.2", approach=[0, 3, 4], tcp_offset=[0, 0, 1])
     assert settings_.approach == pytest.approx((0.0, 0.6, 0.8))
     assert Settings.from_json(settings_.to_json()) == settings_
 
@@ -99,7 +99,7 @@ def test_approach_gets_length_one_and_settings_cross_as_json():
 )
 def test_options_that_cannot_be_used(options, says):
     with pytest.raises(BadInputError, match=says):
-        settings_from(options)
+        Settings(**options)
 
 
 @settings(max_examples=100, deadline=None)

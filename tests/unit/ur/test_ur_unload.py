@@ -14,10 +14,10 @@ from stepload.rig.samples import ArmSample
 from stepload_drivers.ur import lookout, unload
 from stepload_drivers.ur.last_seen import LastSeen
 from stepload_drivers.ur.rescue import retract_script
-from stepload_drivers.ur.settings import settings_from
+from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import PAUSED, PLAYING, ROBOT_RUNNING, STOPPED, UrState, target_pose
 
-SETTINGS = settings_from({"host": "10.0.0.2", "approach": APPROACH})
+SETTINGS = Settings(host="10.0.0.2", approach=APPROACH)
 NORMAL = {"safety_mode": 1, "safety_bits": 1}
 TOLD = ArmConfiguration((0.0,) * 6, (0.0,) * 6, 1.2, (0.0, 0.0, 0.05), 1.0)
 WAY_M, SPEED_M_S = 2e-3, 0.01
