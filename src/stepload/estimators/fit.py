@@ -61,7 +61,7 @@ class Fit:
         secant_n_per_m: F/δ at `secant_force_n` (28).
         secant_force_n: force the secant is taken at.
         covariance: (3, 3) of (ln K, n, δ0) from the residuals alone, None where the estimator has
-            none. It is *not* the honest uncertainty: see `stepload.estimators.budget`.
+            none. They do not show what the fit has absorbed: see `stepload.evidence`.
         force_rms: rms force residual of the data about the law in N, or `Later`; read it as
             `force_rms_n`.
         points: data points used.
@@ -83,3 +83,8 @@ class Fit:
     def force_rms_n(self) -> float:
         """rms force residual of the data about the law."""
         return self.force_rms() if isinstance(self.force_rms, Later) else self.force_rms
+
+
+def law_compliance(fit: Fit, force_n: FloatArray) -> FloatArray:
+    """dδ/dF of the fitted law (N,) in m/N at forces > 0."""
+    return np.asarray((force_n / fit.k) ** (1.0 / fit.n) / (fit.n * force_n))

@@ -13,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stepload.errors import DomainError
-from stepload.estimators.fit import Fit, FloatArray
-from stepload.estimators.sensitivity import law_compliance
+from stepload.estimators.fit import Fit, FloatArray, law_compliance
 from stepload.estimators.smooth import fit_with_smooth_error, force_cells, smooth_lengths
 
 _LEAST_CELLS = 6

@@ -1,18 +1,14 @@
-"""Sources of error of a press run, and the effect of each on (ln K, n, δ0)."""
+"""Sources of error of a press run."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from stepload.estimators.deflection import DeflectionTable
-from stepload.estimators.fit import Fit, FloatArray
-from stepload.estimators.linearity import linearity_errors
-from stepload.estimators.sensitivity import law_compliance
-from stepload.estimators.smooth import few_degrees, propagate_smooth, smooth_lengths, worst_of
+from stepload.estimators.fit import FloatArray
 
 LEAST_SIGMA = 1e-6
 """Least noise assumed for a channel without noise in a fit of both, as a share of its range."""
@@ -124,137 +120,3 @@ def white_sigmas(
 
 def _least(values: FloatArray) -> float:
     return max(LEAST_SIGMA * float(np.abs(values).max(initial=0.0)), math.ulp(0.0))
-
-
-class Part(NamedTuple):
-    """Contribution of one source: name, size in words, (3, 3) covariance of (ln K, n, δ0)."""
-
-    source: str
-    size: str
-    covariance: FloatArray
-
-
-def parts(
-    fit: Fit,
-    deformation_m: FloatArray,
-    force_n: FloatArray,
-    sources: Sources,
-    sensitivity: FloatArray,
-) -> list[Part]:
-    """Every source propagated through `sensitivity` (3, N).
-
-    The list has the same sources in the same order for every fit.
-    """
-    return [
-        *_noise(fit, force_n, deformation_m, sources, sensitivity),
-        *_systematic(fit, force_n, sources, sensitivity),
-        _zero(fit, sources, sensitivity),
-        *_whole_run(force_n, sources, sensitivity),
-    ]
-
-
-def _noise(
-    fit: Fit,
-    force_n: FloatArray,
-    deformation_m: FloatArray,
-    sources: Sources,
-    sensitivity: FloatArray,
-) -> list[Part]:
-    """Errors that differ from point to point, or from quantum to quantum."""
-    rigid = sources.system_m_per_n
-    per_newton = sensitivity * (law_compliance(fit, force_n) + rigid)
-    force_variance = sources.force_noise_n**2 + sources.force_resolution_n**2 / 12.0
-    position = sources.position_noise_m**2 * sensitivity @ sensitivity.T
-    quantum = sources.position_resolution_m
-    if quantum > 0.0:
-        travel = deformation_m + force_n * rigid
-        _, place = np.unique(np.floor(travel / quantum), return_inverse=True)
-        gathered = np.stack([np.bincount(place, row) for row in sensitivity])
-        position = position + quantum**2 / 12.0 * gathered @ gathered.T
-    return [
-        Part(
-            "force noise and quantum",
-            f"{sources.force_noise_n:.3g} N, {sources.force_resolution_n:.3g} N",
-            force_variance * per_newton @ per_newton.T,
-        ),
-        Part(
-            "position noise and quantum",
-            f"{sources.position_noise_m * 1e6:.3g} µm, {quantum * 1e6:.3g} µm",
-            position,
-        ),
-    ]
-
-
-def _systematic(
-    fit: Fit, force_n: FloatArray, sources: Sources, sensitivity: FloatArray
-) -> list[Part]:
-    """Errors of the deformation that are a curve over force."""
-    degrees = sources.smooth_degrees
-    widening = few_degrees(degrees)
-    lengths = smooth_lengths(sources.smooth_length_n, float(force_n.max()))
-
-    def carried(size: FloatArray | float) -> FloatArray:
-        return worst_of([propagate_smooth(sensitivity * size, force_n, n) for n in lengths])
-
-    smooth = (widening * sources.smooth_error_m) ** 2 * carried(1.0)
-    over = " to ".join(f"{length:.3g} N" for length in dict.fromkeys((lengths[0], lengths[-1])))
-    smooth_size = f"{sources.smooth_error_m * 1e6:.3g} µm over {over}"
-    if sources.smooth_length_n is None:
-        smooth_size += " (length not known)"
-    if degrees is not None:
-        smooth_size += f", × {widening:.2f} for {degrees:.2g} degrees of freedom"
-    stiffness = sources.system_stiffness_n_per_m
-    bend, rigid, size = np.zeros(3), sources.system_m_per_n, "no K_s in the chain"
-    if stiffness is not None:
-        relative = sources.system_stiffness_sigma_n_per_m / stiffness
-        bend = sensitivity @ (force_n * rigid) * relative
-        size = f"{100 * relative:.3g} %"
-        if sources.system_stiffness_note:
-            size += f", {sources.system_stiffness_note}"
-    own = np.outer(bend, bend)
-    if (table := sources.deflection()) is not None:
-        row_m = table.sigma_at(force_n)
-        own = own + carried(row_m)
-        size = f"table of this pose, rows {float(row_m.max()) * 1e6:.3g} µm, common {size}"
-    late = sensitivity @ (sources.force_rate_n_per_s * (law_compliance(fit, force_n) + rigid))
-    late = late * sources.lag_sigma_s
-    bent = linearity_errors(force_n, sources.nonlinearity)
-    crooked = sensitivity @ (bent * (law_compliance(fit, force_n) + rigid)).T
-    return [
-        Part(
-            "smooth deformation error",
-            smooth_size,
-            smooth,
-        ),
-        Part("system stiffness K_s", size, own),
-        Part("force linearity", f"{100 * sources.nonlinearity:.3g} %", crooked @ crooked.T),
-        Part("alignment lag", f"{sources.lag_sigma_s * 1e3:.3g} ms", np.outer(late, late)),
-    ]
-
-
-def _zero(fit: Fit, sources: Sources, sensitivity: FloatArray) -> Part:
-    """The zero of deformation: fitted, or taken as given."""
-    name = "zero of deformation"
-    if fit.estimator == "joint":
-        return Part(name, "fitted; its price is in the other lines", np.zeros((3, 3)))
-    sigma = sources.zero_sigma_m or 0.0
-    shift = -sensitivity.sum(axis=1)
-    shift[2] += 1.0
-    return Part(name, f"{sigma * 1e6:.3g} µm, as given", sigma**2 * np.outer(shift, shift))
-
-
-def _whole_run(force_n: FloatArray, sources: Sources, sensitivity: FloatArray) -> list[Part]:
-    """Errors that scale or tilt the whole run."""
-    elapsed = np.linspace(0.0, 1.0, force_n.size)
-    growth = sources.temperature_sigma_k * sources.position_m_per_k * (sensitivity @ elapsed)
-    in_k = np.array([1.0, 0.0, 0.0])
-    softer = sources.temperature_sigma_k * sources.modulus_per_k * in_k
-    gain = sources.gain_sigma * in_k
-    return [
-        Part("force calibration", f"{100 * sources.gain_sigma:.3g} %", np.outer(gain, gain)),
-        Part(
-            "temperature",
-            f"{sources.temperature_sigma_k:.3g} K",
-            np.outer(growth, growth) + np.outer(softer, softer),
-        ),
-    ]

@@ -10,6 +10,7 @@ from functools import cache
 from stepload.contact.law_names import LAW_NAMES
 from stepload.errors import DomainError
 from stepload.estimators.conditions import BRANCHES
+from stepload.estimators.fit import FloatArray
 from stepload.estimators.smooth import NORMAL_95
 from stepload.evidence import figures
 from stepload.evidence.chord import Chord, chord
@@ -70,6 +71,8 @@ class Evidence:
         laws: the laws that were tried, the best first.
         drift_m_per_s: drift that was subtracted; None where it is not known, or without times.
         notes: what this run cannot show, and what was assumed.
+        covariance: (3, 3) of (ln K, n, δ0) of a power law through the loading, all errors in it;
+            None where no power law fits, or nothing is known of the errors.
     """
 
     headline: Quantity
@@ -79,6 +82,7 @@ class Evidence:
     laws: tuple[LawRow, ...]
     drift_m_per_s: float | None
     notes: tuple[str, ...]
+    covariance: FloatArray | None = None
 
     @property
     def elastic(self) -> bool:
@@ -157,6 +161,7 @@ def weigh(run: Pressed) -> Evidence:
         laws=_rows(laws, chosen[here], data),
         drift_m_per_s=read.drift.rate_m_per_s if read.drift is not None and run.timed else None,
         notes=tuple(notes),
+        covariance=(None if power is None else figures.parameter_covariance(run, read_from, power)),
     )
 
 

@@ -14,7 +14,7 @@ from stepload.estimators.fit import FloatArray
 from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.smooth import CHI2_95, NORMAL_95
 from stepload.evidence.chord import Chord
-from stepload.evidence.errors import Component, middle
+from stepload.evidence.errors import Component, middle, total
 from stepload.evidence.lawfit import CANNOT_TELL, LawFit
 from stepload.evidence.laws import BILINEAR, POWER, ROUGH
 from stepload.evidence.path import Path
@@ -69,13 +69,12 @@ class Reading:
     exponent_doubts: Sequence[str] = ()
 
 
-def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
-    """Every stiffness by kind; the chord always, the others where there is a law."""
-    main, path, errors = read_from.main, read_from.path, read_from.errors
-    law_sets = read_from.law_sets
-    told, doubts, q = run.conditions, read_from.doubts, read_from.power
-    sources, accuracy, secant_force_n = told.sources, 1.0 / told.t, told.secant_force_n
+def _shared(run: Pressed, read_from: Reading) -> list[Line]:
+    """Lines that every figure has: what scales the force, and what the run itself shows."""
+    main, q, told = read_from.main, read_from.power, run.conditions
+    sources = told.sources
     bend = float(np.diff(told.bend(np.array([main.from_n, main.to_n])))[0])
+    sideways = run.sideways.relative * abs(bend) / main.span_m
     scale = [
         Line("force calibration", f"{sources.gain_sigma:.2%}", q * sources.gain_sigma),
         Line(
@@ -84,18 +83,25 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
             q * sources.temperature_sigma_k * sources.modulus_per_k,
         ),
     ]
-    scale = [line for line in scale if line.relative > 0.0]
-
-    sideways = run.sideways.relative * abs(bend) / main.span_m
-    common = [
+    return [
+        *(line for line in scale if line.relative > 0.0),
         Line("lateral force", run.sideways.size, sideways),
         *run.askew.lines(q, main.from_n, main.to_n, main.span_m),
         *read_from.lines,
     ]
+
+
+def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
+    """Every stiffness by kind; the chord always, the others where there is a law."""
+    main, path, errors = read_from.main, read_from.path, read_from.errors
+    law_sets, doubts = read_from.law_sets, read_from.doubts
+    told, accuracy = run.conditions, 1.0 / run.conditions.t
+    secant_force_n = told.secant_force_n
+    shared = _shared(run, read_from)
     lines = [
         *max((_lines(parts, main.weights, main.span_m) for parts in errors), key=combined),
-        *scale, *common,
-    ]  # fmt: skip
+        *shared,
+    ]
     lines += _of_looks(run, combined(lines))
     blocked = tuple(doubts)
     found = {
@@ -126,7 +132,7 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
             found[kind] = _open(kind, at_n, law_blocked)
             continue
         stiffness, low, high, own = made
-        rest = [*scale, *common]
+        rest = list(shared)
         if kind == "tangent":
             rest.append(_upper(read_from, told))
         elif read_from.seat_m > 0.0:
@@ -147,6 +153,27 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
             beyond,
         )
     return found
+
+
+def parameter_covariance(run: Pressed, read_from: Reading, power: LawFit) -> FloatArray:
+    """Covariance (3, 3) of (ln K, n, δ0) of least squares of δ0 + (F/K)^(1/n), every line in it.
+
+    Args:
+        run: the run.
+        read_from: its loading.
+        power: the power law through it.
+    """
+    q = power.best.shape
+    shape = power.best.coefficients[1] * (read_from.path.force_n / power.top_n) ** q
+    columns = np.stack([-q * shape, -q * shape * np.log(shape), np.ones_like(shape)], axis=1)
+    norm = np.linalg.norm(columns, axis=0)
+    estimator = np.linalg.pinv(columns / norm) / norm[:, None]
+    found = max(
+        (estimator @ total(parts) @ estimator.T for parts in read_from.errors),
+        key=lambda each: float(each[1, 1]),
+    )
+    found[0, 0] += (combined(_shared(run, read_from)) / q) ** 2
+    return np.asarray(found)
 
 
 def _of_looks(run: Pressed, relative: float) -> list[Line]:

@@ -215,7 +215,7 @@ def evaluate(run: Evaluation, conditions: Conditions | None = None) -> Evaluatio
             return replace(run, system=identify_system(data, conditions))
         found = identify_payload(data, conditions)
         run = replace(run, identification=found)
-        run = replace(run, extras=extras_of(data, found, plan.payload.geometry))
+        run = replace(run, extras=extras_of(data, found))
         return replace(run, run_in=_cycles(plan, run.recording, data, found))
     except BadInputError as error:
         return replace(run, problem=error.message)

@@ -11,7 +11,6 @@ import numpy as np
 
 from stepload.contact.power_law import secant_stiffness
 from stepload.errors import BadInputError
-from stepload.estimators.budget import secant_gradient
 from stepload.estimators.compare import (
     Band,
     CurveComparison,
@@ -23,6 +22,7 @@ from stepload.estimators.compare import (
     confidence_band,
     spread,
 )
+from stepload.estimators.decide import secant_sigma
 from stepload.estimators.difference import POWER, Agreement, Difference
 from stepload.estimators.fit import Fit
 from stepload.estimators.fit_all import fit_all
@@ -184,13 +184,13 @@ def _secant_force_n(run: SavedRun) -> float:
 
 
 def virgin_band(each: ComparedRun) -> Band | None:
-    """The believed curve of a run with its 95 % band; None where it has no budget."""
+    """The believed curve of a run with its 95 % band; None without an interval."""
     found = each.found
-    if found.budget is None:
+    if found.covariance is None:
         return None
     top = (found.peak_force_n / found.fit.k) ** (1.0 / found.fit.n)
     deformation = np.linspace(0.0, top, 121)[1:]
-    return confidence_band(found.fit, found.budget.covariance, deformation)
+    return confidence_band(found.fit, found.covariance, deformation)
 
 
 def _identified(run: SavedRun, secant_force_n: float) -> ComparedRun:
@@ -230,11 +230,11 @@ def _pairs(runs: Sequence[ComparedRun], tolerance: float) -> list[Pair]:
     pairs = []
     for later in runs[1:]:
         first = runs[0]
+        half = pair_half_width(first, later, tolerance)
         for name in REPORTED:
             one, other = first.found.fits.get(name), later.found.fits.get(name)
             if one is None or other is None or not (_usable(one) and _usable(other)):
                 continue
-            half = pair_half_width(first, later, name, tolerance)
             change = compare_fits(one, other, half_width=half or None)
             pairs.append(Pair(first.run.name, later.run.name, name, change))
     return pairs
@@ -248,11 +248,9 @@ def _against(each: ComparedRun, given: CurveGiven, tolerance: float) -> AgainstC
             "the curve has no column displacement_m",
             hint="its system stiffness must be out of it: columns displacement_m, force_n",
         )
-    covariance = found.budget.covariance if found.budget else found.fit.covariance
+    covariance = found.fit.covariance if found.covariance is None else found.covariance
     if covariance is None:
         raise BadInputError(f"{each.run.path}: the believed fit has no uncertainty to compare by")
-    covariance = covariance.copy()
-    covariance[0, 0] += (found.fit.n * _friction(each)) ** 2  # of ln K: n times that of ln S
     own_pa, other_pa = conditions.modulus_pa, given.modulus_pa
     if other_pa is None and given.plate_pa is not None:
         if own_pa is None or conditions.plate_pa is None:
@@ -271,8 +269,7 @@ def _against(each: ComparedRun, given: CurveGiven, tolerance: float) -> AgainstC
     result = compare_curve(
         found.fit, covariance, curve.displacement_m[:peak], curve_n, reached_n=found.peak_force_n
     )
-    gradient = secant_gradient(found.fit)
-    sigma = math.sqrt(max(float(gradient @ covariance @ gradient), 0.0))
+    sigma = secant_sigma(found.fit, covariance)
     half, smallest = NORMAL_95 * sigma, math.expm1((NORMAL_95 + normal(POWER)) * sigma)
     return AgainstCurve(
         each.run.name, found.believe, result, half, smallest,
@@ -280,12 +277,6 @@ def _against(each: ComparedRun, given: CurveGiven, tolerance: float) -> AgainstC
         correction=correction,
         secant_n_per_m=_curve_secant(found.fit, result),
     )  # fmt: skip
-
-
-def _friction(each: ComparedRun) -> float:
-    """Effect of friction on the arm, as a share of the stiffness; no fit's budget has it."""
-    lines = each.found.headline.lines if each.found.headline is not None else ()
-    return next((line.relative for line in lines if line.source == "lateral force"), 0.0)
 
 
 def _curve_secant(fit: Fit, result: CurveComparison) -> float | None:

@@ -217,6 +217,7 @@ def comparison_data(found: Comparison) -> dict[str, Any]:
                 },
                 "believe": each.found.believe,
                 "fits": fits_data(fields.fits_of(each.found)),
+                "interval_secant_n_per_m": each.found.interval_secant_n_per_m,
                 "cycles": [
                     {"cycle": number}
                     | {

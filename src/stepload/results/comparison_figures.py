@@ -98,8 +98,8 @@ def _secants(runs: Sequence[ComparedRun]) -> str:
     with figure_of(1.2 + 0.45 * len(runs)) as (figure, (axes,)):
         for row, each in enumerate(runs):
             found = each.found
-            if found.budget is not None:
-                ends = [end * 1e-6 for end in found.budget.interval_secant_n_per_m]
+            if (interval := found.interval_secant_n_per_m) is not None:
+                ends = [end * 1e-6 for end in interval]
                 axes.plot(ends, [row, row], color=BLUE, lw=2.5, alpha=0.5)
             cycles = [fits[found.believe] for fits in each.cycles.values() if found.believe in fits]
             marks = [fit.secant_n_per_m * 1e-6 for fit in cycles]

@@ -16,7 +16,6 @@ from stepload.estimators.difference import Agreement, Difference, difference
 from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.measured import Measured, at_common_forces
 from stepload.evidence.answer import weigh
-from stepload.evidence.identification import REPORTED
 from stepload.evidence.quantity import Quantity
 from stepload.evidence.sideways import Sideways
 from stepload.results.origins import origin_of
@@ -63,17 +62,10 @@ def grouped(runs: Sequence[SavedRun], sizes: Sequence[int] | None) -> tuple[tupl
     return tuple(tuple(places) for places in found.values())
 
 
-def common_estimator(runs: Sequence[ComparedRun]) -> str | None:
-    """The fit by which all runs are compared: the most frequent believed fit that all runs have."""
-    believed = [each.found.believe for each in runs]
-    order = [*sorted(set(believed), key=believed.count, reverse=True), "joint", *REPORTED]
-    return next((name for name in order if all(name in r.found.budgets for r in runs)), None)
-
-
 def differences(
     runs: Sequence[ComparedRun], groups: Sequence[Sequence[int]], tolerance: float
 ) -> tuple[Difference, ...]:
-    """Every group compared with the first; none where the runs have no interval in common.
+    """Every group compared with the first; none where a run has no chord.
 
     A run that is not identifiable, or lateral shares too different for one K_s, gives CANNOT_TELL.
     """
@@ -81,14 +73,10 @@ def differences(
         return ()
     headlines = [each.found.headline for each in runs]
     known = [headline for headline in headlines if headline is not None]
-    if len(known) == len(runs):
-        ranges = [(headline.from_n, headline.to_n) for headline in known]
-        values = at_common_forces(ranges, [partial(chord_of, each) for each in runs])
-    elif (estimator := common_estimator(runs)) is not None:
-        ranges = [(0.0, each.found.fits[estimator].secant_force_n) for each in runs]
-        values = at_common_forces(ranges, [partial(secant_of, each, estimator) for each in runs])
-    else:
+    if len(known) < len(runs):
         return ()
+    ranges = [(headline.from_n, headline.to_n) for headline in known]
+    values = at_common_forces(ranges, [partial(chord_of, each) for each in runs])
     first, *others = groups
     return tuple(
         _doubted(
@@ -130,15 +118,17 @@ def shares_apart(runs: Sequence[Sideways]) -> float:
     return max((float(np.linalg.norm(one - other)) for one, other in pairs), default=0.0)
 
 
-def pair_half_width(
-    one: ComparedRun, other: ComparedRun, estimator: str, tolerance: float
-) -> float | None:
-    """Half width of ln(S2/S1) of two single runs; None where a budget is missing."""
+def pair_half_width(one: ComparedRun, other: ComparedRun, tolerance: float) -> float | None:
+    """Half width of ln(S2/S1) of the secants of two single runs; None where one is not known."""
+    found = [each.found.quantities.get("secant_from_touch") for each in (one, other)]
+    values = [
+        measured(each.run, SECANT, secant)
+        for each, secant in zip((one, other), found, strict=True)
+        if secant is not None and math.isfinite(secant.half_width)
+    ]
+    if len(values) < 2:
+        return None
     try:
-        values = [
-            secant_of(each, estimator, 0.0, each.found.fits[estimator].secant_force_n)
-            for each in (one, other)
-        ]
         return difference(values[:1], values[1:], tolerance=tolerance).half_width
     except DomainError:
         return None
@@ -167,28 +157,3 @@ def chord_of(each: ComparedRun, from_n: float, to_n: float) -> Measured:
     if headline is None or (from_n, to_n) != (headline.from_n, headline.to_n):
         headline = weigh(replace(each.found.run, between_n=(from_n, to_n))).headline
     return measured(each.run, CHORD, headline)
-
-
-def secant_of(each: ComparedRun, estimator: str, from_n: float, to_n: float) -> Measured:
-    """The secant stiffness (28) of one fit in the form used for comparisons.
-
-    Raises:
-        DomainError: the fit has no budget, or the forces are not those of its secant.
-    """
-    fit, stated = each.found.fits[estimator], each.found.budgets.get(estimator)
-    if stated is None:
-        raise DomainError(f"{each.run.name}: the {estimator} fit has no interval")
-    if from_n != 0.0 or to_n != fit.secant_force_n:
-        raise DomainError(
-            f"{each.run.name}: a secant from 0 to {fit.secant_force_n:g} N is there, asked for is "
-            f"{from_n:g} to {to_n:g} N"
-        )
-    return Measured(
-        run=each.run.name,
-        quantity=f"{SECANT} ({estimator})",
-        ln_value=math.log(fit.secant_n_per_m),
-        from_n=from_n,
-        to_n=to_n,
-        lines={line.source: line.secant_relative for line in stated.lines},
-        origin=origin_of(each.run),
-    )

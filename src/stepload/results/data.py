@@ -22,7 +22,7 @@ from stepload.results.until import loaded
 
 
 def fits_data(rows: list[fields.NamedFit]) -> dict[str, Any]:
-    """Fits by their names; intervals are left out where a fit has no budget."""
+    """Fits by their names."""
     return {
         row.name: {key: value for key, value in data(fields.FIT, row).items() if value is not None}
         for row in rows
@@ -31,15 +31,13 @@ def fits_data(rows: list[fields.NamedFit]) -> dict[str, Any]:
 
 def identification_data(found: Identification) -> dict[str, Any]:
     """The object of an identification."""
-    stated = found.budget
     rows = fields.fits_of(found) + fields.fits_of(found, reported=False)
     return {
         "fits": fits_data(rows),
         "believe": found.believe,
         "why": found.why,
         "comparable_with_paper": found.comparable_with_paper,
-        "interval_secant_n_per_m": stated.interval_secant_n_per_m if stated else None,
-        "budget": [data(fields.BUDGET_LINE, line) for line in (stated.lines if stated else ())],
+        "interval_secant_n_per_m": found.interval_secant_n_per_m,
         "peak_force_n": found.peak_force_n,
         "k_max_n_per_m": found.judgement.k_max_n_per_m,
         "verdict": found.judgement.verdict,

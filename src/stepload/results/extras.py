@@ -1,4 +1,4 @@
-"""Further results of a run besides the law: relaxation, unloading, loss, damping.
+"""Further results of a run besides the law: relaxation and loss.
 
 Each is an object or a `Missing` that says why there is none. Nothing here can fail a run: numerical
 errors are reported, never raised.
@@ -14,18 +14,14 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from stepload.contact.elastic import equivalent_radius
-from stepload.contact.materials import Geometry, Sphere
 from stepload.errors import DomainError
 from stepload.estimators.fit import FloatArray
-from stepload.estimators.hunt_crossley import HuntCrossley, hunt_crossley
 from stepload.estimators.loss import CycleLoss, Loss, loss
 from stepload.estimators.missing import Missing
 from stepload.estimators.relaxation import HoldChange, HoldSamples, Relaxation, relaxation
-from stepload.estimators.unloading import OPINION, Unloading, unloading
 from stepload.evidence.identification import Identification
 from stepload.record.rows import Phase
-from stepload.results.model import NOTHING, Field, Table, interval, named, number, quantity, table
+from stepload.results.model import NOTHING, Field, Table, named, quantity, table
 from stepload.results.press_data import LOADING, UNLOADING, PressData, holds_of
 from stepload.units import format_quantity as f
 
@@ -38,38 +34,25 @@ class Extras:
 
     Attributes:
         relaxation: creep compliance from the holds.
-        unloading: one of every cycle with a way down; the reason of the first cycle if none has.
         loss: loops of the cycles.
-        hunt_crossley: damping.
     """
 
     relaxation: Relaxation | Missing
-    unloading: tuple[Unloading, ...] | Missing
     loss: Loss | Missing
-    hunt_crossley: HuntCrossley | Missing
 
 
-def extras_of(data: PressData, found: Identification, geometry: Geometry | None = None) -> Extras:
+def extras_of(data: PressData, found: Identification) -> Extras:
     """Compute all further results of a run.
 
     Args:
         data: of the run.
         found: its identification: the law, K_s and the uncertainty sources.
-        geometry: of the payload where it is known; a sphere on a flat plate gives a modulus.
     """
     deformation_m = data.travel_m - found.conditions.bend(data.force_n)
     return Extras(
         relaxation=_told(lambda: _relaxation(data, deformation_m, found)),
-        unloading=_told(lambda: _unloadings(data, deformation_m, found, geometry)),
         loss=_told(lambda: _loss(data, deformation_m, found)),
-        hunt_crossley=_told(lambda: _damping(data, deformation_m, found)),
     )
-
-
-def dissipation_of(extras: Extras | None) -> float | None:
-    """d of Hunt and Crossley in s/m; None where it was not determined."""
-    damping = extras.hunt_crossley if extras is not None else None
-    return damping.dissipation_s_per_m if isinstance(damping, HuntCrossley) else None
 
 
 def _told(compute: Callable[[], T | Missing]) -> T | Missing:
@@ -109,36 +92,6 @@ def _cycles(data: PressData) -> list[int]:
     return [int(cycle) for cycle in np.intersect1d(up, down) if cycle > 0]
 
 
-def _unloadings(
-    data: PressData, deformation_m: FloatArray, found: Identification, geometry: Geometry | None
-) -> tuple[Unloading, ...] | Missing:
-    cycles = _cycles(data)
-    if not cycles:
-        return Missing("no cycle was unloaded in steps: plan `unload: true`")
-    radius_m = None
-    if isinstance(geometry, Sphere) and geometry.counter_radius_m is None:
-        radius_m = equivalent_radius(geometry)
-    fit, sources = found.fit, found.conditions.sources
-    zero_sigma_m = (
-        sum(line.zero_m**2 for line in found.budget.lines) ** 0.5 if found.budget else 0.0
-    )
-    made: list[Unloading] = []
-    missing: list[Missing] = []
-    for cycle in cycles:
-        mask = data.branch(UNLOADING, cycle)
-        one = unloading(
-            deformation_m[mask], data.force_n[mask], sources, cycle=cycle,
-            # Depth is counted from the zero of the first loading: later touches begin a new one.
-            radius_m=radius_m if cycle == cycles[0] and found.budget else None,
-            zero_m=fit.zero_m, zero_sigma_m=zero_sigma_m,
-        )  # fmt: skip
-        if isinstance(one, Missing):
-            missing.append(one)
-        else:
-            made.append(one)
-    return tuple(made) if made else missing[0]
-
-
 def _loss(data: PressData, deformation_m: FloatArray, found: Identification) -> Loss | Missing:
     cycles = _cycles(data)
     if not cycles:
@@ -150,32 +103,16 @@ def _loss(data: PressData, deformation_m: FloatArray, found: Identification) -> 
     )  # fmt: skip
 
 
-def _damping(
-    data: PressData, deformation_m: FloatArray, found: Identification
-) -> HuntCrossley | Missing:
-    mask = data.first_loading()
-    if not mask.any():
-        return Missing("not determined: there is no loading")
-    return hunt_crossley(
-        data.time_s[mask], deformation_m[mask], data.force_n[mask], found.fit,
-        found.conditions.sources, lag_corrected_s=data.lag_corrected_s,
-    )  # fmt: skip
-
-
 def extras_data(extras: Extras) -> dict[str, Any]:
     """The object for programs: null where there is no result; `missing` says why."""
     made: dict[str, Any] = {"missing": {}}
-    for name in ("relaxation", "unloading", "loss", "hunt_crossley"):
+    for name in ("relaxation", "loss"):
         found = getattr(extras, name)
         if isinstance(found, Missing):
             made[name] = None
             made["missing"][name] = found.why
-        elif isinstance(found, tuple):
-            made[name] = [asdict(each) for each in found]
         else:
             made[name] = asdict(found)
-    if isinstance(extras.hunt_crossley, HuntCrossley):
-        made["hunt_crossley"]["alpha_s_per_m"] = extras.hunt_crossley.alpha_s_per_m
     return made
 
 
@@ -191,18 +128,6 @@ _HOLD: tuple[Field[HoldChange], ...] = (
     named("relative", "of δ", lambda value: f"{value:+.2%}"),
     named("resolved", "resolved", lambda value: "yes" if value else "no"),
 )
-_UNLOADING: tuple[Field[Unloading], ...] = (
-    named("cycle", "cycle"),
-    named("top_force_n", "from", quantity("N")),
-    named("stiffness_n_per_m", "S at the top", quantity("N/m")),
-    named("interval_n_per_m", "95 % interval", interval("N/m")),
-    named("exponent", "n", number(".3f")),
-    named("final_m", "rests at", quantity("m")),
-    Field(
-        lambda row: row.indentation and row.indentation.reduced_modulus_pa,
-        "", "E_r, sphere", quantity("Pa"),
-    ),
-)  # fmt: skip
 _LOSS: tuple[Field[CycleLoss], ...] = (
     named("cycle", "cycle"),
     Field(lambda row: f"{row.energy_j * 1e3:.3g} ± {row.sigma_j * 1e3:.2g} mJ", label="lost"),
@@ -216,17 +141,11 @@ def extras_tables(extras: Extras) -> list[Table]:
     """Tables for people: one of all results, and the figures behind each."""
     rows = [
         _row("relaxation in the holds", extras.relaxation, _relaxed),
-        _row("unloading stiffness", extras.unloading, _unloaded),
         _row("loss per cycle", extras.loss, _lost),
-        _row("Hunt–Crossley damping", extras.hunt_crossley, _damped),
     ]
     tables = [Table("Beside the law", ("result", "value", "what it is worth"), rows)]
     if isinstance(extras.relaxation, Relaxation):
         tables.append(table("Holds", _HOLD, extras.relaxation.holds, page_only=True))
-    if not isinstance(extras.unloading, Missing):
-        tables.append(
-            table("Unloading branch", _UNLOADING, extras.unloading, [OPINION], page_only=True)
-        )
     if isinstance(extras.loss, Loss):
         tables.append(table("Loss per cycle", _LOSS, extras.loss.cycles, page_only=True))
     return tables
@@ -249,15 +168,6 @@ def _relaxed(found: Relaxation) -> tuple[str, str]:
     )
 
 
-def _unloaded(found: tuple[Unloading, ...]) -> tuple[str, str]:
-    first = found[0]
-    return (
-        f"{f(first.stiffness_n_per_m, 'N/m')} at {f(first.top_force_n, 'N')}, "
-        f"{interval('N/m')(first.interval_n_per_m)}",
-        OPINION,
-    )
-
-
 def _lost(found: Loss) -> tuple[str, str]:
     shares = ", ".join(f"{c.share:.1%} ± {c.share_sigma:.1%}" for c in found.cycles)
     worth = "of the energy stored, cycle by cycle, ± 1 σ"
@@ -272,10 +182,3 @@ def _with_sigma(share: float, sigma: float) -> str:
     if 0.0 < sigma < math.inf:
         places = max(1 - int(f"{100.0 * sigma:.1e}".partition("e")[2]), 0)
     return f"{share:+.{places}%} ± {sigma:.{places}%}"
-
-
-def _damped(found: HuntCrossley) -> tuple[str, str]:
-    if found.dissipation_s_per_m is None or found.interval_s_per_m is None:
-        return f"d < {found.upper_bound_s_per_m:.3g} s/m", found.why
-    low, high = found.interval_s_per_m
-    return f"d = {found.dissipation_s_per_m:.3g} s/m, [{low:.3g}, {high:.3g}]", found.why

@@ -10,7 +10,6 @@ from stepload.results.model import NOTHING, Field, data, finite, interval, named
 if TYPE_CHECKING:
     from stepload.envelope.press import Term
     from stepload.envelope.schedule import Stage
-    from stepload.estimators.budget import Budget, BudgetLine
     from stepload.estimators.fit import Fit
     from stepload.estimators.runin import Cycle
     from stepload.estimators.system import SystemStiffnessFit
@@ -23,11 +22,10 @@ if TYPE_CHECKING:
 
 
 class NamedFit(NamedTuple):
-    """One estimator's fit of a run, with its budget where it has one."""
+    """One estimator's fit of a run."""
 
     name: str
     fit: Fit
-    budget: Budget | None
     believed: bool
 
 
@@ -38,7 +36,7 @@ def fits_of(found: Identification, *, reported: bool = True) -> list[NamedFit]:
     first = [*REPORTED, *({found.believe} - set(REPORTED))]
     names = first if reported else [name for name in found.fits if name not in first]
     return [
-        NamedFit(name, found.fits[name], found.budgets.get(name), name == found.believe)
+        NamedFit(name, found.fits[name], name == found.believe)
         for name in names
         if name in found.fits
     ]
@@ -55,27 +53,12 @@ _FIT: tuple[Field[Fit], ...] = (
     named("secant_n_per_m", "secant", quantity("N/m")),
     *map(named, ("secant_force_n", "force_rms_n", "points", "doubts")),
 )
-_BUDGET: tuple[Field[Budget], ...] = (
-    named("interval_secant_n_per_m", "95 % interval", interval("N/m")),
-    *map(named, ("interval_k", "interval_n")),
-)
 FIT: tuple[Field[NamedFit], ...] = (
     Field(lambda row: f"{row.name} *" if row.believed else row.name, label="fit"),
     *(field.of(lambda row: row.fit) for field in _FIT),
-    *(field.of(lambda row: row.budget) for field in _BUDGET),
     Field(lambda row: row.fit.force_rms_n, "", "rms residual", quantity("N")),
 )
 
-BUDGET_LINE: tuple[Field[BudgetLine], ...] = (
-    named("source", "source"),
-    named("size", "size"),
-    Field(lambda line: line.ln_k, "sigma_ln_k", "u(K)/K", number(".2%")),
-    Field(lambda line: line.n, "sigma_n", "u(n)", number(".4f")),
-    Field(
-        lambda line: line.secant_relative,
-        "sigma_secant_relative", "u(secant)/secant", number(".2%"),
-    ),
-)  # fmt: skip
 
 KINDS = {
     "chord": "chord, loading",

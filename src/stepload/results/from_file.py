@@ -22,7 +22,7 @@ from stepload.results.analyse import (
     whole_cycles,
 )
 from stepload.results.curve_zero import zero
-from stepload.results.extras import Extras, dissipation_of, extras_of
+from stepload.results.extras import Extras, extras_of
 from stepload.results.from_curve import prepare
 from stepload.results.model import finite
 from stepload.results.press_data import number
@@ -147,16 +147,16 @@ def _without_errors(found: Identification) -> Identification:
     judged, evidence = found.judgement, found.evidence
     if evidence is not None:
         quantities = {kind: without_interval(q) for kind, q in evidence.quantities.items()}
-        evidence = replace(evidence, quantities=quantities, headline=quantities["chord"])
+        evidence = replace(
+            evidence, quantities=quantities, headline=quantities["chord"], covariance=None
+        )
         judged = replace(judged, verdict=evidence.headline.verdict, reasons=evidence.headline.why)
     judged = replace(judged, k_max_n_per_m=math.nan)
-    return replace(found, budgets={}, judgement=judged, evidence=evidence)
+    return replace(found, judgement=judged, evidence=evidence)
 
 
 def spring_of_file(path: Path, *, at_n: float | None, kind: Kind) -> Spring:
     """The law of a record (.mcap, or the directory of a run) or of a curve, linearised.
-
-    Damping is looked for in records only: a curve from elsewhere has no phases.
 
     Raises:
         BadInputError: the file is invalid, or has no result at that force.
@@ -167,5 +167,4 @@ def spring_of_file(path: Path, *, at_n: float | None, kind: Kind) -> Spring:
     with untrusted(path):
         run = saved_run(path)
         found = identify_payload(run.data, run.conditions)
-        d = dissipation_of(extras_of(run.data, found))
-    return spring_of(found, at_n=at_n, kind=kind, dissipation_s_per_m=d, simulated=run.simulated)
+    return spring_of(found, at_n=at_n, kind=kind, simulated=run.simulated)

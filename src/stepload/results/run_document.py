@@ -28,7 +28,7 @@ from stepload.results.course_tables import (
     rig_table,
 )
 from stepload.results.equations import equation_table
-from stepload.results.extras import dissipation_of, extras_tables
+from stepload.results.extras import extras_tables
 from stepload.results.facts import other_elastic_limit
 from stepload.results.from_file import FromFile
 from stepload.results.identified_tables import (
@@ -254,9 +254,8 @@ def _snippets(run: Evaluation) -> list[tuple[str, str]]:
     """(name, content) for every simulator, at half of the highest force; none without a law."""
     if run.identification is None:
         return []
-    d = dissipation_of(run.extras)
     try:
-        spring = spring_of(run.identification, dissipation_s_per_m=d, simulated=run.dry_run)
+        spring = spring_of(run.identification, simulated=run.dry_run)
     except BadInputError:
         return []
     return [(f"contact parameters: {name}", snippet(spring, name)) for name in SIMULATORS]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable
 from functools import partial
 
@@ -25,6 +26,7 @@ from stepload.results.quality_figure import quality_figure
 from stepload.units import format_quantity as f
 
 LARGEST_EXPONENT = 700.0
+CHI2_95_OF_TWO = 5.991465
 
 
 def _law(fit: Fit) -> Callable[[FloatArray], FloatArray]:
@@ -85,13 +87,13 @@ def _laws(found: Identification) -> dict[str, Callable[[FloatArray], FloatArray]
 
 
 def _band(found: Identification) -> tuple[FloatArray, FloatArray, FloatArray] | None:
-    """The believed law's band over the deformations that were pressed; None without a budget."""
-    fit, stated = found.fit, found.budget
+    """The believed law's band over the deformations that were pressed; None without."""
+    fit, covariance = found.fit, found.covariance
     reach_m = float(found.deformation_m.max()) - fit.zero_m
-    if stated is None or not 0.0 < reach_m < np.inf:
+    if covariance is None or not 0.0 < reach_m < np.inf:
         return None
     with np.errstate(over="ignore", invalid="ignore"):
-        band = confidence_band(fit, stated.covariance, np.linspace(0.0, reach_m, 121)[1:])
+        band = confidence_band(fit, covariance, np.linspace(0.0, reach_m, 121)[1:])
     if not np.isfinite(band.upper_n).all():
         return None
     return band.deformation_m + fit.zero_m, band.lower_n, band.upper_n
@@ -132,6 +134,15 @@ def figures_of(run: Evaluation) -> list[Figure]:
     ]  # fmt: skip
 
 
+def _outline(fit: Fit, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """ln K and n (90,) around the region that covers both with 95 %."""
+    value, vector = np.linalg.eigh(covariance[:2, :2])
+    angle = np.linspace(0.0, 2.0 * np.pi, 90)
+    axes = vector * np.sqrt(np.clip(value, 0.0, None) * CHI2_95_OF_TWO)
+    ring = axes @ np.stack([np.cos(angle), np.sin(angle)])
+    return math.log(fit.k) + ring[0], fit.n + ring[1]
+
+
 def _fit_figures(run: Evaluation) -> list[Figure]:
     """Residuals of the fits, and the joint region of their parameters."""
     made, found = [], run.identification
@@ -153,7 +164,7 @@ def _fit_figures(run: Evaluation) -> list[Figure]:
             "residuals", "Residuals",
             "Measured force minus fitted law; rs_btls and rs_rtls are the paper's (25), batch and "
             "recursive; joint fits the zero too. Residuals do not show what a fit has absorbed: "
-            "the interval comes from the uncertainty budget.",
+            "the interval comes from the lines of the figures.",
             "force residuals over force",
             partial(
                 figures.residuals, y, {name: y - law(x) for name, law in laws.items()},
@@ -163,8 +174,8 @@ def _fit_figures(run: Evaluation) -> list[Figure]:
     )  # fmt: skip
     if not isinstance(contact := found.run.askew.quality, Missing):
         made.append(quality_figure(contact))
-    if (stated := found.budget) is not None:
-        ln_k, n = stated.ellipse.outline()
+    if (covariance := found.covariance) is not None:
+        ln_k, n = _outline(found.fit, covariance)
         points = [(name, found.fits[name].k, found.fits[name].n) for name in laws]
         if np.abs(ln_k).max() > LARGEST_EXPONENT:  # says nothing about K any more
             return made

@@ -63,7 +63,6 @@ class Spring:
         stiffness_n_per_m: at or up to that force.
         interval_n_per_m: its 95 % interval; None where the fit has no budget.
         peak_force_n: highest force of the record.
-        dissipation_s_per_m: d of F (1 + d δ̇); None where it was not determined.
         verdict: of the identification.
         simulated: whether it came from a simulated rig.
         warnings: reasons against using the number, in sentences.
@@ -75,7 +74,6 @@ class Spring:
     stiffness_n_per_m: float
     interval_n_per_m: tuple[float, float] | None
     peak_force_n: float
-    dissipation_s_per_m: float | None
     verdict: ResultVerdict
     warnings: tuple[str, ...]
     simulated: bool = False
@@ -86,7 +84,6 @@ def spring_of(
     *,
     at_n: float | None = None,
     kind: Kind = "tangent",
-    dissipation_s_per_m: float | None = None,
     simulated: bool = False,
 ) -> Spring:
     """Linearise an identified law.
@@ -95,7 +92,6 @@ def spring_of(
         found: the identification.
         at_n: operating force; half of the highest force of the record if None.
         kind: tangent or chord.
-        dissipation_s_per_m: of Hunt and Crossley, where it was determined.
         simulated: whether a simulated rig is behind the identification.
 
     Raises:
@@ -112,7 +108,8 @@ def spring_of(
     from_n = CHORD_FROM * at_n if kind == "chord" else at_n
     read = _read(found, kind, from_n, at_n)
     low, high = read.interval_n_per_m
-    interval = (low, high) if found.budgets and math.isfinite(high) else None
+    known = found.headline is not None and found.headline.lines
+    interval = (low, high) if known and math.isfinite(high) else None
     return Spring(
         kind=kind,
         at_n=at_n,
@@ -120,7 +117,6 @@ def spring_of(
         stiffness_n_per_m=read.value_n_per_m,
         interval_n_per_m=interval,
         peak_force_n=peak_n,
-        dissipation_s_per_m=dissipation_s_per_m,
         verdict=read.verdict,
         warnings=_warnings(read, at_n, peak_n, interval),
         simulated=simulated,
@@ -205,10 +201,6 @@ def _mujoco(spring: Spring, mass_kg: float | None) -> str:
     mass = 1.0 if mass_kg is None else mass_kg
     scale = (1.0 - IMPEDANCE) / mass
     stiffness = spring.stiffness_n_per_m * scale
-    damping = 0.0
-    if spring.dissipation_s_per_m is not None:
-        # ∂F/∂δ̇ of F (1 + d δ̇) at the operating force.
-        damping = spring.dissipation_s_per_m * spring.at_n * scale
     loaded = mass / (1.0 - IMPEDANCE)
     period_s = 2.0 * math.pi * math.sqrt(loaded / spring.stiffness_n_per_m)
     shown = f"{mass:g} kg"
@@ -227,10 +219,8 @@ def _mujoco(spring: Spring, mass_kg: float | None) -> str:
         "The constraint adds 1 % of the mass. impratio and solreffriction keep friction stiff.",
         f"Timestep: at most {period_s / STEPS_PER_PERIOD:.2g} s, a {STEPS_PER_PERIOD}th of the "
         f"period of {shown} on this spring; direct solref is not kept safe by MuJoCo.",
-        "Damping was not determined by this record: 0 is what is known of it, a perfectly elastic "
-        "contact; choose your own."
-        if spring.dissipation_s_per_m is None
-        else f"Damping: Hunt-Crossley d = {spring.dissipation_s_per_m:.3g} s/m at that force.",
+        "Damping is not measured: 0 is a perfectly elastic "
+        "contact; choose your own.",
         "Name your own geoms; with direct solref on geoms instead of a pair, MuJoCo takes the "
         "element-wise minimum of the two.",
     ]
@@ -241,7 +231,7 @@ def _mujoco(spring: Spring, mass_kg: float | None) -> str:
             f'  <option cone="elliptic" impratio="{FRICTION_RATIO}"/>',
             "  <contact>",
             '    <pair geom1="payload" geom2="plate" condim="3"',
-            f'          solref="{-stiffness:.6g} {0.0 - damping:.6g}" solreffriction="0.02 1"',
+            f'          solref="{-stiffness:.6g} 0" solreffriction="0.02 1"',
             f'          solimp="{IMPEDANCE:g} {IMPEDANCE:g} 0.001 0.5 2"/>',
             "  </contact>",
             "</mujoco>",
@@ -258,23 +248,17 @@ def _drake_lines(spring: Spring) -> list[str]:
         "both geometries. Beside a geometry of k2, the other takes S k2/(k2 - S).",
         "Point contact only: hydroelastic_modulus is a pressure field over a geometry, which a "
         "stiffness at one force does not determine.",
-        "Dissipation was not determined by this record and is left out: Drake's default counts."
-        if spring.dissipation_s_per_m is None
-        else "Dissipation as measured; on both geometries it combines to itself.",
+        "Dissipation is not measured and is left out: Drake's default counts.",
     ]
 
 
 def _drake(spring: Spring) -> str:
     stiffness = f"{2.0 * spring.stiffness_n_per_m:.6g}"
-    tags = [f"  <drake:point_contact_stiffness>{stiffness}</drake:point_contact_stiffness>"]
-    if spring.dissipation_s_per_m is not None:
-        d = f"{spring.dissipation_s_per_m:.6g}"
-        tags.append(f"  <drake:hunt_crossley_dissipation>{d}</drake:hunt_crossley_dissipation>")
     return "\n".join(
         [
             *_comment(["Goes into <collision> of either body.", *_drake_lines(spring)]),
             '<drake:proximity_properties xmlns:drake="http://drake.mit.edu">',
-            *tags,
+            f"  <drake:point_contact_stiffness>{stiffness}</drake:point_contact_stiffness>",
             "</drake:proximity_properties>",
             "",
         ]
@@ -282,16 +266,14 @@ def _drake(spring: Spring) -> str:
 
 
 def _drake_python(spring: Spring) -> str:
-    given = [f"point_stiffness={2.0 * spring.stiffness_n_per_m:.6g}"]
-    if spring.dissipation_s_per_m is not None:
-        given.append(f"dissipation={spring.dissipation_s_per_m:.6g}")
+    given = f"point_stiffness={2.0 * spring.stiffness_n_per_m:.6g}"
     return "\n".join(
         [
             *(f"# {part}" for line in _drake_lines(spring) for part in line.splitlines()),
             "from pydrake.geometry import AddContactMaterial, ProximityProperties",
             "",
             "properties = ProximityProperties()",
-            f"AddContactMaterial(properties=properties, {', '.join(given)})",
+            f"AddContactMaterial(properties=properties, {given})",
             "",
         ]
     )

@@ -31,9 +31,8 @@ def table_one(found: Comparison) -> Table:
         for name in COLUMNS:
             row += _three(each.found.fits.get(name))
         row.append(f"{power_of_ten(each.found.fit.secant_n_per_m)} {each.found.believe}")
-        stated = each.found.budget
-        low, high = map(power_of_ten, stated.interval_secant_n_per_m if stated else (0.0, 0.0))
-        row.append(f"[{low}, {high}]" if stated else NOTHING)
+        ends = each.found.interval_secant_n_per_m
+        row.append(f"[{', '.join(map(power_of_ten, ends))}]" if ends else NOTHING)
         rows.append(row)
     rows += _curve_rows(found.curve, len(columns))
     if len(set(names)) > 1:

@@ -1,4 +1,4 @@
-"""A force sensor that is not straight: its line in both budgets, and where it is zero."""
+"""A force sensor that is not straight: its line in the budget, and where it is zero."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from stepload.cli.results import compare as compare_verb
-from stepload.errors import BadInputError, DomainError
+from stepload.errors import BadInputError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.difference import Agreement, difference
 from stepload.estimators.origin import Origin
@@ -24,7 +24,7 @@ from stepload.record.rows import Phase
 from stepload.results import comparison, comparison_groups
 from stepload.results.comparison import ComparedRun, CurveGiven, compare
 from stepload.results.comparison_document import comparison_data, comparison_document
-from stepload.results.comparison_groups import measured, secant_of, shares_apart
+from stepload.results.comparison_groups import measured, shares_apart
 from stepload.results.model import NOTHING
 from stepload.results.origins import origin_of
 from stepload.results.press_data import PressData, TouchPoint
@@ -299,11 +299,6 @@ def test_any_stiffness_with_a_budget_can_be_compared() -> None:
     found = difference([one], [two], tolerance=0.2)
     assert (found.from_n, found.to_n, found.verdict) == (30.0, 300.0, "differ")
     assert found.relative == pytest.approx(6.3 / 6.2 - 1.0)
-    each = compare([saved("a"), saved("b", draw=2)]).runs[0]
-    with pytest.raises(DomainError, match="asked for is 30 to 300"):
-        secant_of(each, "joint", 30.0, 300.0)
-    with pytest.raises(DomainError, match="no interval"):
-        secant_of(each, "log_ls", 0.0, 300.0)
 
 
 def curve(factor: float, top_n: float = 300.0) -> Curve:

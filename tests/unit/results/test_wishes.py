@@ -32,8 +32,8 @@ def curve(tmp_path: Path) -> Path:
 
 def sizes(curve: Path, **stated: float) -> dict[str, str]:
     found, _ = identify_file(curve, Wishes(system_stiffness_n_per_m=KS, **stated))
-    assert found.budget is not None
-    return {line.source: line.size for line in found.budget.lines}
+    assert found.headline is not None
+    return {line.source: line.size for line in found.headline.lines}
 
 
 def test_a_stated_stiffness_is_known_as_stated_and_to_five_percent_where_nobody_states_it(
