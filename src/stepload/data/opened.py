@@ -17,7 +17,7 @@ from stepload.data.table import Table
 from stepload.errors import BadInputError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.contact_quality import ContactQuality
-from stepload.estimators.missing import Missing
+from stepload.estimators.fit import Missing
 from stepload.plan.model import Plan
 from stepload.record.reader import Event, Recording, read_recording
 from stepload.record.rows import Phase

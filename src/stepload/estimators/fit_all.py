@@ -10,14 +10,12 @@ from functools import partial
 import numpy as np
 
 from stepload.errors import DomainError
-from stepload.estimators.finish import force_rms_n
-from stepload.estimators.fit import Doubt, Fit, Flag
+from stepload.estimators.fit import Doubt, Fit, Flag, force_rms_n
 from stepload.estimators.inverse_law import inverse_ls, joint
 from stepload.estimators.ls import log_ls, log_tls, mixed_ls_tls, rs_btls
-from stepload.estimators.odr import odr
 from stepload.estimators.recursive import RsRtls
 from stepload.estimators.selection import Selected
-from stepload.estimators.weighted import ew_tls
+from stepload.estimators.weighted import ew_tls, odr
 
 RECURSIVE_FORGETTING = 0.999
 
@@ -119,4 +117,4 @@ def recursive_fit(selected: Selected, secant_force_n: float) -> Fit:
         return result
     used = selected.samples(selected.recursive_used)
     residual = force_rms_n(used.deformation_m, used.force_n, math.log(result.k), result.n, 0.0)
-    return dataclasses.replace(result, force_rms=residual)
+    return dataclasses.replace(result, force_rms_n=residual)

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from stepload.errors import DomainError
 from stepload.estimators.blocks import BLOCK_S, blocks
-from stepload.estimators.fit import FloatArray
-from stepload.estimators.missing import Missing
+from stepload.estimators.fit import FloatArray, Missing
 from stepload.estimators.runin import run_in
 from stepload.estimators.smooth import NORMAL_95
 

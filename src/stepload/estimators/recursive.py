@@ -17,10 +17,17 @@ import math
 import numpy as np
 
 from stepload.errors import DomainError
-from stepload.estimators.finish import log_secant, unlawful
-from stepload.estimators.fit import BoolArray, Doubt, Fit, Flag, FloatArray
+from stepload.estimators.fit import (
+    FEW_POINTS,
+    BoolArray,
+    Doubt,
+    Fit,
+    Flag,
+    FloatArray,
+    log_secant,
+    unlawful,
+)
 from stepload.estimators.ls import smallest_direction
-from stepload.estimators.points import FEW_POINTS
 
 MEMORY_SHARE = 0.25
 """A memory spanning less than this share of the force range is flagged HOLD_WINDUP."""
@@ -175,7 +182,7 @@ class RsRtls:
             secant_n_per_m=math.exp(min(log_secant(log_k, n, self._secant_force_n), 709.0)),
             secant_force_n=self._secant_force_n,
             covariance=None,
-            force_rms=relative * math.sqrt(mean_square),
+            force_rms_n=relative * math.sqrt(mean_square),
             points=self._used,
             doubts=doubts + self._doubts() + unlawful(log_k, n),
         )

@@ -26,8 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stepload.estimators.blocks import Blocks, blocks, quantum_sigma
-from stepload.estimators.fit import Fit, FloatArray, law_compliance
-from stepload.estimators.missing import Missing
+from stepload.estimators.fit import Fit, FloatArray, Missing, law_compliance
 from stepload.estimators.sources import Sources
 
 SKIP_S = 0.2

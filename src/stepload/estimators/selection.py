@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stepload.errors import DomainError
-from stepload.estimators.fit import FloatArray, IntArray
-from stepload.estimators.points import checked
+from stepload.estimators.fit import FloatArray, IntArray, checked
 from stepload.estimators.recursive import moving
 from stepload.estimators.sampling import at_rate, rest_band, uniform_in_force
 

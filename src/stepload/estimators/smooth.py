@@ -12,8 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stepload.errors import DomainError
-from stepload.estimators.finite import finite
-from stepload.estimators.fit import FloatArray, IntArray
+from stepload.estimators.fit import FloatArray, IntArray, finite
 
 SHORTEST, LONGEST = 1.0 / 12.0, 1.0 / 1.5
 """Range of an unknown correlation length, as shares of the peak force. A shorter error averages

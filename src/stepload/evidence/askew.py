@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 from stepload.estimators.across import CROSS_COMPLIANCE, Across
 from stepload.estimators.conditions import Conditions
-from stepload.estimators.contact_point import OFF_AXIS_M
-from stepload.estimators.contact_quality import NOT_IN_DATA, ContactQuality
-from stepload.estimators.missing import Missing
+from stepload.estimators.contact_quality import NOT_IN_DATA, OFF_AXIS_M, ContactQuality
+from stepload.estimators.fit import Missing
 from stepload.evidence.quantity import Line
 from stepload.evidence.signs import Compliance
 from stepload.units import beside_limit, format_quantity

@@ -15,9 +15,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from stepload.errors import DomainError
-from stepload.estimators.fit import FloatArray
+from stepload.estimators.fit import FloatArray, Missing
 from stepload.estimators.loss import CycleLoss, Loss, loss
-from stepload.estimators.missing import Missing
 from stepload.estimators.relaxation import HoldChange, HoldSamples, Relaxation, relaxation
 from stepload.evidence.identification import Identification
 from stepload.record.rows import Phase

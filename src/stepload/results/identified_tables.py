@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 from textwrap import fill
 
+from stepload.estimators.fit import Missing
 from stepload.estimators.judge import ResultVerdict
-from stepload.estimators.missing import Missing
 from stepload.estimators.runin import STEADY_CYCLES, RunIn
 from stepload.estimators.smooth import NORMAL_95
 from stepload.estimators.system import SystemStiffnessFit

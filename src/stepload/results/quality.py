@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from stepload.estimators.contact_quality import ContactQuality, contact_quality
-from stepload.estimators.missing import Missing
-from stepload.estimators.shares import BranchShare
-from stepload.estimators.wrench import Wrench, turn_of
+from stepload.estimators.fit import Missing
+from stepload.estimators.lateral import BranchShare, Wrench, turn_of
 from stepload.results.model import Table
 from stepload.results.press_data import LOADING, UNLOADING, PressData, holds_of
 from stepload.units import format_quantity as f
@@ -87,32 +86,22 @@ def summary(found: ContactQuality | Missing) -> str:
     slips = len(found.slips)
     slipped = f"{slips} slip event{'s' if slips > 1 else ''}" if slips else "no slip event"
     parts = [f"lateral force {found.share:.1%} of that along it", slipped]
-    if found.loop.kind in _LOOPS:
-        parts.insert(1, _LOOPS[found.loop.kind])
+    if found.loop.friction:
+        parts.insert(1, "a friction loop")
     if (point := found.eccentric) is not None:
         parts.append(f"touched {f(point.size_m, 'm', 2)} beside the axis")
     return f"contact: {', '.join(parts)}"
-
-
-_LOOPS = {"slides": "the contact slides", "loop": "a friction loop"}
-_KINDS = {
-    "little": "below 2 %: nothing to be seen of friction or tilt",
-    "slides": "both ways keep a share of their own: the contact slides, and its friction turns "
-    "round with the load",
-    "loop": "the branches differ, as where a contact slides, or sticks with an edge that slips",
-    "constant": "much the same share at all forces, both ways: a contact that slides from its "
-    "first touch on, an arm that gives way sideways, or tilt; one press cannot tell which",
-    "changes": "the share changes with the force, much the same both ways: an arm that gives way "
-    "sideways, or a contact that begins to slide",
-}  # fmt: skip
 
 
 def quality_table(found: ContactQuality) -> Table:
     """Sentences on the contact for people."""
     rows = [(_name(branch), _share(branch)) for branch in found.branches]
     loop = found.loop
-    half = "" if loop.at_half is None else f"{loop.at_half:.1%} ± {loop.sigma:.1%}; "
-    rows.append(("difference at half the top force", half + _KINDS[loop.kind]))
+    if loop.at_half is not None:
+        said = ": the contact slides, or its edge slips" if loop.friction else ""
+        rows.append(
+            ("difference at half the top force", f"{loop.at_half:.1%} ± {loop.sigma:.1%}{said}")
+        )
     if found.change is not None:
         change, sigma = found.change
         rows.append(("change from cycle 1 to 2", f"{change:.1%} ± {sigma:.1%}"))
@@ -138,7 +127,6 @@ def quality_table(found: ContactQuality) -> Table:
                 f"noise alone, at {f(point.force_n, 'N')}",
             )
         )
-    rows.append(("tilt of the plate", _tilt(found)))
     return Table("How the contact was made", ("of", "what was seen"), rows, page_only=True)
 
 
@@ -151,15 +139,4 @@ def _share(branch: BranchShare) -> str:
     return (
         f"{branch.size:.1%} of the force along the axis, median over the forces ({x:+.1%} and "
         f"{y:+.1%} along the sensor's two other axes)"
-    )
-
-
-def _tilt(found: ContactQuality) -> str:
-    bound = found.loop.tilt_bound_rad
-    if bound is None:
-        return "not to be told from one press: an arm that gives way sideways looks alike"
-    return (
-        f"along the way it slid, plate and sensor together are askew by less than "
-        f"{math.degrees(bound):.1f} degrees if friction is the same both ways; across that way, "
-        "nothing can be said"
     )

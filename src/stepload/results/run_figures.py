@@ -12,8 +12,7 @@ import numpy as np
 from stepload.contact.power_law import ContactLaw
 from stepload.envelope.theory import Theory
 from stepload.estimators.compare import confidence_band
-from stepload.estimators.fit import Fit, FloatArray
-from stepload.estimators.missing import Missing
+from stepload.estimators.fit import Fit, FloatArray, Missing
 from stepload.evidence.identification import REPORTED, Identification
 from stepload.record.rows import Phase
 from stepload.results import figures

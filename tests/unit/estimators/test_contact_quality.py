@@ -8,18 +8,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stepload.estimators.contact_point import NO_HOLDS, OTHER_SIDE
 from stepload.estimators.contact_quality import (
+    NO_HOLDS,
     NO_LEVER,
     NO_TORQUE,
     NOT_IN_DATA,
+    OTHER_SIDE,
     ContactQuality,
     contact_quality,
+    smallest_seen_n,
 )
-from stepload.estimators.missing import Missing
-from stepload.estimators.shares import TILT_SIGMA_RAD
-from stepload.estimators.slips import smallest_seen_n
-from stepload.estimators.wrench import Wrench, turn_of
+from stepload.estimators.fit import Missing
+from stepload.estimators.lateral import TILT_SIGMA_RAD, Wrench, turn_of
 
 TOP_N, RATE_HZ, NOISE_N = 50.0, 500.0, 0.03
 AXES = ("+fx", "-fx", "+fy", "-fy", "+fz", "-fz")

@@ -28,7 +28,7 @@ def fit(
         secant_n_per_m=5.06e6,
         secant_force_n=300.0,
         covariance=covariance,
-        force_rms=1.0,
+        force_rms_n=1.0,
         points=1000,
         doubts=() if flag is None else (Doubt(flag, f"{name}: {flag}"),),
     )

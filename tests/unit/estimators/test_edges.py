@@ -14,12 +14,11 @@ from stepload.errors import BadInputError, DomainError
 from stepload.estimators.compare import compare_curve, compare_fits, confidence_band
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.decide import EXPONENT_HALF_WIDTH, decide, undetermined
-from stepload.estimators.fit import Doubt, Fit, Flag, FloatArray
+from stepload.estimators.fit import Doubt, Fit, Flag, FloatArray, checked, loaded, positive
 from stepload.estimators.fit_all import above_elastic_limit
 from stepload.estimators.identifiability import Binding, identifiability
 from stepload.estimators.inverse_law import joint
 from stepload.estimators.ls import ill_conditioned, rs_btls
-from stepload.estimators.points import checked, loaded, positive
 from stepload.estimators.pool import pool
 from stepload.estimators.recursive import MEMORY_SHARE, RsRtls, moving
 from stepload.estimators.runin import run_in
@@ -43,7 +42,7 @@ DEFORMATION = (FORCE / K) ** (1.0 / N)
 def fit(name: str = "joint", **changes: Any) -> Fit:
     values: dict[str, Any] = {
         "estimator": name, "k": K, "n": N, "zero_m": 0.0, "secant_n_per_m": 300.0 / DEFORMATION[-1],
-        "secant_force_n": 300.0, "covariance": None, "force_rms": 0.0, "points": 60, "doubts": (),
+        "secant_force_n": 300.0, "covariance": None, "force_rms_n": 0.0, "points": 60, "doubts": (),
     }  # fmt: skip
     return Fit(**(values | changes))
 
@@ -125,8 +124,8 @@ def test_fits_compare_with_the_paper_where_their_exponents_agree() -> None:
     assert comparable(1.519)
     assert not comparable(1.521)
     assert not comparable(1.479)
-    assert comparable(1.5 + 0.99 * NORMAL_95 * 0.05, sigma_n={"joint": 0.05})
-    assert not comparable(1.5 + 1.01 * NORMAL_95 * 0.05, sigma_n={"joint": 0.05})
+    assert comparable(1.5 + 0.99 * NORMAL_95 * 0.05, covariance=np.diag([0.0, 0.05**2, 0.0]))
+    assert not comparable(1.5 + 1.01 * NORMAL_95 * 0.05, covariance=np.diag([0.0, 0.05**2, 0.0]))
     assert not comparable(1.5, zero_m=1e-6, roughness_m=1e-6)
     assert comparable(1.5, zero_m=1e-6)
 

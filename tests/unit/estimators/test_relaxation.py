@@ -10,8 +10,7 @@ import pytest
 from long_ones import long, long_rows
 
 from stepload.estimators.blocks import blocks, quantum_sigma
-from stepload.estimators.fit import Fit
-from stepload.estimators.missing import Missing
+from stepload.estimators.fit import Fit, Missing
 from stepload.estimators.relaxation import HoldSamples, Relaxation, relaxation
 from stepload.estimators.sources import Sources
 

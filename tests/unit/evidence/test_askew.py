@@ -10,12 +10,10 @@ import pytest
 from pressed_runs import World, press
 
 from stepload.estimators.across import CROSS_COMPLIANCE, Across
-from stepload.estimators.contact_point import OFF_AXIS_M, ContactPoint
-from stepload.estimators.contact_quality import ContactQuality
+from stepload.estimators.contact_quality import OFF_AXIS_M, ContactPoint, ContactQuality, Slip
+from stepload.estimators.fit import Missing
 from stepload.estimators.judge import ResultVerdict
-from stepload.estimators.missing import Missing
-from stepload.estimators.shares import BranchShare, Loop
-from stepload.estimators.slips import Slip
+from stepload.estimators.lateral import BranchShare, Loop
 from stepload.evidence.answer import weigh
 from stepload.evidence.askew import (
     ANY_WAY,

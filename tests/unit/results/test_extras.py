@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stepload.estimators.conditions import Conditions
-from stepload.estimators.missing import Missing
+from stepload.estimators.fit import Missing
 from stepload.estimators.sources import Sources
 from stepload.evidence.identification import Identification
 from stepload.record.lag import Lag

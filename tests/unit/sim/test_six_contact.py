@@ -10,7 +10,7 @@ from six_rigs import SURFACE_M, go, plant, rig, rub
 
 from stepload.contact.lateral import left_of_limit
 from stepload.estimators.contact_quality import ContactQuality, contact_quality
-from stepload.estimators.wrench import Wrench
+from stepload.estimators.lateral import Wrench
 from stepload.rig.mount import Mount
 from stepload_drivers.sim.six_plant import SixPlant
 
