@@ -4,8 +4,8 @@ With r from the sensor's origin to the place on the pressing axis at the contact
 there to the contact, T = (r + e) × f. Of the two torques across the axis this leaves e (six axes,
 item 4), whatever the force across.
 
-A slip is a jump of the lateral force that no change of the load explains. The lateral force follows
-the load with the running ratio r of the two; its deviation from that over 40 ms is compared with the
+A slip is a jump of the lateral force that no change of the load explains. That force follows the
+load with the running ratio r of the two; its deviation from that over 40 ms is compared with the
 noise and with a share of the load (six axes, item 5)::
 
     |ΔF_across - r ΔF| > max(6 σ √(2/k), 1 % of F)        means over k samples, 8 ms

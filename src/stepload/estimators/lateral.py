@@ -2,8 +2,8 @@
 
 The share shows friction. Where a contact slides both ways, or sticks in its middle and slips at its
 edge, it differs between the way up and the way down: a loop. A share that is the same both ways may
-be a contact that slides one way from its first touch on, an arm that gives way sideways, or a tilted
-plate: one press cannot distinguish them.
+be a contact that slides one way from its first touch on, an arm that gives way sideways, or a plate
+that is tilted: one press cannot distinguish them.
 """
 
 from __future__ import annotations

@@ -93,17 +93,21 @@ class Sources:
 
     @property
     def quantum_left_m(self) -> float:
-        """Standard deviation of what noise leaves of the position's quantum in a mean.
+        """Standard deviation of what noise leaves of the position's quantum in a mean."""
+        return quantum_left(self.position_resolution_m, self.position_noise_m)
 
-        Noise of σ leaves (q/πk) exp(−2π²k²σ²/q²) of each harmonic of the error, which is a sawtooth
-        over the travel (Carbone and Petri 1994); without noise it is q/√12.
-        """
-        if self.position_resolution_m <= 0.0:
-            return 0.0
-        k = np.arange(1, HARMONICS + 1)
-        noise = self.position_noise_m / self.position_resolution_m
-        left = np.exp(-2.0 * (math.pi * noise * k) ** 2) / (math.pi * k)
-        return self.position_resolution_m * math.sqrt(0.5 * float(left @ left))
+
+def quantum_left(quantum: float, noise: float) -> float:
+    """Standard deviation of what noise of σ leaves of the error of a quantum in a mean.
+
+    (q/πk) exp(−2π²k²σ²/q²) of each harmonic of the error, which is a sawtooth over the true value
+    (Carbone and Petri 1994); without noise it is q/√12.
+    """
+    if quantum <= 0.0:
+        return 0.0
+    k = np.arange(1, HARMONICS + 1)
+    left = np.exp(-2.0 * (math.pi * noise / quantum * k) ** 2) / (math.pi * k)
+    return quantum * math.sqrt(0.5 * float(left @ left))
 
 
 def white_sigmas(

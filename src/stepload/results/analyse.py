@@ -14,7 +14,7 @@ from stepload.envelope.envelope import Envelope
 from stepload.envelope.ranges import beyond_range
 from stepload.errors import BadInputError
 from stepload.estimators.conditions import Conditions
-from stepload.estimators.runin import STEADY_CYCLES, RunIn, run_in
+from stepload.estimators.cycles import STEADY_CYCLES, RunIn, run_in
 from stepload.estimators.selection import select
 from stepload.estimators.system import SeriesContact, SystemStiffnessFit, fit_system_stiffness
 from stepload.evidence.identification import Identification, identify

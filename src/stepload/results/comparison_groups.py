@@ -122,7 +122,7 @@ def pair_half_width(one: ComparedRun, other: ComparedRun, tolerance: float) -> f
     """Half width of ln(S2/S1) of the secants of two single runs; None where one is not known."""
     found = [each.found.quantities.get("secant_from_touch") for each in (one, other)]
     values = [
-        measured(each.run, SECANT, secant)
+        replace(measured(each.run, SECANT, secant), to_n=one.found.fit.secant_force_n)
         for each, secant in zip((one, other), found, strict=True)
         if secant is not None and math.isfinite(secant.half_width)
     ]

@@ -9,7 +9,6 @@ import numpy as np
 
 from stepload.errors import BadInputError, DomainError
 from stepload.estimators.conditions import Conditions
-from stepload.estimators.curve_jumps import largest_jump
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.inverse_law import joint
 from stepload.estimators.leftover import smooth_leftover
@@ -124,16 +123,6 @@ def clipped_doubts(selected: Selected, noise_n: float, quantum_n: float) -> Iter
             f"the force stands at {format_quantity(float(force_n.max()), 'N')} while the "
             f"deformation goes on by {format_quantity(gone_m, 'm')}: the sensor is at the end of "
             "its range, or the payload gives way"
-        )
-
-
-def jump_doubts(selected: Selected, quantum_m: float) -> Iterator[str]:
-    """Doubt about a deformation that jumps."""
-    jump = largest_jump(selected.deformation_m, selected.force_n, quantum_m=quantum_m)
-    if jump is not None:
-        yield (
-            f"the deformation jumps by {format_quantity(jump.travel_m, 'm')} at "
-            f"{format_quantity(jump.force_n, 'N')} (pop-in, slip, a crack?): no law holds across it"
         )
 
 

@@ -6,7 +6,7 @@ import dataclasses
 from typing import Any
 
 from stepload.envelope.envelope import Envelope
-from stepload.estimators.runin import RunIn
+from stepload.estimators.cycles import RunIn
 from stepload.estimators.system import SystemStiffnessFit
 from stepload.evidence.identification import Identification
 from stepload.record.outcome import RunOutcome

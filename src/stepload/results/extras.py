@@ -15,8 +15,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from stepload.errors import DomainError
+from stepload.estimators.cycles import CycleLoss, Loss, loss
 from stepload.estimators.fit import FloatArray, Missing
-from stepload.estimators.loss import CycleLoss, Loss, loss
 from stepload.estimators.relaxation import HoldChange, HoldSamples, Relaxation, relaxation
 from stepload.evidence.identification import Identification
 from stepload.record.rows import Phase
@@ -161,8 +161,7 @@ def _relaxed(found: Relaxation) -> tuple[str, str]:
         return NOTHING, found.why
     time = f", τ = {f(found.time_s, 's')}" if found.time_s is not None else ""
     return (
-        f"creep {found.creep_share:.1%} ± {found.creep_sigma:.1%} (1 σ){time}; "
-        f"{found.per_decade:+.2%} ± {found.per_decade_sigma:.2%} per decade of time",
+        f"creep {found.creep_share:.1%} ± {found.creep_sigma:.1%} (1 σ){time}",
         found.why or "at constant force, relative to the instantaneous deformation",
     )
 

@@ -10,8 +10,8 @@ from stepload.results.model import NOTHING, Field, data, finite, interval, named
 if TYPE_CHECKING:
     from stepload.envelope.press import Term
     from stepload.envelope.schedule import Stage
+    from stepload.estimators.cycles import Cycle
     from stepload.estimators.fit import Fit
-    from stepload.estimators.runin import Cycle
     from stepload.estimators.system import SystemStiffnessFit
     from stepload.evidence.answer import LawRow
     from stepload.evidence.identification import Identification

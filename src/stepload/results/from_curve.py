@@ -21,7 +21,6 @@ from stepload.results.curve_doubts import (
     check_stiffness,
     check_what_is_left,
     clipped_doubts,
-    jump_doubts,
     machine_doubts,
     with_leftover,
     zero_doubts,
@@ -124,7 +123,6 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
     doubts = (
         *machine_doubts(curve),
         *zero_doubts(zeroed),
-        *jump_doubts(selected, quantum_m),
         *clipped_doubts(selected, zeroed.noise_n, quantum_n),
         *plausibility(
         selected.deformation_m, force_n, travel_m=whole.travel_m,

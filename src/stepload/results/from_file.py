@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from stepload.errors import BadInputError
 from stepload.estimators.curve_parts import quantum
-from stepload.estimators.runin import RunIn
+from stepload.estimators.cycles import RunIn
 from stepload.estimators.system import SystemStiffnessFit, fit_system_stiffness
 from stepload.evidence.identification import Identification, identify
 from stepload.evidence.quantity import without_interval

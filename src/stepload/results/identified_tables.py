@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 from textwrap import fill
 
+from stepload.estimators.cycles import STEADY_CYCLES, RunIn
 from stepload.estimators.fit import Missing
 from stepload.estimators.judge import ResultVerdict
-from stepload.estimators.runin import STEADY_CYCLES, RunIn
 from stepload.estimators.smooth import NORMAL_95
 from stepload.estimators.system import SystemStiffnessFit
 from stepload.evidence.answer import Evidence

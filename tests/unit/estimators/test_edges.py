@@ -13,6 +13,7 @@ from pressed_runs import there_and_back
 from stepload.errors import BadInputError, DomainError
 from stepload.estimators.compare import compare_curve, compare_fits, confidence_band
 from stepload.estimators.conditions import Conditions
+from stepload.estimators.cycles import run_in
 from stepload.estimators.decide import EXPONENT_HALF_WIDTH, decide, undetermined
 from stepload.estimators.fit import Doubt, Fit, Flag, FloatArray, checked, loaded, positive
 from stepload.estimators.fit_all import above_elastic_limit
@@ -21,7 +22,6 @@ from stepload.estimators.inverse_law import joint
 from stepload.estimators.ls import ill_conditioned, rs_btls
 from stepload.estimators.pool import pool
 from stepload.estimators.recursive import MEMORY_SHARE, RsRtls, moving
-from stepload.estimators.runin import run_in
 from stepload.estimators.sampling import at_rate, rest_band, uniform_in_force
 from stepload.estimators.selection import select
 from stepload.estimators.smooth import (
