@@ -36,7 +36,7 @@ from stepload.errors import DomainError
 from stepload.estimators.fit import Fit, FloatArray
 from stepload.estimators.inverse_law import inverse_ls, joint
 from stepload.estimators.ls import log_ls, log_tls, mixed_ls_tls, rs_btls
-from stepload.estimators.sampling import uniform_in_force
+from stepload.estimators.selection import uniform_in_force
 from stepload.estimators.weighted import ew_tls, odr
 
 SYSTEM_STIFFNESS_N_PER_M = 3.49e6

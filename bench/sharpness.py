@@ -23,11 +23,11 @@ from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.envelope.until import planned_run
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
-from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.smooth import smooth_correlation
 from stepload.evidence.answer import Evidence, weigh
-from stepload.evidence.path import Track
+from stepload.evidence.loops import Track
 from stepload.evidence.pressed import Pressed
+from stepload.evidence.quantity import ResultVerdict
 from stepload.plan.load import load_plan
 
 HOME = Path(__file__).parents[1]

@@ -110,11 +110,12 @@ def recursive_fit(selected: Selected, secant_force_n: float) -> Fit:
     """
     fit = RsRtls(RECURSIVE_FORGETTING, secant_force_n, rest_band_n=selected.rest_band_n)
     given = selected.samples(selected.recursive)
-    for x, y in zip(given.deformation_m.tolist(), given.force_n.tolist(), strict=True):
-        fit.update(x, y)
+    both = zip(given.deformation_m.tolist(), given.force_n.tolist(), strict=True)
+    used = np.array([fit.update(x, y) for x, y in both], dtype=bool)
     result = fit.fit()
     if not 0.0 < result.k < math.inf:
         return result
-    used = selected.samples(selected.recursive_used)
-    residual = force_rms_n(used.deformation_m, used.force_n, math.log(result.k), result.n, 0.0)
+    residual = force_rms_n(
+        given.deformation_m[used], given.force_n[used], math.log(result.k), result.n, 0.0
+    )
     return dataclasses.replace(result, force_rms_n=residual)

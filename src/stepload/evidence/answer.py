@@ -14,11 +14,10 @@ from stepload.estimators.fit import FloatArray
 from stepload.estimators.smooth import NORMAL_95
 from stepload.evidence import figures
 from stepload.evidence.chord import Chord, chord
-from stepload.evidence.elastic import Elastic
+from stepload.evidence.elastic import Elastic, jump_of, usual_creep
 from stepload.evidence.errors import Component, middle, total
 from stepload.evidence.gauge import against_arm
 from stepload.evidence.inelastic import Inelastic
-from stepload.evidence.jump import jump_of, usual_creep
 from stepload.evidence.lawfit import (
     CANNOT_TELL,
     LawFit,

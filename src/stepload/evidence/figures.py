@@ -11,16 +11,22 @@ import numpy as np
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.decide import EXPONENT_HALF_WIDTH
 from stepload.estimators.fit import FloatArray
-from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.smooth import CHI2_95, NORMAL_95
 from stepload.evidence.chord import Chord
 from stepload.evidence.errors import Component, middle, total
-from stepload.evidence.lawfit import CANNOT_TELL, LawFit
+from stepload.evidence.lawfit import CANNOT_TELL, LawFit, Read, at_point, union
 from stepload.evidence.laws import BILINEAR, POWER, ROUGH
-from stepload.evidence.path import Path
+from stepload.evidence.loops import Path
 from stepload.evidence.pressed import Pressed
-from stepload.evidence.quantity import Exponent, Line, Quantity, combined, log_interval, wider
-from stepload.evidence.union import Read, at_point, union
+from stepload.evidence.quantity import (
+    Exponent,
+    Line,
+    Quantity,
+    ResultVerdict,
+    combined,
+    log_interval,
+    wider,
+)
 from stepload.units import beside_limit, percent
 
 OPEN = 5.0

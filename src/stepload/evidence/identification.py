@@ -13,7 +13,6 @@ from stepload.estimators.decide import decide, secant_sigma
 from stepload.estimators.fit import Fit, FloatArray
 from stepload.estimators.fit_all import fit_all
 from stepload.estimators.identifiability import identifiability
-from stepload.estimators.judge import Judgement, ResultVerdict
 from stepload.estimators.selection import Selected
 from stepload.estimators.smooth import NORMAL_95
 from stepload.estimators.sources import white_sigmas
@@ -21,7 +20,7 @@ from stepload.evidence.answer import Evidence, weigh
 from stepload.evidence.expected import Narrowing, narrowing
 from stepload.evidence.loops import LEAST_STRETCHES
 from stepload.evidence.pressed import Pressed
-from stepload.evidence.quantity import Quantity
+from stepload.evidence.quantity import Judgement, Quantity, ResultVerdict
 from stepload.units import beside_limit, format_quantity
 
 REPORTED = ("rs_btls", "rs_rtls", "joint")

@@ -13,11 +13,10 @@ import numpy as np
 
 from stepload.errors import BadInputError, DomainError
 from stepload.estimators.difference import Agreement, Difference, difference
-from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.measured import Measured, at_common_forces
 from stepload.evidence.answer import weigh
-from stepload.evidence.quantity import Quantity
-from stepload.evidence.sideways import Sideways
+from stepload.evidence.lateral import Sideways
+from stepload.evidence.quantity import Quantity, ResultVerdict
 from stepload.results.origins import origin_of
 from stepload.results.saved import SavedRun
 from stepload.units import beside_limit

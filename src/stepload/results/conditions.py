@@ -15,8 +15,7 @@ from stepload.errors import BadInputError
 from stepload.estimators.across import Across
 from stepload.estimators.conditions import BRANCHES, UNKNOWN_OFFSET_M, Conditions
 from stepload.estimators.deflection_rows import table_problem
-from stepload.estimators.linearity import ASSUMED_NONLINEARITY
-from stepload.estimators.sources import Sources
+from stepload.estimators.sources import ASSUMED_NONLINEARITY, Sources
 from stepload.results.press_data import PressData
 
 FILE = "conditions.json"

@@ -11,8 +11,8 @@ from stepload.errors import BadInputError, DomainError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.inverse_law import joint
-from stepload.estimators.leftover import smooth_leftover
 from stepload.estimators.selection import Selected
+from stepload.estimators.smooth import smooth_leftover
 from stepload.record.curves import Curve
 from stepload.results.curve_zero import TOUCH_NOISE, Zeroed
 from stepload.results.wishes import Wishes

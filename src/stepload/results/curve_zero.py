@@ -10,16 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepload.errors import BadInputError
-from stepload.estimators.curve_cycles import CycleParts, cycles_of
-from stepload.estimators.curve_parts import (
+from stepload.estimators.curve_channels import (
     LEAST_SLOPE,
     FreeAir,
     first_touch,
     free_air,
+    signs,
+    spikes,
     white_noise,
 )
-from stepload.estimators.curve_signs import signs
-from stepload.estimators.curve_spikes import spikes
+from stepload.estimators.curve_cycles import CycleParts, cycles_of
 from stepload.estimators.fit import FloatArray
 from stepload.record.curves import Curve
 from stepload.units import format_quantity

@@ -7,13 +7,11 @@ from dataclasses import dataclass, replace
 
 from stepload.errors import BadInputError, DomainError
 from stepload.estimators.conditions import Conditions
-from stepload.estimators.curve_parts import is_exact, quantum
+from stepload.estimators.curve_channels import is_exact, quantum
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.inverse_law import joint
-from stepload.estimators.linearity import ASSUMED_NONLINEARITY
-from stepload.estimators.sampling import uniform_in_force
-from stepload.estimators.selection import Selected, select
-from stepload.estimators.sources import Sources
+from stepload.estimators.selection import Selected, select, uniform_in_force
+from stepload.estimators.sources import ASSUMED_NONLINEARITY, Sources
 from stepload.evidence.plausibility import plausibility
 from stepload.record.curves import Curve
 from stepload.results.curve_doubts import (

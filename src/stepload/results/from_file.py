@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stepload.errors import BadInputError
-from stepload.estimators.curve_parts import quantum
+from stepload.estimators.curve_channels import quantum
 from stepload.estimators.cycles import RunIn
 from stepload.estimators.system import SystemStiffnessFit, fit_system_stiffness
 from stepload.evidence.identification import Identification, identify

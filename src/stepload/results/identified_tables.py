@@ -8,12 +8,11 @@ from textwrap import fill
 
 from stepload.estimators.cycles import STEADY_CYCLES, RunIn
 from stepload.estimators.fit import Missing
-from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.smooth import NORMAL_95
 from stepload.estimators.system import SystemStiffnessFit
 from stepload.evidence.answer import Evidence
 from stepload.evidence.identification import Identification
-from stepload.evidence.quantity import Quantity
+from stepload.evidence.quantity import Quantity, ResultVerdict
 from stepload.results import fields
 from stepload.results.model import Table, interval, table
 from stepload.results.quality import quality_table, summary

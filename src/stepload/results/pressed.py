@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
-from stepload.evidence.askew import askew_of
-from stepload.evidence.path import Track
+from stepload.evidence.lateral import GUIDED_COMPLIANCE, Sideways, askew_of, sideways
+from stepload.evidence.loops import Track
 from stepload.evidence.pressed import Pressed, Touch
-from stepload.evidence.sideways import GUIDED_COMPLIANCE, Sideways, sideways
 from stepload.record.rows import Phase
 from stepload.results.curve_zero import SAME_PEAK, Branch
 from stepload.results.from_curve import PreparedCurve

@@ -9,9 +9,9 @@ from dataclasses import replace
 
 from stepload.errors import BadInputError
 from stepload.estimators.conditions import BRANCHES
-from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.system import SystemStiffnessFit
 from stepload.evidence.identification import Identification
+from stepload.evidence.quantity import ResultVerdict
 from stepload.record.outcome import RunStatus
 from stepload.record.reader import Recording
 from stepload.results import fields

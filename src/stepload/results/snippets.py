@@ -30,10 +30,9 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from stepload.errors import BadInputError, DomainError
-from stepload.estimators.judge import ResultVerdict
 from stepload.evidence.answer import weigh
 from stepload.evidence.identification import Identification
-from stepload.evidence.quantity import Quantity
+from stepload.evidence.quantity import Quantity, ResultVerdict
 from stepload.results.model import SIMULATED
 from stepload.units import format_quantity as f
 

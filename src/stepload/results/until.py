@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stepload.envelope.until import MARGIN, Need, Until
-from stepload.estimators.judge import ResultVerdict
 from stepload.evidence.identification import Identification
+from stepload.evidence.quantity import ResultVerdict
 from stepload.plan.model import Procedure
 from stepload.record.reader import Event
 from stepload.results.model import Field, Table, named, quantity, table

@@ -13,11 +13,11 @@ from stepload.estimators.conditions import Conditions
 from stepload.estimators.deflection import DeflectionTable
 from stepload.estimators.fit import Fit
 from stepload.estimators.inverse_law import joint
-from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.selection import select
 from stepload.estimators.smooth import smooth_lengths
 from stepload.estimators.sources import Sources
 from stepload.evidence.identification import identify
+from stepload.evidence.quantity import ResultVerdict
 
 KS, K, N = 3.49e6, 6.57e8, 1.5
 FORCE = np.linspace(3.0, 300.0, 400)

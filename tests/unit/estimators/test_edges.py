@@ -22,8 +22,7 @@ from stepload.estimators.inverse_law import joint
 from stepload.estimators.ls import ill_conditioned, rs_btls
 from stepload.estimators.pool import pool
 from stepload.estimators.recursive import MEMORY_SHARE, RsRtls, moving
-from stepload.estimators.sampling import at_rate, rest_band, uniform_in_force
-from stepload.estimators.selection import select
+from stepload.estimators.selection import at_rate, rest_band, select, uniform_in_force
 from stepload.estimators.smooth import (
     NORMAL_95,
     fit_with_smooth_error,

@@ -10,13 +10,7 @@ import pytest
 from long_ones import long
 
 from stepload.errors import BadInputError
-from stepload.estimators.curve_parts import (
-    first_touch,
-    free_air,
-    is_exact,
-    quantum,
-    white_noise,
-)
+from stepload.estimators.curve_channels import first_touch, free_air, is_exact, quantum, white_noise
 from stepload.estimators.fit import Flag, FloatArray
 from stepload.estimators.identifiability import identifiability
 from stepload.evidence.identification import Identification

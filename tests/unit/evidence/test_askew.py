@@ -12,10 +12,9 @@ from pressed_runs import World, press
 from stepload.estimators.across import CROSS_COMPLIANCE, Across
 from stepload.estimators.contact_quality import OFF_AXIS_M, ContactPoint, ContactQuality, Slip
 from stepload.estimators.fit import Missing
-from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.lateral import BranchShare, Loop
 from stepload.evidence.answer import weigh
-from stepload.evidence.askew import (
+from stepload.evidence.lateral import (
     ANY_WAY,
     SIDEWAYS_OVER_ALONG,
     TANGENTIAL_OVER_NORMAL,
@@ -25,6 +24,7 @@ from stepload.evidence.askew import (
     Askew,
     coupling_of,
 )
+from stepload.evidence.quantity import ResultVerdict
 
 FORCES = np.linspace(30.0, 300.0, 10)
 YIELDS = 1.0 / 3.49e6

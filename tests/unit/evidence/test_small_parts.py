@@ -12,9 +12,9 @@ from pressed_runs import World, hertz, press, told
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.sources import Sources
 from stepload.evidence.answer import weigh
+from stepload.evidence.elastic import jump_of
 from stepload.evidence.errors import dithered
 from stepload.evidence.expected import NAMED, expected_chord, narrowing
-from stepload.evidence.jump import jump_of
 from stepload.evidence.lawfit import Whitened, fit_law
 from stepload.evidence.laws import POWER
 from stepload.evidence.reading import read_of

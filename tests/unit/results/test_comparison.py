@@ -17,7 +17,7 @@ from stepload.estimators.conditions import Conditions
 from stepload.estimators.difference import Agreement, difference
 from stepload.estimators.origin import Origin
 from stepload.estimators.sources import Sources
-from stepload.evidence.sideways import Sideways
+from stepload.evidence.lateral import Sideways
 from stepload.record.curves import Curve
 from stepload.record.lag import Lag
 from stepload.record.rows import Phase

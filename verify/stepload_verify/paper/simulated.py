@@ -11,12 +11,12 @@ from stepload.estimators.compare import confidence_band
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import Fit
 from stepload.estimators.inverse_law import joint
-from stepload.estimators.ls import rs_btls
+from stepload.estimators.ls import rs_btls, smallest_direction
 from stepload.estimators.recursive import RsRtls
-from stepload.estimators.sampling import uniform_in_force
+from stepload.estimators.selection import uniform_in_force
 from stepload.estimators.sources import Sources
 from stepload.evidence.answer import Evidence, weigh
-from stepload.evidence.path import Track
+from stepload.evidence.loops import Track
 from stepload.evidence.pressed import Pressed
 from stepload_verify.paper import laws
 from stepload_verify.paper.chart import Line, chart
@@ -141,7 +141,7 @@ def recursion(run: RawRun) -> Section:
             fit.update(d, f)
             if i > 60 and i % 6 == 0:
                 time.append(i * 2 / RIG.rate_hz)
-                exponent.append(fit.estimate()[1])
+                exponent.append(smallest_direction(fit.triangle())[1])
         course = np.clip(np.nan_to_num(np.array(exponent), nan=0.0), 0.0, 4.0)
         drawn.append(Line(label, np.array(time), course))
     figure = chart(

@@ -30,7 +30,7 @@ from stepload.estimators.measured import Measured
 from stepload.estimators.origin import REPEATS, Origin
 from stepload.estimators.sources import Sources
 from stepload.evidence.expected import expected_chord
-from stepload.evidence.path import Track
+from stepload.evidence.loops import Track
 from stepload.evidence.pressed import Pressed
 
 N = 1.5
