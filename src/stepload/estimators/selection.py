@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +14,9 @@ from stepload.errors import DomainError
 from stepload.estimators.fit import FloatArray, IntArray, checked
 
 FORCE_BINS = 60
+SAMPLES = 3000
+"""Samples that a batch fit is made from."""
+RECURSIVE_RATE_HZ = 100.0
 
 
 def uniform_in_force(force_n: ArrayLike, count: int = 3000) -> IntArray:
@@ -90,20 +94,11 @@ def _evenly(indices: IntArray, count: int) -> IntArray:
     return indices[((np.arange(count) + 0.5) * (indices.size / count)).astype(np.intp)]
 
 
-SAMPLES = 3000
-"""Samples that a batch fit is made from."""
-RECURSIVE_RATE_HZ = 100.0
-RATE_WINDOW_S = 0.1
-"""Window of the force rate: long against noise, short against a ramp."""
-
-
-@dataclass(frozen=True, slots=True)
-class Samples:
-    """Samples that a fit is made from, (N,) each, with the force rate at them in N/s."""
+class Samples(NamedTuple):
+    """Samples that a fit is made from, (N,) each."""
 
     deformation_m: FloatArray
     force_n: FloatArray
-    force_rate_n_per_s: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +107,6 @@ class Selected:
 
     Attributes:
         deformation_m, force_n: (L,) every sample, in the order of time; the payload's deformation.
-        force_rate_n_per_s: (L,) rate of the force; 0 where there are no times.
         batch: indices (M,) of samples in contact, spread evenly over the force.
         recursive: indices of samples at 100 Hz, for the recursive fit.
         rest_band_n: band within which the force counts as resting: such samples are left out.
@@ -120,16 +114,13 @@ class Selected:
 
     deformation_m: FloatArray
     force_n: FloatArray
-    force_rate_n_per_s: FloatArray
     batch: IntArray
     recursive: IntArray
     rest_band_n: float
 
     def samples(self, indices: IntArray) -> Samples:
         """The samples at these indices."""
-        return Samples(
-            self.deformation_m[indices], self.force_n[indices], self.force_rate_n_per_s[indices]
-        )
+        return Samples(self.deformation_m[indices], self.force_n[indices])
 
 
 def select(
@@ -148,20 +139,9 @@ def select(
     deformation, force = checked(deformation_m, force_n)
     loaded = np.flatnonzero(force > 0.0)
     batch = loaded[uniform_in_force(force[loaded], SAMPLES)]
-    recursive, rate = batch, np.zeros_like(force)
+    recursive = batch
     if time_s is not None:
-        time = np.asarray(time_s, dtype=np.float64)
-        if time.shape != force.shape:
-            raise DomainError(f"times have shape {time.shape}, forces {force.shape}")
-        recursive, rate = at_rate(time, RECURSIVE_RATE_HZ), _force_rate(time, force)
-    return Selected(deformation, force, rate, batch, recursive, rest_band(force[recursive]))
-
-
-def _force_rate(time_s: FloatArray, force_n: FloatArray) -> FloatArray:
-    """Force rate (N,) in N/s over a window that is long against the noise."""
-    interval_s = float(np.median(np.diff(time_s))) if len(time_s) > 1 else math.nan
-    reach = max(1, round(0.5 * RATE_WINDOW_S / interval_s)) if interval_s > 0.0 else 1
-    index = np.arange(len(time_s))
-    before, after = np.maximum(index - reach, 0), np.minimum(index + reach, len(index) - 1)
-    elapsed_s = np.maximum(time_s[after] - time_s[before], 1e-9)
-    return np.asarray((force_n[after] - force_n[before]) / elapsed_s)
+        recursive = at_rate(time_s, RECURSIVE_RATE_HZ)
+        if np.shape(time_s) != force.shape:
+            raise DomainError(f"times have shape {np.shape(time_s)}, forces {force.shape}")
+    return Selected(deformation, force, batch, recursive, rest_band(force[recursive]))

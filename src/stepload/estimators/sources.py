@@ -54,10 +54,7 @@ class Sources:
         force_noise_n, position_noise_m: white noise of a single point given to the fit.
         force_resolution_n, position_resolution_m: quanta. The error of position is constant while
             the travel stays within a quantum.
-        zero_sigma_m: uncertainty of δ = 0. Two-parameter fits take the zero as given, so it must
-            hold the deformation at the touch threshold; a joint fit, which fits it, ignores it.
         lag_sigma_s: uncertainty of the time between force and position after alignment.
-        force_rate_n_per_s: force rate at each point (N,), or one for all.
         gain_sigma: relative uncertainty of the force calibration.
         zero_drift_n_per_s: largest drift of the force's zero that is stated; it counts where the
             zero was not looked at again after the contact.
@@ -82,9 +79,7 @@ class Sources:
     force_resolution_n: float = 0.0
     position_noise_m: float = 0.0
     position_resolution_m: float = 0.0
-    zero_sigma_m: float | None = None
     lag_sigma_s: float = 0.0
-    force_rate_n_per_s: FloatArray | float = 0.0
     gain_sigma: float = 0.0
     zero_drift_n_per_s: float = 0.0
     nonlinearity: float = 0.0

@@ -84,6 +84,8 @@ def from_attachments(attachments: Mapping[str, bytes]) -> Conditions:
 _NO_NUMBERS = ("sources", "kind", "laws", "pose", "temperature_c", "system_stiffness_note",
                "across", "arm", "structure_note", "arm_sources", "branch")  # fmt: skip
 _TABLE = ("deflection_force_n", "deflection_m", "deflection_sigma_m")
+_NO_LONGER = ("zero_sigma_m", "force_rate_n_per_s")
+"""Sources of earlier records that no figure depends on."""
 
 
 def _as_arm(data: dict[str, Any]) -> dict[str, Any]:
@@ -112,6 +114,7 @@ def _sources(data: dict[str, Any]) -> Sources:
     """
     if not isinstance(data, dict):
         raise TypeError(f"sources are {data!r}")
+    data = {name: value for name, value in data.items() if name not in _NO_LONGER}
     rows = {name: tuple(map(float, data.get(name, ()))) for name in _TABLE}
     sources = Sources(**{"nonlinearity": ASSUMED_NONLINEARITY, **data, **rows})
     if _TABLE[0] in data:
@@ -160,7 +163,7 @@ def _check(found: Conditions) -> None:
     if any(rows) and (problem := table_problem(rows[0], rows[1], rows[2])):
         raise ValueError(problem)
     numbers = {**asdict(found.sources), **asdict(found)}
-    optional = {"system_stiffness_n_per_m", "zero_sigma_m", "elastic_limit_n", "roughness_m",
+    optional = {"system_stiffness_n_per_m", "elastic_limit_n", "roughness_m",
                 "rough_length_m", "smooth_length_n", "smooth_degrees", "theory_k", "theory_n",
                 "modulus_pa", "plate_pa", "lever_m", "second_share"}  # fmt: skip
     positive = {"secant_force_n", "p", "s", "t", "system_stiffness_n_per_m", "elastic_limit_n",

@@ -21,7 +21,7 @@ from stepload.estimators.identifiability import Binding, identifiability
 from stepload.estimators.inverse_law import joint
 from stepload.estimators.ls import ill_conditioned, rs_btls
 from stepload.estimators.pool import pool
-from stepload.estimators.recursive import MEMORY_SHARE, RsRtls, moving
+from stepload.estimators.recursive import MEMORY_SHARE, RsRtls
 from stepload.estimators.selection import at_rate, rest_band, select, uniform_in_force
 from stepload.estimators.smooth import (
     NORMAL_95,
@@ -180,18 +180,6 @@ def test_the_system_takes_its_share_of_the_travel() -> None:
             Conditions(Sources(bad), 300.0, 3.0, 1e-6).bend(force)
 
 
-def test_the_force_rate_is_taken_over_its_window() -> None:
-    time = np.arange(1000) * 1e-3
-    found = select(time * 1e-6, 1.0 + 7.0 * time, time_s=time)
-    assert found.force_rate_n_per_s == pytest.approx(7.0)
-    kinked = np.where(time < 0.5, 1.0, 1.0 + 100.0 * (time - 0.5))
-    rate = select(time, kinked, time_s=time).force_rate_n_per_s
-    assert rate[440] == pytest.approx(0.0)
-    assert rate[500] == pytest.approx(50.0, rel=0.05)
-    assert rate[560] == pytest.approx(100.0, rel=0.05)
-    assert found.recursive.size == pytest.approx(100, abs=1)
-
-
 def test_samples_at_a_rate_and_spread_over_force() -> None:
     assert at_rate(np.arange(100) * 0.01, 10.0).tolist() == list(range(0, 100, 10))
     with pytest.raises(DomainError):
@@ -218,7 +206,6 @@ def test_samples_at_rest_within_the_band_do_not_enter() -> None:
     force = np.array([10.0, 11.9, 12.1, 12.1, 10.0, 0.0, 14.0])
     deformation = np.array([1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, -1e-6])
     expected = [True, False, True, False, True, False, False]
-    assert moving(deformation, force, 2.0).tolist() == expected
     recursive = RsRtls(1.0, rest_band_n=2.0)
     used = [recursive.update(d, f) for d, f in zip(deformation, force, strict=True)]
     assert used == expected
