@@ -38,6 +38,22 @@ LEAST_SLIP_SHARE = 0.02
 """Below this share of the top force slips are not looked for: a touch is no slip."""
 STEADY = 0.5
 """Largest change just before and after a jump, as a part of the jump."""
+OFF_AXIS_M = 2e-3
+"""Largest distance of a contact from the pressing axis without a warning."""
+HIGH_SHARE = 0.3
+"""Only holds above this share of the largest force are compared with one another."""
+APART, LEAST_APART_M = 3.0, 5e-4
+"""Limits of the scatter of the places beyond which the lever must be on the other side: as a
+multiple of the scatter with that lever, in m; and `SIGMAS` standard uncertainties by noise."""
+NO_HOLDS = "where the plate is touched is not known: there is no hold"
+OTHER_SIDE = (
+    "where the plate is touched is not known: the torques fit a contact on the other side of the "
+    "force sensor; it tells the force that it exerts, or axis or lever are wrong"
+)
+NOT_IN_DATA = "not in the data: the force sensor tells nothing across the pressing axis"
+NO_LEVER = "where the plate is touched is not known: rig.force.lever is not stated"
+NO_TORQUE = "where the plate is touched is not in the data: the force sensor tells no torque"
+LEAST_SAMPLES = 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,20 +162,6 @@ def _rows_of(over: np.ndarray, least: int) -> Iterator[tuple[int, int]]:
             yield begin, end
 
 
-OFF_AXIS_M = 2e-3
-"""Largest distance of a contact from the pressing axis without a warning."""
-HIGH_SHARE = 0.3
-"""Only holds above this share of the largest force are compared with one another."""
-APART, LEAST_APART_M = 3.0, 5e-4
-"""Limits of the scatter of the places beyond which the lever must be on the other side: as a
-multiple of the scatter with that lever, in m; and `SIGMAS` standard uncertainties by noise."""
-NO_HOLDS = "where the plate is touched is not known: there is no hold"
-OTHER_SIDE = (
-    "where the plate is touched is not known: the torques fit a contact on the other side of the "
-    "force sensor; it tells the force that it exerts, or axis or lever are wrong"
-)
-
-
 @dataclass(frozen=True, slots=True)
 class ContactPoint:
     """Where the plate was touched during one hold while loading.
@@ -222,12 +224,6 @@ def contact_points(wrench: Wrench, lever_m: float) -> tuple[ContactPoint, ...] |
         for up, c, f, (x, y), u in zip(rising, np.rint(cycle), along, beside, sigma, strict=True)
         if up
     )
-
-
-NOT_IN_DATA = "not in the data: the force sensor tells nothing across the pressing axis"
-NO_LEVER = "where the plate is touched is not known: rig.force.lever is not stated"
-NO_TORQUE = "where the plate is touched is not in the data: the force sensor tells no torque"
-LEAST_SAMPLES = 20
 
 
 @dataclass(frozen=True, slots=True)

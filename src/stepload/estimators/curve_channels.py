@@ -26,6 +26,24 @@ _WINDOWS, _WINDOW = 64, 2048
 """Noise of long data is taken from so many windows of so many samples."""
 _KEPT, _KEPT_SD = 0.98, 0.933
 """Share of the differences that is kept, and its standard deviation where noise is normal."""
+_AT_AN_END = 0.002
+"""Share of the samples that is taken as one end of the travel."""
+_CLEAR = 0.5
+"""An end whose force is below this share of the other's is the one in free air."""
+_SEEN, _OF_NOISE = 0.05, 6.0
+"""Least difference of the two ends for a sign change: as a share of the force range, and in
+standard deviations of the noise."""
+LEAST_SAMPLES = 32
+"""Shortest table in which glitches are looked for: below it one looks like the top of a press."""
+WIDEST = 2
+"""Largest number of samples in a glitch."""
+SUDDEN = 5.0
+"""Least ratio of a glitch to the steps between the samples next to it. The top of a press and the
+dip of a snap-in, which have a gradual flank, stay below."""
+MOST = 0.01
+"""Above this share of outliers the channel is taken as it is, and none counts as a glitch."""
+_BESIDE, _ABOUT = 3, 12
+_NOISE, _QUANTA, _LEAST = 10.0, 4.0, 1e-3
 
 
 def white_noise(values: FloatArray, order: int = _DIFFERENCES) -> float:
@@ -134,15 +152,6 @@ def _line(x: FloatArray, y: FloatArray, span_m: float, band_n: float) -> FreeAir
     return FreeAir(mean_n, slope if seen else 0.0, at_m)
 
 
-_AT_AN_END = 0.002
-"""Share of the samples that is taken as one end of the travel."""
-_CLEAR = 0.5
-"""An end whose force is below this share of the other's is the one in free air."""
-_SEEN, _OF_NOISE = 0.05, 6.0
-"""Least difference of the two ends for a sign change: as a share of the force range, and in
-standard deviations of the noise."""
-
-
 class Signs(NamedTuple):
     """Factors +1 or −1 that make pressing positive and travel rise towards the payload.
 
@@ -180,19 +189,6 @@ def signs(travel_m: FloatArray, force_n: FloatArray) -> Signs:
         return Signs(1.0, 1.0, low_n, high_n)
     force = 1.0 if deep > shallow else -1.0
     return Signs(1.0 if deep_is_high else -1.0, force, force * shallow, force * deep)
-
-
-LEAST_SAMPLES = 32
-"""Shortest table in which glitches are looked for: below it one looks like the top of a press."""
-WIDEST = 2
-"""Largest number of samples in a glitch."""
-SUDDEN = 5.0
-"""Least ratio of a glitch to the steps between the samples next to it. The top of a press and the
-dip of a snap-in, which have a gradual flank, stay below."""
-MOST = 0.01
-"""Above this share of outliers the channel is taken as it is, and none counts as a glitch."""
-_BESIDE, _ABOUT = 3, 12
-_NOISE, _QUANTA, _LEAST = 10.0, 4.0, 1e-3
 
 
 def spikes(values: FloatArray) -> BoolArray:

@@ -20,6 +20,17 @@ from stepload.errors import DomainError
 from stepload.estimators.deflection_rows import table_problem
 from stepload.estimators.fit import FloatArray
 
+ASSUMED_RELATIVE = 0.05
+"""Relative standard uncertainty of a K_s that nobody states one of."""
+BEGINS = 0.25
+"""A table's first row must lie at or below this share of the peak force: below it the table is a
+straight line to zero, and a chord begins at 10 %."""
+REACHED = 0.97
+"""Least force that a run reaches over its planned top force. With it, a table that satisfies
+`BEGINS` for the plan also does for the run."""
+BEYOND = 1.05
+"""Peak force over a table's highest row (a mean over forces) up to which nothing is said."""
+
 
 def rising_curve(x: FloatArray, y: FloatArray) -> Callable[[FloatArray], FloatArray]:
     """The curve through (M,) points, M at least 2, `x` and `y` both rising.
@@ -57,18 +68,6 @@ def _slope_at_end(width: float, next_width: float, secant: float, next_secant: f
     """Of the parabola through the last three points, where it rises at the end; else none."""
     slope = ((2.0 * width + next_width) * secant - width * next_secant) / (width + next_width)
     return max(slope, 0.0)
-
-
-ASSUMED_RELATIVE = 0.05
-"""Relative standard uncertainty of a K_s that nobody states one of."""
-BEGINS = 0.25
-"""A table's first row must lie at or below this share of the peak force: below it the table is a
-straight line to zero, and a chord begins at 10 %."""
-REACHED = 0.97
-"""Least force that a run reaches over its planned top force. With it, a table that satisfies
-`BEGINS` for the plan also does for the run."""
-BEYOND = 1.05
-"""Peak force over a table's highest row (a mean over forces) up to which nothing is said."""
 
 
 @lru_cache(maxsize=16)

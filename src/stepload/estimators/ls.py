@@ -100,9 +100,7 @@ def log_tls(deformation_m: ArrayLike, force_n: ArrayLike, *, secant_force_n: flo
     """
     data = log_data(deformation_m, force_n, row_scaled=False)
     log_k, n, doubts = smallest_direction(data.triangle())
-    return finish(
-        "log_tls", data.points, log_k, n, secant_force_n=secant_force_n, doubts=doubts
-    )
+    return finish("log_tls", data.points, log_k, n, secant_force_n=secant_force_n, doubts=doubts)
 
 
 def rs_btls(deformation_m: ArrayLike, force_n: ArrayLike, *, secant_force_n: float = 300.0) -> Fit:
@@ -123,9 +121,7 @@ def rs_btls(deformation_m: ArrayLike, force_n: ArrayLike, *, secant_force_n: flo
     """
     data = log_data(deformation_m, force_n, row_scaled=True)
     log_k, n, doubts = smallest_direction(data.triangle())
-    return finish(
-        "rs_btls", data.points, log_k, n, secant_force_n=secant_force_n, doubts=doubts
-    )
+    return finish("rs_btls", data.points, log_k, n, secant_force_n=secant_force_n, doubts=doubts)
 
 
 def mixed_ls_tls(

@@ -32,7 +32,6 @@ MEMORY_SHARE = 0.25
 """A memory spanning less than this share of the force range is flagged HOLD_WINDUP."""
 
 
-
 class RsRtls:
     """Recursive RS-BTLS with forgetting; without forgetting and rest it equals `rs_btls`.
 

@@ -24,6 +24,7 @@ NORMAL_95, CHI2_95 = 1.959964, 3.841459
 
 
 _CELLS_PER_LENGTH = 20.0
+_LEAST_CELLS = 6
 
 
 def smooth_correlation(force_n: FloatArray, length_n: float) -> FloatArray:
@@ -152,9 +153,6 @@ def few_degrees(degrees: float | None) -> float:
     from scipy.special import stdtrit
 
     return float(stdtrit(max(degrees, 1.0), 0.975)) / NORMAL_95
-
-
-_LEAST_CELLS = 6
 
 
 class Leftover(NamedTuple):

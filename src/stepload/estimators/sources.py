@@ -13,6 +13,10 @@ from stepload.estimators.fit import FloatArray
 ASSUMED_NONLINEARITY = 0.005
 """Nonlinearity assumed where none is stated; a common figure of data sheets."""
 _S_PEAK = math.sqrt(3.0) / 36.0
+LEAST_SIGMA = 1e-6
+"""Least noise assumed for a channel without noise in a fit of both, as a share of its range."""
+HARMONICS = 200
+"""So many of the error of a quantum are counted."""
 
 
 def linearity_errors(force_n: FloatArray, nonlinearity: float) -> FloatArray:
@@ -29,12 +33,6 @@ def linearity_errors(force_n: FloatArray, nonlinearity: float) -> FloatArray:
     x = force_n / top_n if top_n > 0.0 else np.zeros_like(force_n)
     shapes = np.stack([4.0 * x * (1.0 - x), x * (x - 0.5) * (x - 1.0) / _S_PEAK])
     return np.asarray(nonlinearity / math.sqrt(6.0) * top_n * shapes)
-
-
-LEAST_SIGMA = 1e-6
-"""Least noise assumed for a channel without noise in a fit of both, as a share of its range."""
-HARMONICS = 200
-"""So many of the error of a quantum are counted."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,6 +24,13 @@ TOP_REACH = 0.15
 AT_TOP = 0.97
 """A hold of at least this share of the largest force is the top."""
 _FEWEST = 3
+REFERENCE_SHARE = 0.1
+FITTED_FROM = 0.9
+"""A chord's fit uses what lies at most this factor beyond its two forces."""
+FITTED_STEP = 0.05
+"""Forces closer than this share of the top are one place."""
+LEAST_PLACES = 5
+"""Places that a fit of three numbers needs at least."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,15 +85,6 @@ def _mean_site(path: Path, stretches: NDArray[np.bool_]) -> Site:
     weights = np.where(stretches, path.count, 0.0)
     weights /= weights.sum()
     return Site(float(weights @ path.force_n), weights)
-
-
-REFERENCE_SHARE = 0.1
-FITTED_FROM = 0.9
-"""A chord's fit uses what lies at most this factor beyond its two forces."""
-FITTED_STEP = 0.05
-"""Forces closer than this share of the top are one place."""
-LEAST_PLACES = 5
-"""Places that a fit of three numbers needs at least."""
 
 
 @dataclass(frozen=True, slots=True)

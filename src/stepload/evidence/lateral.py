@@ -33,6 +33,26 @@ STATED_FRICTION = 0.33 * 0.3 / math.sqrt(3.0)
 lateral share of up to 0.3 either way, uniformly distributed."""
 
 Rule = Literal["guided", "unknown", "one number", "three numbers"]
+TILT_RAD = math.radians(3.0)
+"""Tilt of the plate that is allowed for where none was measured."""
+CLIMB = math.tan(TILT_RAD) / math.sqrt(3.0)
+"""Slope of the plate along an unknown direction (1 σ)."""
+SIDEWAYS_OVER_ALONG = 3.3
+"""Compliance of an arm's tip across the press over that along it: at most this in 90 % of tool-down
+poses of a UR5e (2.9) and a UR10e (3.2); median 1.4 and 1.2, a UR3e 3.0 and 8.1. Joint stiffnesses
+assumed. A guided axis with a stiffness of 2e6 N/m laterally and 3.5e6 N/m axially has 1.7."""
+TANGENTIAL_OVER_NORMAL = 0.8
+"""Lateral over axial stiffness of a contact (Mindlin)."""
+UNKNOWN_SHARE = 0.3
+"""Lateral over axial force where the data do not give it: sliding with a friction of 0.3."""
+TURN_RAD_PER_N = 3e-5
+"""Standard deviation of how far an arm's tool turns about an axis across the press. The size over
+tool-down poses has a median and a 90th percentile of 35 and 69 µrad/N (UR3), 23 and 45 (UR5), 27
+and 47 (UR10); two independent axes with this deviation would have 35 and 64 (six axes, item 1)."""
+ANY_WAY = math.sqrt(1.0 / 6.0)
+"""Standard deviation of the component along a given direction of an angle of up to 1 in an unknown
+direction: sizes uniform (1/3), directions uniform (1/2)."""
+NOT_KNOWN = Missing(NOT_IN_DATA)
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,29 +146,6 @@ def _along(share: FloatArray) -> tuple[float, ...]:
     """Signed errors for shares (2,): the coupling of the rig is not known, but constant between
     runs."""
     return tuple(map(float, share))
-
-
-TILT_RAD = math.radians(3.0)
-"""Tilt of the plate that is allowed for where none was measured."""
-CLIMB = math.tan(TILT_RAD) / math.sqrt(3.0)
-"""Slope of the plate along an unknown direction (1 σ)."""
-SIDEWAYS_OVER_ALONG = 3.3
-"""Compliance of an arm's tip across the press over that along it: at most this in 90 % of tool-down
-poses of a UR5e (2.9) and a UR10e (3.2); median 1.4 and 1.2, a UR3e 3.0 and 8.1. Joint stiffnesses
-assumed. A guided axis with a stiffness of 2e6 N/m laterally and 3.5e6 N/m axially has 1.7."""
-TANGENTIAL_OVER_NORMAL = 0.8
-"""Lateral over axial stiffness of a contact (Mindlin)."""
-UNKNOWN_SHARE = 0.3
-"""Lateral over axial force where the data do not give it: sliding with a friction of 0.3."""
-TURN_RAD_PER_N = 3e-5
-"""Standard deviation of how far an arm's tool turns about an axis across the press. The size over
-tool-down poses has a median and a 90th percentile of 35 and 69 µrad/N (UR3), 23 and 45 (UR5), 27
-and 47 (UR10); two independent axes with this deviation would have 35 and 64 (six axes, item 1)."""
-ANY_WAY = math.sqrt(1.0 / 6.0)
-"""Standard deviation of the component along a given direction of an angle of up to 1 in an unknown
-direction: sizes uniform (1/3), directions uniform (1/2)."""
-
-NOT_KNOWN = Missing(NOT_IN_DATA)
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,16 @@ HEAVIEST = 3.0
 """Largest weight of one stretch (a hold) over the usual one: its quantum is one number."""
 STEP_OF_FORCE, STEP_OF_RANGE = 0.05, 0.0025
 """Largest change of force within a stretch: this share of its force plus that of the largest."""
+LEAST_STRETCHES = 6
+"""A loading of fewer stretches has no local stiffness."""
+LEAST_HELD = 0.05
+"""Rests below this share of their branch's time are reversals of the motion, no holds."""
+EARLY = 8
+"""Creep is measured from the mean of the first eighth of a hold to that of its last half."""
+BETWEEN = 0.75 - 0.5 / EARLY
+"""The middles of both are apart by this share of the hold."""
+Deflection = Callable[[FloatArray], FloatArray]
+"""Deflection in m of everything but the payload, from forces (N,) in N."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,18 +140,6 @@ def _extent(
     return np.abs(speed) * lasting * moving, rate * moving
 
 
-LEAST_STRETCHES = 6
-"""A loading of fewer stretches has no local stiffness."""
-
-
-LEAST_HELD = 0.05
-"""Rests below this share of their branch's time are reversals of the motion, no holds."""
-EARLY = 8
-"""Creep is measured from the mean of the first eighth of a hold to that of its last half."""
-BETWEEN = 0.75 - 0.5 / EARLY
-"""The middles of both are apart by this share of the hold."""
-
-
 @dataclass(frozen=True, slots=True)
 class Hold:
     """One hold: the change of the deformation in it.
@@ -181,10 +179,6 @@ class Loop:
 
     loading: Branch
     unloading: Branch | None
-
-
-Deflection = Callable[[FloatArray], FloatArray]
-"""Deflection in m of everything but the payload, from forces (N,) in N."""
 
 
 def loops_of(

@@ -9,6 +9,11 @@ from enum import StrEnum
 
 from stepload.estimators.smooth import NORMAL_95
 
+NO_ERRORS = (
+    "there is no interval and no K_max: the numbers have neither noise nor steps, so they do not "
+    "tell how well they were measured; state --force-noise, --position-noise or --msde"
+)
+
 
 class ResultVerdict(StrEnum):
     """What the data have shown about the payload: the possible verdicts."""
@@ -29,12 +34,6 @@ class Judgement:
     verdict: ResultVerdict
     reasons: tuple[str, ...]
     k_max_n_per_m: float
-
-
-NO_ERRORS = (
-    "there is no interval and no K_max: the numbers have neither noise nor steps, so they do not "
-    "tell how well they were measured; state --force-noise, --position-noise or --msde"
-)
 
 
 @dataclass(frozen=True, slots=True)

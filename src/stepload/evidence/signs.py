@@ -23,6 +23,8 @@ FOOT_SHARE = 0.03
 
 Compliance = Callable[[float], float]
 """dδ/dF in m/N at a force in N: here of payload and system together."""
+REACH = 0.1
+"""Stretches of a ramp within this share of a hold's force are compared with it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,10 +142,6 @@ def _shift(name: str, pair: Sequence[tuple[Branch, Site]], compliance: Complianc
 def _difference(name: str, one: Sign, other: Sign) -> Sign:
     terms = (*one.terms, *((branch, -weights) for branch, weights in other.terms))
     return Sign(name, one.value_m - other.value_m, terms, one.force_n)
-
-
-REACH = 0.1
-"""Stretches of a ramp within this share of a hold's force are compared with it."""
 
 
 def rate_sign(loops: Sequence[Loop], elastic: Elastic) -> Sign | None:

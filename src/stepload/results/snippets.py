@@ -218,8 +218,7 @@ def _mujoco(spring: Spring, mass_kg: float | None) -> str:
         "The constraint adds 1 % of the mass. impratio and solreffriction keep friction stiff.",
         f"Timestep: at most {period_s / STEPS_PER_PERIOD:.2g} s, a {STEPS_PER_PERIOD}th of the "
         f"period of {shown} on this spring; direct solref is not kept safe by MuJoCo.",
-        "Damping is not measured: 0 is a perfectly elastic "
-        "contact; choose your own.",
+        "Damping is not measured: 0 is a perfectly elastic contact; choose your own.",
         "Name your own geoms; with direct solref on geoms instead of a pair, MuJoCo takes the "
         "element-wise minimum of the two.",
     ]

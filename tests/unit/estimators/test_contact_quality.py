@@ -100,9 +100,7 @@ def test_the_uncertainty_of_a_share_is_that_of_its_mean() -> None:
         (0.005, 0.005, False),
     ],
 )
-def test_branches_that_differ_are_friction(
-    up: float, down: float, friction: bool
-) -> None:
+def test_branches_that_differ_are_friction(up: float, down: float, friction: bool) -> None:
     found = told(made(up, down))
     assert found.loop.friction is friction
     assert found.loop.at_half == pytest.approx(abs(up - down), abs=2e-3)

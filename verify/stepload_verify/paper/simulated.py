@@ -119,10 +119,7 @@ def one_fit(run: RawRun) -> Section:
         "",
         "| line of the secant's budget | size | u(secant), % |",
         "|---|---|---|",
-        *(
-            f"| {line.source} | {line.size} | {100 * line.relative:.2f} |"
-            for line in secant.lines
-        ),
+        *(f"| {line.source} | {line.size} | {100 * line.relative:.2f} |" for line in secant.lines),
     ]
     return Section("A simulated run, identified", tuple(lines), files={"fit.svg": figure})
 
