@@ -64,7 +64,8 @@ def ew_tls(
     downhill = 1.0 / 1.1 if start > 0.0 and profile(start)[1] > 0.0 else 1.1
     while 0.01 < n < 100.0 and (profile(n * downhill)[1] > 0.0) != (downhill > 1.0):
         n *= downhill
-    covariance, doubts = None, ()
+    covariance: FloatArray | None = None
+    doubts: tuple[Doubt, ...] = ()
     if 0.01 < n < 100.0:
         low, high = sorted((n, n * downhill))
         n = float(brentq(lambda at: profile(at)[1], low, high, xtol=1e-13))

@@ -143,7 +143,7 @@ def press(
     touch = int(np.argmax(read >= TOUCH_N))
     travel, read = travel[touch:], read[touch:]
     assert SOURCES.system_stiffness_n_per_m is not None
-    time_s, held = np.arange(read.size) * 0.05, np.zeros(read.size, dtype=np.intp)
+    time_s, held = 0.05 * np.arange(read.size, dtype=np.float64), np.zeros(read.size, dtype=np.intp)
     told = Conditions(SOURCES, TOP_N, TOUCH_N, SOURCES.position_resolution_m)
     track = Track(time_s, read, travel, held)
     chord = expected_chord(Pressed([(1, track, None)], told, between_n=CHORD_N))
