@@ -49,7 +49,7 @@ def quality(
     unseen_n: float = 0.0,
     points: tuple[ContactPoint, ...] | Missing = NOWHERE,
 ) -> ContactQuality:
-    loop = Loop("constant", None, 0.0, None)
+    loop = Loop(None, 0.0, friction=False)
     return ContactQuality((branch(),), loop, change, slips, unseen_n, points)
 
 
