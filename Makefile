@@ -111,7 +111,9 @@ long: compiled ## Tests that are too long for every commit: more of each kind of
 campaign: compiled ## The fault campaign: 100,000 runs with one fault (hours; resumable)
 	$(BIN)/stepload campaign procedures/campaign.yaml --runs 100000 --out campaign
 
-bench: compiled ## Every figure of speed in one table, beside its goal and the kept table (a quarter of an hour)
+bench: compiled ## Intervals against truth (five minutes); every figure of speed beside the kept table (fifteen)
+	STEPLOAD_PURE= $(BIN)/python bench/sharpness.py --runs 100
+	STEPLOAD_PURE= $(BIN)/python bench/sharpness.py --runs 30 --unstated
 	$(BIN)/python bench/table.py
 
 benches: compiled ## Each bench by itself, with what the table leaves out

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from stepload.errors import DomainError
 from stepload.estimators.fit import Fit, FloatArray, Missing
 from stepload.estimators.inverse_law import joint
-from stepload.estimators.smooth import NORMAL_95
+from stepload.estimators.smooth import NORMAL_95, smooth_correlation
 
 STEADY_CYCLES = 3
 SECANT_CHANGE = 0.01
@@ -31,6 +31,7 @@ SPAN_OF_THREE = 3.31
 RESOLVED_LOOP = 0.02
 """A loop thinner than this share of the stored energy counts as closed: its change is noise."""
 
+_GRID = 60
 LEAST_SAMPLES = 20
 """A cycle of fewer samples has no loop."""
 BLOCK_S = 0.05
@@ -249,11 +250,12 @@ class CycleLoss:
     Attributes:
         cycle: its number.
         energy_j: energy lost; negative where the loop is the wrong way round.
-        sigma_j: standard uncertainty, from noise and quanta as seen and from the lag.
+        sigma_j: standard uncertainty, from noise and quanta as seen, the lag, and the error of
+            travel that differs from branch to branch.
         stored_j: work done while loading, over the same forces.
         share: energy lost over work done.
         share_sigma: its standard uncertainty.
-        resolved: whether the loss is beyond what noise, quanta and lag explain (95 %).
+        resolved: whether the loss is beyond what these explain (95 %).
     """
 
     cycle: int
@@ -287,6 +289,8 @@ def loss(
     cycle: NDArray[np.integer],
     *,
     lag_sigma_s: float,
+    travel_sigma_m: float = 0.0,
+    length_n: float = 1.0,
 ) -> Loss | Missing:
     """Loss of every cycle.
 
@@ -294,6 +298,8 @@ def loss(
         time_s, deformation_m, force_n: (N,) loading and unloading, in the order of time.
         cycle: (N,) number of the cycle; only cycles that were loaded and unloaded.
         lag_sigma_s: standard uncertainty of the time between force and position.
+        travel_sigma_m: standard deviation of the error of travel that is another one in every
+            branch, smooth over `length_n` of force.
     """
     numbers = [int(number) for number in np.unique(cycle) if number > 0]
     if not numbers:
@@ -311,8 +317,9 @@ def loss(
     for each in found.cycles:
         mine = cycle == each.number
         late_j = lag_sigma_s * _lag_power(time_s[mine], deformation_m[mine], force_n[mine])
-        sigma_j = math.hypot(each.loop_sigma_j, late_j)
-        noises.append(each.loop_sigma_j / each.stored_energy_j)
+        own_j = math.hypot(each.loop_sigma_j, travel_sigma_m * _spread_n(force_n[mine], length_n))
+        sigma_j = math.hypot(own_j, late_j)
+        noises.append(own_j / each.stored_energy_j)
         cycles.append(
             CycleLoss(
                 cycle=each.number,
@@ -328,6 +335,14 @@ def loss(
         return Loss(tuple(cycles), None, None)
     change = cycles[-1].share - cycles[0].share
     return Loss(tuple(cycles), change, math.hypot(noises[0], noises[-1]))
+
+
+def _spread_n(force_n: FloatArray, length_n: float) -> float:
+    """Standard deviation in J of a loop whose two branches have an error of 1 m each, smooth over
+    `length_n`: the root of twice the integral of its correlation over the forces of the loop."""
+    grid = np.linspace(float(force_n.min()), float(force_n.max()), _GRID)
+    step_n = float(grid[1] - grid[0])
+    return step_n * math.sqrt(2.0 * float(smooth_correlation(grid, length_n).sum()))
 
 
 def _lag_power(time_s: FloatArray, deformation_m: FloatArray, force_n: FloatArray) -> float:

@@ -13,7 +13,7 @@ from stepload.estimators.conditions import BRANCHES
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.smooth import NORMAL_95
 from stepload.evidence import figures
-from stepload.evidence.chord import Chord, chord
+from stepload.evidence.chord import Chord
 from stepload.evidence.elastic import Elastic, jump_of, usual_creep
 from stepload.evidence.errors import Component, middle, total
 from stepload.evidence.gauge import against_arm
@@ -30,12 +30,10 @@ from stepload.evidence.laws import FIXED, POWER
 from stepload.evidence.loops import Branch, Loop
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Exponent, Quantity, combined
-from stepload.evidence.reading import OF_SIGNS, branch_chord, kind_of, read_of
+from stepload.evidence.reading import OF_SIGNS, branch_chord, kind_of, no_branch, read_of
 from stepload.evidence.second import against_second
 from stepload.units import format_quantity
 
-UPPER_SHARE = 0.7
-"""The upper chord begins at this share of the top force."""
 REFUSED = 1e-3
 """Probability below which the χ² of the best law refuses all of them."""
 UNLOADED = 0.35
@@ -124,7 +122,6 @@ def weigh(run: Pressed) -> Evidence:
     counting = [each for each in chosen if each and chosen[here]] if told.laws else every
     read_from = replace(
         read.reading,
-        upper=chord(first, UPPER_SHARE * main.to_n, main.to_n),
         law_sets=counting if power is not None else [],
         power=power.best.shape if power is not None else 1.0,
         doubts=(
@@ -145,7 +142,7 @@ def weigh(run: Pressed) -> Evidence:
             found[own.kind] = own
     headline = found.get(kind_of(told.branch))
     if headline is None:
-        raise DomainError(f"there is no {told.branch} to read a chord from")
+        raise DomainError(no_branch(run, told.branch))
     if inelastic.share > _within(headline):
         said_of = f"{inelastic.share:.1%} of the deformation is not elastic ({inelastic.largest})"
         read_from = replace(read_from, exponent_doubts=(said_of,))

@@ -123,30 +123,59 @@ def chord(branch: Branch, from_n: float | None = None, to_n: float | None = None
     return Chord(low.force_n, high.force_n, float(weights @ branch.deformation_m), weights)
 
 
-def smoothed(local: Chord, branch: Branch, covariance: FloatArray, q: float) -> Chord:
-    """The same chord by generalised least squares over the whole branch.
+@dataclass(frozen=True, slots=True)
+class Smooth:
+    """δ = a + b F^q + c F^2q by generalised least squares over a branch: a power law with what
+    bends away from it.
 
-    δ = a + b F^q + c F^2q, which is a power law with what bends away from it. Where the two ends
-    read something else by more than the errors explain with 95 %, the contact has a kink, and the
-    ends are believed.
+    Attributes:
+        estimator: (3, B) of the branch: its three numbers are estimator @ deformation.
+        q: exponent of the deformation over the force, 1/n.
+        unit_n: the force that F is counted in.
+    """
+
+    estimator: FloatArray
+    q: float
+    unit_n: float
+
+    def span(self, from_n: float, to_n: float) -> FloatArray:
+        """(B,) weights of the difference of the deformations at two forces."""
+        low, high = _shape(np.array([from_n, to_n]) / self.unit_n, self.q)
+        return np.asarray((high - low) @ self.estimator)
+
+    def slope(self, at_n: float) -> FloatArray:
+        """(B,) weights of the compliance in m/N at a force."""
+        u, q = at_n / self.unit_n, self.q
+        slopes = np.array([0.0, q * u ** (q - 1.0), 2.0 * q * u ** (2.0 * q - 1.0)])
+        return np.asarray(slopes / self.unit_n @ self.estimator)
+
+
+def smooth_of(local: Chord, path: Path, covariance: FloatArray, q: float) -> Smooth | None:
+    """The smooth curve through what lies between the forces of a chord; None where that is little.
 
     Args:
-        local: read at its two ends.
-        branch: that it was read from.
+        local: the chord.
+        path: it was read from.
         covariance: (B, B) of the deformation in m².
         q: exponent of the deformation over the force, 1/n.
     """
-    path = branch.path
     used = (path.force_n > FITTED_FROM * local.from_n) & (path.force_n < local.to_n / FITTED_FROM)
     places = np.unique(np.round(path.force_n[used] / (FITTED_STEP * local.to_n))).size
     if places < LEAST_PLACES:
-        return local
-    own = covariance[np.ix_(used, used)]
+        return None
     columns = _shape(path.force_n[used] / local.to_n, q)
-    weighed = np.linalg.solve(own, columns)
-    ends = _shape(np.array([local.from_n, local.to_n]) / local.to_n, q)
-    weights = np.zeros(path.size)
-    weights[used] = np.linalg.solve(columns.T @ weighed, ends[1] - ends[0]) @ weighed.T
+    weighed = np.linalg.solve(covariance[np.ix_(used, used)], columns)
+    estimator = np.zeros((columns.shape[1], path.size))
+    estimator[:, used] = np.linalg.solve(columns.T @ weighed, weighed.T)
+    return Smooth(estimator, q, local.to_n)
+
+
+def smoothed(local: Chord, branch: Branch, covariance: FloatArray, smooth: Smooth | None) -> Chord:
+    """The chord of the smooth curve. Where its two ends read something else by more than the errors
+    explain with 95 %, the contact has a kink, and the ends are believed."""
+    if smooth is None:
+        return local
+    weights = smooth.span(local.from_n, local.to_n)
     span_m = float(weights @ branch.deformation_m)
     apart = weights - local.weights
     explained_m = NORMAL_95 * math.sqrt(max(float(apart @ covariance @ apart), 0.0))

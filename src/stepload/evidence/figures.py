@@ -12,11 +12,11 @@ from stepload.estimators.conditions import Conditions
 from stepload.estimators.decide import EXPONENT_HALF_WIDTH
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.smooth import CHI2_95, NORMAL_95
-from stepload.evidence.chord import Chord
+from stepload.evidence.chord import Chord, Smooth, chord
 from stepload.evidence.errors import Component, middle, total
 from stepload.evidence.lawfit import CANNOT_TELL, LawFit, Read, at_point, union
 from stepload.evidence.laws import BILINEAR, POWER, ROUGH
-from stepload.evidence.loops import Path
+from stepload.evidence.loops import Branch, Path
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import (
     Exponent,
@@ -38,7 +38,9 @@ TWO_LOOKS = 2.2414
 """Quantile of the normal distribution at 1 - 0.025/2: two looks together miss in 5 %."""
 BETTER = 16.0
 """χ² by which another law must fit better to refuse one: four standard deviations."""
-SEAT = "seat that gave way at small force"
+UPPER_SHARE = 0.7
+"""The upper chord begins at this share of a tangent's force."""
+SEAT = "set at small force"
 HOPELESS = 1.0
 """Half width, as a share of the figure, above which it is not identifiable."""
 
@@ -49,8 +51,8 @@ class Reading:
 
     Attributes:
         main: the chord.
-        upper: the chord of the uppermost forces: where a tangent at the top is read.
-        path: of the loading that they are read from.
+        smooth: the curve that it and the tangent are of; None where the data are too few.
+        branch: that they are read from.
         errors: the components of the covariance, once per correlation length that may be.
         law_sets: the laws that figures rest on, fitted with each of them; empty where there are
             none.
@@ -63,8 +65,8 @@ class Reading:
     """
 
     main: Chord
-    upper: Chord
-    path: Path
+    smooth: Smooth | None
+    branch: Branch
     errors: Sequence[Sequence[Component]]
     law_sets: Sequence[Mapping[str, LawFit]]
     power: float
@@ -99,24 +101,11 @@ def _shared(run: Pressed, read_from: Reading) -> list[Line]:
 
 def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
     """Every stiffness by kind; the chord always, the others where there is a law."""
-    main, path, errors = read_from.main, read_from.path, read_from.errors
-    law_sets, doubts = read_from.law_sets, read_from.doubts
-    told, accuracy = run.conditions, 1.0 / run.conditions.t
-    secant_force_n = told.secant_force_n
+    main, errors = read_from.main, read_from.errors
+    law_sets = read_from.law_sets
+    told, doubts = run.conditions, tuple(read_from.doubts)
+    accuracy, secant_force_n = 1.0 / told.t, told.secant_force_n
     shared = _shared(run, read_from)
-    lines = [
-        *max((_lines(parts, main.weights, main.span_m) for parts in errors), key=combined),
-        *shared,
-    ]
-    lines += _of_looks(run, combined(lines))
-    blocked = tuple(doubts)
-    found = {
-        "chord": _made("chord", main.n_per_m, log_interval(main.n_per_m, lines), main.from_n,
-                       main.to_n, lines, accuracy, blocked)
-    }  # fmt: skip
-    if not law_sets:
-        return found
-    law_blocked = (*doubts, *read_from.law_doubts)
     beyond: tuple[str, ...] = ()
     at_n = secant_force_n
     if secant_force_n > main.to_n:
@@ -129,19 +118,41 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
     elif secant_force_n < main.from_n:
         beyond = (
             f"asked for at {secant_force_n:.4g} N, below the {main.from_n:.4g} N that the chord "
-            "begins at: there a law is believed, not the data",
+            "begins at: there a curve is believed, not the data",
         )
+
+    def of_weights(
+        kind: str, weights: FloatArray, length_m: float, from_n: float, to_n: float,
+        more: Sequence[Line] = (), remarks: Sequence[str] = (),
+    ) -> Quantity:  # fmt: skip
+        own = max((_lines(parts, weights, length_m) for parts in errors), key=combined)
+        lines = [*own, *shared, *more]
+        lines += _of_looks(run, combined(lines))
+        value = (to_n - from_n or 1.0) / length_m
+        interval = log_interval(value, lines)
+        return _made(kind, value, interval, from_n, to_n, lines, accuracy, doubts, remarks)
+
+    found = {"chord": of_weights("chord", main.weights, main.span_m, main.from_n, main.to_n)}
+    if (smooth := read_from.smooth) is not None:
+        weights = smooth.slope(at_n)
+        slope = float(weights @ read_from.branch.deformation_m)
+        found["tangent"] = (
+            of_weights("tangent", weights, slope, at_n, at_n, [_upper(read_from, smooth, at_n)],
+                       beyond)
+            if slope > 0.0 else _open("tangent", at_n, doubts)
+        )  # fmt: skip
+    if not law_sets:
+        return found
+    law_blocked = (*doubts, *read_from.law_doubts)
     rough = _as_rough(law_sets[middle(len(law_sets))], told)
     for kind, read in _readers(at_n, with_plane=rough).items():
-        made = _of_laws(read, law_sets, errors, path, told, at_n)
+        made = _of_laws(read, law_sets, errors, read_from.branch.path, told, at_n)
         if made is None:
             found[kind] = _open(kind, at_n, law_blocked)
             continue
         stiffness, low, high, own = made
         rest = list(shared)
-        if kind == "tangent":
-            rest.append(_upper(read_from, told))
-        elif read_from.seat_m > 0.0:
+        if read_from.seat_m > 0.0:
             size_m = read_from.seat_m / math.sqrt(3.0)
             rest.append(Line(SEAT, f"{size_m * 1e6:.2g} µm", size_m * stiffness / at_n))
         whole = math.hypot(math.log(high / low) / 2.0 / NORMAL_95, combined(rest))
@@ -151,7 +162,7 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
             kind,
             stiffness,
             (low, high),
-            at_n if kind == "tangent" else 0.0,
+            0.0,
             at_n,
             [*own, *rest],
             accuracy,
@@ -170,7 +181,7 @@ def parameter_covariance(run: Pressed, read_from: Reading, power: LawFit) -> Flo
         power: the power law through it.
     """
     q = power.best.shape
-    shape = power.best.coefficients[1] * (read_from.path.force_n / power.top_n) ** q
+    shape = power.best.coefficients[1] * (read_from.branch.path.force_n / power.top_n) ** q
     columns = np.stack([-q * shape, -q * shape * np.log(shape), np.ones_like(shape)], axis=1)
     norm = np.linalg.norm(columns, axis=0)
     estimator = np.linalg.pinv(columns / norm) / norm[:, None]
@@ -229,13 +240,7 @@ def _open(kind: str, at_n: float, blocked: Sequence[str]) -> Quantity:
 def _readers(at_n: float, *, with_plane: bool) -> dict[str, Read]:
     """Functions that read a length from a law, by kind of stiffness: stiffness = F/length."""
 
-    def tangent(fit: LawFit, shape: float) -> FloatArray:
-        return fit.slope_gradient(shape, at_n) * at_n
-
-    readers: dict[str, Read] = {
-        "secant_from_touch": lambda fit, shape: fit.gradient(shape, at_n),
-        "tangent": tangent,
-    }
+    readers: dict[str, Read] = {"secant_from_touch": lambda fit, shape: fit.gradient(shape, at_n)}
     if with_plane:
         readers["secant_from_mean_plane"] = lambda fit, shape: fit.plane_gradient(shape, at_n)
     return readers
@@ -275,20 +280,17 @@ def _of_laws(
     return value, low, high, [*lines, Line("model (laws and zero)", size, model)]
 
 
-def _upper(read_from: Reading, told: Conditions) -> Line:
-    """Difference of law and data in the upper chord beyond what their errors explain."""
-    upper, here = read_from.upper, middle(len(read_from.law_sets))
-    believed, parts = _believed(read_from.law_sets[here], told), read_from.errors[here]
-
-    def span(fit: LawFit, shape: float) -> FloatArray:
-        return np.asarray(fit.gradient(shape, upper.to_n) - fit.gradient(shape, upper.from_n))
-
-    of_law_m = float(span(believed, believed.best.shape) @ believed.best.coefficients)
-    weights = upper.weights - _sensitivity(believed, span, read_from.path, parts)
-    allowed = combined(_lines(parts, weights, upper.span_m))
-    off = math.log(of_law_m / upper.span_m) if min(of_law_m, upper.span_m) > 0.0 else math.inf
+def _upper(read_from: Reading, smooth: Smooth, at_n: float) -> Line:
+    """Difference of curve and data in the chord below a tangent, beyond what their errors
+    explain."""
+    branch, parts = read_from.branch, read_from.errors[middle(len(read_from.errors))]
+    upper = chord(branch, UPPER_SHARE * at_n, at_n)
+    weights = smooth.span(upper.from_n, upper.to_n)
+    span_m = float(weights @ branch.deformation_m)
+    allowed = combined(_lines(parts, upper.weights - weights, upper.span_m))
+    off = math.log(span_m / upper.span_m) if min(span_m, upper.span_m) > 0.0 else math.inf
     beyond = math.sqrt(max(off**2 - allowed**2, 0.0))
-    return Line("shape (upper chord against the law's)", f"{off:.2%}", beyond)
+    return Line("shape (upper chord against the curve's)", f"{off:.2%}", beyond)
 
 
 def _sensitivity(fit: LawFit, read: Read, path: Path, parts: Sequence[Component]) -> FloatArray:

@@ -97,13 +97,6 @@ class LawFit:
         """The same since the mean plane of the asperities, which is the law's zero."""
         return np.concatenate([[0.0], self.law.basis(np.array([force_n / self.top_n]), shape)[0]])
 
-    def slope_gradient(self, shape: float, force_n: float) -> FloatArray:
-        """(1 + k,): dδ/dF in m/N at a force is this @ coefficients."""
-        u = force_n / self.top_n
-        step = 1e-4 * u
-        low, high = self.law.basis(np.array([u - step, u + step]), shape)
-        return np.concatenate([[0.0], (high - low) / (2.0 * step * self.top_n)])
-
 
 def fit_law(data: Whitened, law: Law, told: Conditions | None = None) -> LawFit | None:
     """Fit a law at every shape parameter of its grid; None where none is possible.

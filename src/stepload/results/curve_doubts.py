@@ -107,17 +107,18 @@ def clipped_doubts(selected: Selected, noise_n: float, quantum_n: float) -> Iter
     force_n, deformation_m = selected.force_n, selected.deformation_m
     band_n = TOUCH_NOISE * noise_n + quantum_n + LEAST_UNCERTAINTY * float(force_n.max())
     first = int(np.argmax(force_n >= force_n.max() - band_n))
-    stands = int(np.argmax(deformation_m[first:]))  # beyond it the travel goes back
+    top_m = float(deformation_m[first:].max()) - CLIPPED * float(np.ptp(deformation_m))
+    stands = int(np.flatnonzero(deformation_m[first:] >= top_m)[-1])  # then the travel goes back
     before = min(stands, first)
     if before < FEWEST_CLIPPED:
         return
-    gone_m = float(deformation_m[first + stands] - deformation_m[first])
     pace_m = float(deformation_m[first] - deformation_m[first - before]) / before
     pace_n = float(force_n[first] - force_n[first - before]) / before
     part = stands // 3
-    early_n = float(force_n[first : first + part].mean())
-    rose_n = float(force_n[first + stands - part : first + stands].mean()) - early_n
-    goes_on = gone_m > max(CLIPPED * float(np.ptp(deformation_m)), AS_FAST * pace_m * stands)
+    early, late = slice(first, first + part), slice(first + stands - part, first + stands)
+    gone_m, rose_n = (float(x[late].mean() - x[early].mean()) for x in (deformation_m, force_n))
+    most_m = max(CLIPPED * float(np.ptp(deformation_m)), AS_FAST * pace_m * stands)
+    goes_on = gone_m > most_m * (stands - part) / stands
     if goes_on and rose_n * pace_m < STANDS * pace_n * gone_m:
         yield (
             f"the force stands at {format_quantity(float(force_n.max()), 'N')} while the "

@@ -17,7 +17,7 @@ from stepload.evidence.errors import middle
 from stepload.evidence.laws import LAWS
 
 TOUCH = "secant_from_touch"
-CHORDS = {"chord", "unloading_chord", "reloading_chord"}
+WITHOUT_LAW = {"chord", "unloading_chord", "reloading_chord", "tangent"}
 
 
 def chosen(world: World, *words: str) -> Evidence:
@@ -51,7 +51,7 @@ def test_a_law_that_was_chosen_and_does_not_fit_is_not_identified(word: str) -> 
     world = World(law=two_springs)
     found = chosen(world, word)
     assert found.headline == weigh(press(world)).headline
-    law_figures = [each for kind, each in found.quantities.items() if kind not in CHORDS]
+    law_figures = [each for kind, each in found.quantities.items() if kind not in WITHOUT_LAW]
     assert law_figures or word == "hertz-linear"  # which cannot be fitted at all
     assert all(each.verdict != "identified" for each in law_figures)
 
@@ -78,7 +78,7 @@ def test_an_exponent_that_was_assumed_is_not_a_finding() -> None:
 def test_a_choice_that_cannot_be_fitted_leaves_the_chord() -> None:
     run = told(press(World()), laws=("rough",))
     found = weigh(told(run, rough_length_m=0.0))
-    assert set(found.quantities) == CHORDS
+    assert set(found.quantities) == WITHOUT_LAW
     assert "it cannot be fitted" in found.notes[-1]
     assert TOUCH in weigh(told(run, rough_length_m=None)).quantities
 
@@ -94,4 +94,4 @@ def test_a_choice_that_cannot_be_fitted_with_the_length_that_stands_for_all_coun
     monkeypatch.setattr(
         answer, "chosen_fits", lambda *given: {} if next(asked) == here else whole(*given)
     )
-    assert set(weigh(run).quantities) == CHORDS
+    assert set(weigh(run).quantities) == WITHOUT_LAW

@@ -37,6 +37,16 @@ def test_a_hold_at_the_top_is_not_though_it_creeps(creep: float) -> None:
     assert doubts(force_n, deformation_m) == 0
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_hold_whose_travel_flickers_by_a_quantum_is_not(seed: int) -> None:
+    rest = np.ones(600)
+    force_n = TOP_N * np.concatenate([RAMP, rest])
+    deformation_m = DEPTH_M * np.concatenate([RAMP, rest])
+    quantum_m = 2e-6
+    flicker = 0.4 * np.random.default_rng(seed).standard_normal(force_n.size)
+    assert doubts(force_n, np.round(deformation_m / quantum_m + flicker) * quantum_m) == 0
+
+
 def test_a_payload_that_softens_but_rises_is_not() -> None:
     force_n = np.minimum(TOP_N * RAMP, 0.5 * TOP_N + 0.3 * (TOP_N * RAMP - 0.5 * TOP_N))
     assert doubts(force_n, DEPTH_M * RAMP) == 0
