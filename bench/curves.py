@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from stepload.record.curves import read_curve
-from stepload.results.from_curve import prepare
+from stepload.results.curve import prepare
 from stepload.results.wishes import Wishes
 
 ROWS = 1_000_000

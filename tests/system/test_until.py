@@ -16,8 +16,8 @@ from stepload.errors import BadInputError, ExitCode
 from stepload.plan.load import load_plan
 from stepload.record.reader import Recording, read_recording
 from stepload.record.rows import Phase
-from stepload.results.about import schema_text
 from stepload.results.analyse import whole_cycles
+from stepload.results.provenance import schema_text
 from stepload.results.stored import evaluation_of
 from stepload.results.until import Loaded, levels_to_load, loaded
 from stepload.session.experiment import Finished, run_plan

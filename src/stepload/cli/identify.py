@@ -89,9 +89,9 @@ def identify(
 
     Example: stepload identify runs/20260801-101500-demo --out again
     """
-    from stepload.results.about import about
     from stepload.results.data import identification_data, system_data
     from stepload.results.from_file import is_record, results_of_file, system_results_of_file
+    from stepload.results.provenance import about
     from stepload.results.run_document import identification_document, system_document
     from stepload.results.wishes import Wishes, laws_of, wishes_of_payload
     from stepload.units import parse_quantity

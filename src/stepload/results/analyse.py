@@ -24,7 +24,7 @@ from stepload.record.reader import Event, Recording
 from stepload.results.conditions import measured, planned
 from stepload.results.extras import Extras, extras_of
 from stepload.results.levels import Level, levels_of
-from stepload.results.press_data import LOADING, UNLOADING, PressData, number, press_data
+from stepload.results.press_data import LOADING, UNLOADING, PressData, event_number, press_data
 from stepload.results.pressed import pressed
 from stepload.results.until import levels_to_load
 
@@ -115,7 +115,7 @@ def whole_cycles(events: Sequence[Event], levels: int) -> list[int]:
     down = set()
     for event in events:
         if event.kind == "held":
-            cycle, step = int(number(event, "cycle")), int(number(event, "step"))
+            cycle, step = int(event_number(event, "cycle")), int(event_number(event, "step"))
             if event.data.get("loading"):
                 up.setdefault(cycle, set()).add(step)
             elif step <= 1:

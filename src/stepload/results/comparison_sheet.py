@@ -6,9 +6,8 @@ from collections.abc import Sequence
 
 import stepload
 from stepload.estimators.difference import Difference
-from stepload.results.certificate import few
+from stepload.results.certificate import Facts, few, shared
 from stepload.results.comparison import Comparison
-from stepload.results.facts import Facts, shared
 from stepload.results.model import (
     Certificate,
     Field,

@@ -11,11 +11,11 @@ from stepload.estimators.system import SystemStiffnessFit
 from stepload.evidence.identification import Identification
 from stepload.record.outcome import RunOutcome
 from stepload.results import fields
-from stepload.results.about import about
 from stepload.results.analyse import Evaluation
 from stepload.results.extras import extras_data
 from stepload.results.model import data
 from stepload.results.press_data import PressData
+from stepload.results.provenance import about
 from stepload.results.quality import quality_data
 from stepload.results.reasons import reasons_of
 from stepload.results.until import loaded

@@ -21,11 +21,11 @@ from stepload.results.analyse import (
     identify_system,
     whole_cycles,
 )
+from stepload.results.curve import prepare
 from stepload.results.curve_zero import zero
 from stepload.results.extras import Extras, dissipation_of, extras_of
-from stepload.results.from_curve import prepare
 from stepload.results.model import finite
-from stepload.results.press_data import number
+from stepload.results.press_data import event_number
 from stepload.results.pressed import pressed_curve
 from stepload.results.saved import SavedRun, saved_run
 from stepload.results.snippets import Kind, Spring, spring_of
@@ -97,7 +97,7 @@ def _identify_record(run: SavedRun, wishes: Wishes) -> tuple[Identification, tup
 
 def _cycles(run: SavedRun, found: Identification) -> RunIn | None:
     """The complete cycles, with the number of levels taken from the record itself."""
-    levels = [int(number(event, "step")) for event in run.events if event.kind == "held"]
+    levels = [int(event_number(event, "step")) for event in run.events if event.kind == "held"]
     return cycles_of_run(
         run.data, found,
         whole=whole_cycles(run.events, max(levels, default=0)),

@@ -15,8 +15,8 @@ from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed, Touch
 from stepload.evidence.sideways import GUIDED_COMPLIANCE, Sideways, sideways
 from stepload.record.rows import Phase
+from stepload.results.curve import PreparedCurve
 from stepload.results.curve_zero import SAME_PEAK, Branch
-from stepload.results.from_curve import PreparedCurve
 from stepload.results.model import finite
 from stepload.results.press_data import LOADING, UNLOADING, PressData, holds_of
 from stepload.results.quality import quality_of

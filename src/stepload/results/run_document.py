@@ -16,7 +16,7 @@ from stepload.record.outcome import RunStatus
 from stepload.record.reader import Recording
 from stepload.results import fields
 from stepload.results.analyse import Evaluation
-from stepload.results.certificate import run_certificate
+from stepload.results.certificate import other_elastic_limit, run_certificate
 from stepload.results.conditions import planned
 from stepload.results.course_tables import (
     ending_table,
@@ -29,7 +29,6 @@ from stepload.results.course_tables import (
 )
 from stepload.results.equations import equation_table
 from stepload.results.extras import dissipation_of, extras_tables
-from stepload.results.facts import other_elastic_limit
 from stepload.results.from_file import FromFile
 from stepload.results.identified_tables import (
     HEADLINE_BUDGET,
@@ -38,8 +37,7 @@ from stepload.results.identified_tables import (
     run_in_table,
     system_table,
 )
-from stepload.results.level_tables import TOUCH, hold_table
-from stepload.results.levels import Level, levels_of
+from stepload.results.levels import TOUCH, Level, hold_table, levels_of
 from stepload.results.model import Card, Document, Mood, Table, Verdict, interval, table
 from stepload.results.provenance import provenance_table
 from stepload.results.reasons import reasons_of

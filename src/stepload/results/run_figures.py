@@ -17,11 +17,11 @@ from stepload.evidence.identification import REPORTED, Identification
 from stepload.record.rows import Phase
 from stepload.results import figures
 from stepload.results.analyse import Evaluation
+from stepload.results.certificate import other_elastic_limit
 from stepload.results.conditions import measured, planned
-from stepload.results.facts import other_elastic_limit
 from stepload.results.model import Figure
 from stepload.results.press_data import LOADING, UNLOADING
-from stepload.results.quality_figure import quality_figure
+from stepload.results.quality import quality_figure
 from stepload.units import format_quantity as f
 
 LARGEST_EXPONENT = 700.0

@@ -13,8 +13,8 @@ from stepload.engine.replayed import limits_from
 from stepload.errors import BadInputError
 from stepload.record.plain import plain
 from stepload.results.analyse import Evaluation
+from stepload.results.certificate import other_elastic_limit
 from stepload.results.data import run_data
-from stepload.results.facts import other_elastic_limit
 from stepload.results.model import Document
 from stepload.results.provenance import with_record
 from stepload.results.run_document import run_document

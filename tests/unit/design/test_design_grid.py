@@ -7,9 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from stepload.design import grid as room
-from stepload.design.ceiling import Ceiling, ceiling, rounded_down
-from stepload.design.grid import grid
+from stepload.design import plan_design as room
+from stepload.design.plan_design import Ceiling, ceiling, grid
 from stepload.envelope.envelope import derive
 from stepload.envelope.order import Order
 from stepload.envelope.reason import PlanVerdict
@@ -17,6 +16,7 @@ from stepload.envelope.until import expected_result
 from stepload.envelope.unwritten import plan_of
 from stepload.errors import BadInputError, RefusedError
 from stepload.plan.shipped import payload_folder
+from stepload.units import rounded_down
 
 PAYLOADS = payload_folder()
 SPHERE = PAYLOADS / "plastic-sphere.yaml"

@@ -21,7 +21,7 @@ from stepload.estimators.fit import Flag, FloatArray
 from stepload.estimators.identifiability import identifiability
 from stepload.evidence.identification import Identification
 from stepload.record.curves import Curve
-from stepload.results.from_curve import PreparedCurve, deformation_curve, prepare
+from stepload.results.curve import PreparedCurve, deformation_curve, prepare
 from stepload.results.from_file import identify_file, system_results_of_file
 from stepload.results.wishes import Wishes, wishes_of_payload
 

@@ -18,10 +18,9 @@ from stepload.plan.model import Provenance
 from stepload.record.outcome import RunStatus
 from stepload.record.summary import Summary
 from stepload.results import provenance
+from stepload.results.certificate import LONGEST, rig_facts, source_of, specimen_facts
 from stepload.results.equations import cited
-from stepload.results.facts import LONGEST, rig_facts, source_of, specimen_facts
-from stepload.results.level_tables import level_rows
-from stepload.results.levels import Level
+from stepload.results.levels import Level, level_rows
 from stepload.results.model import Certificate, Document, Figure, Table, Verdict
 from stepload.results.page import render, running
 from stepload.results.provenance import TITLE, sealed, with_record
