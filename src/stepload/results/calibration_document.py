@@ -45,7 +45,6 @@ def calibration_document(found: Calibration, file: Path) -> Document:
     reasons.append(_table_told(found))
     if record.across_told:
         reasons.append(record.across_told)
-    reasons += dict.fromkeys(filter(None, (run.conditions.structure_note for run in found.runs)))
     if found.spheres is not None:
         reasons.append(
             f"the contacts deform {found.spheres.contact_scale:.3f} ± "

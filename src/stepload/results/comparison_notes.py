@@ -43,11 +43,6 @@ def run_notes(runs: Sequence[ComparedRun], given: CurveGiven | None, at_n: float
         notes.append(f"a simulated run is compared with a measured one; simulated: {simulated}")
     notes += [f"{each.run.name} did not come to its end: {each.run.cut}"
               for each in runs if each.run.cut]  # fmt: skip
-    notes += [
-        f"{each.run.name}: {each.run.conditions.structure_note}"
-        for each in runs
-        if each.run.conditions.structure_note
-    ]
     if any(each.found.run.sideways.rule != "guided" for each in runs):
         notes.append(
             "intervals and normalised errors of single fits do not count what friction does to an "

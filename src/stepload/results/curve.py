@@ -1,4 +1,4 @@
-"""Doubts about a curve from elsewhere before any law is fitted, and its smooth error."""
+"""A curve from elsewhere ready for identification: its conditions, its cycles, and doubts."""
 
 from __future__ import annotations
 
@@ -20,8 +20,11 @@ from stepload.estimators.sampling import uniform_in_force
 from stepload.estimators.selection import Selected, select
 from stepload.estimators.sources import Sources
 from stepload.evidence.plausibility import plausibility
+from stepload.evidence.pressed import Pressed
+from stepload.evidence.sideways import GUIDED_COMPLIANCE, Sideways
 from stepload.record.curves import Curve
-from stepload.results.curve_zero import TOUCH_NOISE, CurveCycle, Zeroed, cycles, first_loading, zero
+from stepload.results.curve_zero import TOUCH_NOISE, Zeroed, first_loading, zero
+from stepload.results.pressed import above_limit
 from stepload.results.wishes import Wishes
 from stepload.units import format_quantity
 
@@ -96,7 +99,7 @@ def machine_doubts(curve: Curve) -> Iterator[str]:
 
 def zero_doubts(zeroed: Zeroed) -> Iterator[str]:
     """Doubt about a force far below zero, if there is no free air to define its zero."""
-    force_n = zeroed.whole.force_n
+    force_n = zeroed.force_n
     low_n = -max(BELOW_ZERO * float(force_n.max()), TOUCH_NOISE * zeroed.noise_n)
     if not zeroed.seen_free and np.mean(force_n < low_n) > BELOW_ZERO / 2.0:
         yield (
@@ -194,25 +197,16 @@ class PreparedCurve:
     Attributes:
         selected: the first loading, from the touch to the end of its hold; deformation of the
             payload.
-        conditions: what is known of the errors, as stated or as the data show them.
-        cycles: all cycles, with one zero of travel; the travel still holds the deflection of the
-            system where `conditions.sources.system_stiffness_n_per_m` is not None.
+        run: its cycles, with what is known of the errors, as stated or as the data show them.
         notes: sign changes, corrections and assumptions, in sentences.
-        doubts: doubts that block every figure, in sentences.
-        law_doubts: doubts that block figures that need the zero of the force.
         error_known: False where neither the data nor the caller give the accuracy of the channels:
             there is no interval then, and no K_max.
-        adhesion_n: how far the force was pulled down before the touch; 0 where it was not.
     """
 
     selected: Selected
-    conditions: Conditions
-    cycles: tuple[CurveCycle, ...]
+    run: Pressed
     notes: tuple[str, ...]
-    doubts: tuple[str, ...]
-    law_doubts: tuple[str, ...]
     error_known: bool
-    adhesion_n: float
 
 
 def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
@@ -229,11 +223,10 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
     check_stiffness(curve, wishes)
     compensated = curve.displacement_m is not None
     zeroed = zero(curve, keep_zero=compensated)
-    loading, notes = first_loading(zeroed)
+    loading, growing, notes = first_loading(zeroed)
     notes = [*curve.notes, *zeroed.notes, *notes]
-    whole = zeroed.whole
-    first = whole.part(loading)
-    force_n, travel_m = first.force_n, first.travel_m
+    force_n, travel_m = zeroed.force_n[loading], zeroed.travel_m[loading]
+    time_s = None if zeroed.time_s is None else zeroed.time_s[loading]
     if not compensated and not wishes.system_stiffness_sigma_n_per_m:
         notes.append("σ(K_s) not given (--system-stiffness-sigma): K_s counts as known to 5 %")
     top_n = float(force_n.max())
@@ -242,7 +235,7 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
         secant_n = top_n
         if not wishes.secant_force_n:
             notes.append(f"secant at the peak force of {format_quantity(secant_n, 'N', 4)}")
-    quantum_m, quantum_n = quantum(whole.travel_m), quantum(whole.force_n)
+    quantum_m, quantum_n = quantum(zeroed.travel_m), quantum(zeroed.force_n)
     # Neither steps nor noise: the travel was computed or smoothed, or is short.
     hidden = not wishes.position_noise_m and is_exact(travel_m)
     conditions = wishes.applied(
@@ -260,7 +253,7 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
         )
     )
     stiffness = conditions.sources.system_stiffness_n_per_m
-    selected = select(travel_m - conditions.bend(force_n), force_n, time_s=first.time_s)
+    selected = select(travel_m - conditions.bend(force_n), force_n, time_s=time_s)
     if stiffness is not None:
         check_what_is_left(selected, travel_m, force_n, stiffness)
         notes.append(TAKEN_AS_GUIDED)
@@ -274,7 +267,7 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
         *jump_doubts(selected, quantum_m),
         *clipped_doubts(selected, zeroed.noise_n, quantum_n),
         *plausibility(
-        selected.deformation_m, force_n, travel_m=whole.travel_m,
+        selected.deformation_m, force_n, travel_m=zeroed.travel_m,
         system_stiffness_n_per_m=stiffness, position_quantum_m=quantum_m,
         force_quantum_n=quantum_n, theory_k=conditions.theory_k,
         theory_n=conditions.theory_n,
@@ -284,16 +277,19 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
             f"the force is pulled to −{format_quantity(zeroed.adhesion_n, 'N')} before the touch, "
             f"{zeroed.adhesion_n / top_n:.0%} of the peak: a law with adhesion is tried too"
         )
-    return PreparedCurve(
-        selected=selected,
+    peak_n = max(float(zeroed.force_n[up].max()) for up in zeroed.loadings)
+    share = zeroed.lateral_share
+    aside = Sideways("guided", share, relative=GUIDED_COMPLIANCE * (share or 0.0))
+    run = Pressed(
+        tracks=zeroed.tracks(loading, growing),
         conditions=conditions,
-        cycles=tuple(cycles(zeroed)),
-        notes=tuple(notes),
-        doubts=tuple(doubts),
+        sideways=aside,
+        adhesive=zeroed.adhesion_n > 0.0,
+        timed=zeroed.time_s is not None,
+        doubts=(*doubts, *above_limit(conditions, peak_n)),
         law_doubts=() if zeroed.seen_free or wishes.tared else (NO_FREE_AIR,),
-        error_known=wishes.states_an_error or not exact,
-        adhesion_n=zeroed.adhesion_n,
     )
+    return PreparedCurve(selected, run, tuple(notes), wishes.states_an_error or not exact)
 
 
 def deformation_curve(curve: Curve) -> Curve:
@@ -308,16 +304,15 @@ def deformation_curve(curve: Curve) -> Curve:
             hint="its system stiffness must be out of it: columns displacement_m, force_n",
         )
     zeroed = zero(curve, keep_zero=True)
-    loading, notes = first_loading(zeroed)
+    loading, _, notes = first_loading(zeroed)
     notes += machine_doubts(curve)
-    first = zeroed.whole.part(loading)
-    travel_m, force_n = first.travel_m, first.force_n
+    travel_m, force_n = zeroed.travel_m[loading], zeroed.force_n[loading]
     if zeroed.touch_n > 0.0:
         zero_m = _fitted_zero(travel_m, force_n)
         travel_m = travel_m - zero_m
         notes.append(f"its zero is fitted, {format_quantity(zero_m, 'm')} from the touch")
     return Curve(
-        time_s=first.time_s,
+        time_s=None if zeroed.time_s is None else zeroed.time_s[loading],
         position_m=None,
         displacement_m=travel_m,
         force_n=force_n,

@@ -26,7 +26,6 @@ from stepload.results.curve_zero import zero
 from stepload.results.extras import Extras, dissipation_of, extras_of
 from stepload.results.model import finite
 from stepload.results.press_data import event_number
-from stepload.results.pressed import pressed_curve
 from stepload.results.saved import SavedRun, saved_run
 from stepload.results.snippets import Kind, Spring, spring_of
 from stepload.results.until import loaded
@@ -122,7 +121,7 @@ def system_results_of_file(path: Path) -> tuple[SystemStiffnessFit, bool]:
             raise BadInputError(
                 f"{path}: system stiffness needs the columns time_s, position_m, force_n"
             )
-        pressed = zero(curve, keep_zero=False).whole  # signs and tare corrected, from its touch
+        pressed = zero(curve, keep_zero=False)  # signs and tare corrected, from its touch
         assert pressed.time_s is not None
         fit = fit_system_stiffness(
             pressed.time_s, pressed.travel_m, pressed.force_n,
@@ -138,7 +137,7 @@ def identify_curve(curve: Curve, wishes: Wishes) -> tuple[Identification, tuple[
         BadInputError: there is nothing in it to identify.
     """
     prepared = prepare(curve, wishes)
-    found = identify(prepared.selected, prepared.conditions, pressed_curve(prepared))
+    found = identify(prepared.selected, prepared.run.conditions, prepared.run)
     return found if prepared.error_known else _without_errors(found), prepared.notes
 
 

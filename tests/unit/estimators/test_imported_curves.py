@@ -443,10 +443,8 @@ def test_adhesion_before_the_touch_is_told(identified: Callable[..., Found]) -> 
     depth, force = indentation()
     near = (depth > 36e-6) & (depth < 40e-6)
     pulled = np.where(near, -24.0, force)
-    assert prepare(curve(displacement_m=depth, force_n=pulled), NOTHING).adhesion_n == (
-        pytest.approx(24.0, rel=0.05)
-    )
-    assert prepare(curve(displacement_m=depth, force_n=force), NOTHING).adhesion_n == 0.0
+    assert prepare(curve(displacement_m=depth, force_n=pulled), NOTHING).run.adhesive
+    assert not prepare(curve(displacement_m=depth, force_n=force), NOTHING).run.adhesive
     _, notes = identified(displacement_m=depth, force_n=pulled)
     assert "a law with adhesion is tried too" in notes
 
@@ -471,25 +469,28 @@ def cycles(tops: tuple[float, ...]) -> tuple[FloatArray, FloatArray, PreparedCur
 
 def test_cycles_have_one_zero_and_two_branches() -> None:
     _, _, found = cycles((300.0, 300.0))
-    first, second = found.cycles
-    assert (first.number, second.number) == (1, 2)
+    (one, first, _), (other, _, _) = found.run.tracks
+    assert (one, other) == (1, 2)
     deep = (300.0 / K) ** (1 / N)
-    for cycle in found.cycles:
-        assert cycle.unloading is not None
-        assert cycle.loading.force_n[-1] == pytest.approx(297.0, abs=4.0)
-        assert len(cycle.hold.force_n) == pytest.approx(103, abs=5)
-        assert cycle.unloading.force_n[-1] == pytest.approx(0.0, abs=4.0)
+    for _, loading, unloading in found.run.tracks:
+        assert unloading is not None
+        held = loading.held == 1
+        assert loading.force_n[~held][-1] == pytest.approx(297.0, abs=4.0)
+        assert np.count_nonzero(held) == pytest.approx(103, abs=5)
+        assert unloading.force_n[-1] == pytest.approx(0.0, abs=4.0)
         at_touch = (3.0 / K) ** (1 / N)
-        assert cycle.hold.travel_m.mean() == pytest.approx(deep - at_touch, rel=0.02)
-    assert first.loading.force_n[0] == pytest.approx(3.0, abs=1.2)
-    assert first.loading.time_s is not None
-    assert first.loading.lateral_n is not None
-    assert first.loading.lateral_n[-1] == pytest.approx(0.1 * 297.0, rel=0.03)
+        assert loading.travel_m[held].mean() == pytest.approx(deep - at_touch, rel=0.02)
+    assert first.force_n[0] == pytest.approx(3.0, abs=1.2)
+    assert found.run.timed
+    assert found.run.sideways.share == pytest.approx(0.1, rel=0.03)
 
 
 def test_of_growing_cycles_only_what_is_new_is_a_first_loading() -> None:
     _, _, found = cycles((100.0, 200.0, 300.0))
-    assert len(found.cycles) == 3
+    [(_, loading, unloading)] = found.run.tracks
+    assert unloading is not None
+    assert np.unique(loading.held).tolist() == [0, 1]
+    assert (loading.force_n == found.selected.force_n).all()
     assert "of 3 growing cycles" in "\n".join(found.notes)
     assert found.selected.force_n.max() == pytest.approx(300.0, abs=1.0)
     reached = np.maximum.accumulate(found.selected.force_n)
@@ -500,9 +501,9 @@ def test_a_light_touch_before_the_test_is_left_out() -> None:
     _, _, plain = cycles((300.0,))
     _, _, touched = cycles((10.0, 300.0))
     assert "hold touches only" in "\n".join(touched.notes)
-    assert len(touched.cycles) == 1
+    assert len(touched.run.tracks) == 1
     for found in (plain, touched):
-        assert found.cycles[0].loading.force_n.max() == pytest.approx(297.0, abs=4.0)
+        assert found.run.tracks[0][1].force_n.max() == pytest.approx(300.0, abs=4.0)
         assert found.selected.deformation_m[0] == pytest.approx(0.0, abs=3e-7)
 
 
@@ -546,8 +547,8 @@ def test_a_stated_error_counts_at_every_force(
 def test_the_secant_is_taken_at_a_force_of_the_curve(top_n: float, at_n: float) -> None:
     force = np.linspace(0.01, 1.0, 300) * top_n
     given = curve(displacement_m=1e-4 * (force / top_n) ** (1 / N), force_n=force)
-    assert prepare(given, NOTHING).conditions.secant_force_n == pytest.approx(at_n)
-    assert prepare(given, Wishes(secant_force_n=0.5 * top_n)).conditions.secant_force_n == (
+    assert prepare(given, NOTHING).run.conditions.secant_force_n == pytest.approx(at_n)
+    assert prepare(given, Wishes(secant_force_n=0.5 * top_n)).run.conditions.secant_force_n == (
         pytest.approx(0.5 * top_n)
     )
 
