@@ -10,7 +10,7 @@ from stepload.data.catalog import RunRow, rows
 from stepload.errors import BadInputError
 from stepload.results.from_file import results_of_file
 from stepload.results.model import finite
-from stepload.results.wishes import Wishes
+from stepload.results.stated import Stated
 from stepload.runner.digest import product_digest
 from stepload.runner.jobs import run_in_order
 from stepload.runner.pool import Pool
@@ -51,7 +51,7 @@ class Again:
 class Reidentify:
     """Settings with which all records of a directory are identified."""
 
-    wishes: Wishes
+    wishes: Stated
 
     @property
     def digest(self) -> str:
@@ -80,7 +80,7 @@ class Reidentify:
 
 def identify_all(
     directory: Path,
-    wishes: Wishes,
+    wishes: Stated,
     pool: Pool,
     on_done: Callable[[int, int], None] | None = None,
 ) -> list[Again]:

@@ -265,7 +265,7 @@ def run_certificate(
         if envelope.plan.identify.kind == "system"
         else "Test report: contact stiffness of a payload",
         facts=(
-            specimen_facts(envelope, recording, run.identification),
+            [*specimen_facts(envelope, recording, run.identification), _largest(run)],
             [*rig_facts(envelope, recording, run.identification), *_contact(run.identification)],
         ),
         tables=tables,
@@ -275,6 +275,13 @@ def run_certificate(
         signatures=(("Operator", operator), ("Checked by", "")),
         foot=f"stepload {told.get('stepload', '')} · run {told.get('run_id') or 'without an id'}",
     )
+
+
+def _largest(run: Evaluation) -> tuple[str, str]:
+    """The largest measured force, also as a share of the F_c of the result."""
+    peak_n, limit_n = run.outcome.peak_force_n, run.envelope.theory.counted.lower_n
+    used_n = other_elastic_limit(run.envelope, run.identification) or limit_n
+    return "Largest force", f"{f(peak_n, 'N')}, {peak_n / used_n:.0%} of the F_c used"
 
 
 def _contact(found: Identification | None) -> Facts:

@@ -25,7 +25,7 @@ from stepload.evidence.sideways import GUIDED_COMPLIANCE, Sideways
 from stepload.record.curves import Curve
 from stepload.results.curve_zero import TOUCH_NOISE, Zeroed, first_loading, zero
 from stepload.results.pressed import above_limit
-from stepload.results.wishes import Wishes
+from stepload.results.stated import Stated
 from stepload.units import format_quantity
 
 SMOOTH_LENGTH_SHARE = 1.0 / 6.0
@@ -47,20 +47,20 @@ LEAST_UNCERTAINTY = 1e-5
 """Residuals below this share of the deformation are rounding errors, no measurement."""
 
 
-def check_stiffness(curve: Curve, wishes: Wishes) -> None:
+def check_stiffness(curve: Curve, stated: Stated) -> None:
     """Refuse a K_s that is missing, or that the curve is already corrected for.
 
     Raises:
         BadInputError: either of the two.
     """
     compensated = curve.displacement_m is not None
-    if compensated and wishes.system_stiffness_n_per_m is not None:
+    if compensated and stated.system_stiffness_n_per_m is not None:
         raise BadInputError(
             "--system-stiffness with a column displacement_m: that column is the payload's "
             "deformation, K_s is out of it already",
             hint="call the column position_m if it is the travel of the arm",
         )
-    if not compensated and wishes.system_stiffness_n_per_m is None:
+    if not compensated and stated.system_stiffness_n_per_m is None:
         raise BadInputError(
             "a column position_m holds the deflection of the system too",
             hint='give --system-stiffness "3.49e6 N/m", or a column displacement_m',
@@ -147,22 +147,22 @@ def jump_doubts(selected: Selected, quantum_m: float) -> Iterator[str]:
 
 
 def with_leftover(
-    selected: Selected, conditions: Conditions, noise_m: float, wishes: Wishes
+    selected: Selected, conditions: Conditions, noise_m: float, stated: Stated
 ) -> tuple[Conditions, list[str], bool]:
     """Estimate the smooth error from the residuals of the run, unless it is stated.
 
     Returns:
         The conditions with it, notes about it, and whether it is known.
     """
-    if wishes.smooth_error_m is not None:
-        if wishes.smooth_length_n is not None:
+    if stated.smooth_error_m is not None:
+        if stated.smooth_length_n is not None:
             return conditions, [], True
         note = "how fast the smooth error changes is not stated (--smooth-length): a range is tried"
         return conditions, [note], True
     missing = "smooth deformation error not given (--msde)"
     batch = selected.samples(selected.batch)
     x, y = batch.deformation_m, batch.force_n
-    length_n = wishes.smooth_length_n or SMOOTH_LENGTH_SHARE * float(y.max(initial=0.0))
+    length_n = stated.smooth_length_n or SMOOTH_LENGTH_SHARE * float(y.max(initial=0.0))
     try:
         found = smooth_leftover(joint(x, y), x, y, white_sd_m=noise_m, length_n=length_n)
     except DomainError:
@@ -209,36 +209,36 @@ class PreparedCurve:
     error_known: bool
 
 
-def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
+def prepare(curve: Curve, stated: Stated) -> PreparedCurve:
     """Make a curve ready for identification.
 
     Raises:
         BadInputError: K_s is missing, superfluous or too small, or there is no pressing in the
             data.
     """
-    if curve.perhaps_machine and wishes.system_stiffness_n_per_m is not None:
+    if curve.perhaps_machine and stated.system_stiffness_n_per_m is not None:
         curve = replace(
             curve, position_m=curve.displacement_m, displacement_m=None, perhaps_machine=""
         )
-    check_stiffness(curve, wishes)
+    check_stiffness(curve, stated)
     compensated = curve.displacement_m is not None
     zeroed = zero(curve, keep_zero=compensated)
     loading, growing, notes = first_loading(zeroed)
     notes = [*curve.notes, *zeroed.notes, *notes]
     force_n, travel_m = zeroed.force_n[loading], zeroed.travel_m[loading]
     time_s = None if zeroed.time_s is None else zeroed.time_s[loading]
-    if not compensated and not wishes.system_stiffness_sigma_n_per_m:
+    if not compensated and not stated.system_stiffness_sigma_n_per_m:
         notes.append("σ(K_s) not given (--system-stiffness-sigma): K_s counts as known to 5 %")
     top_n = float(force_n.max())
     secant_n = SECANT_FORCE_N
     if not LEAST_SECANT_SHARE * top_n <= SECANT_FORCE_N <= top_n:
         secant_n = top_n
-        if not wishes.secant_force_n:
+        if not stated.secant_force_n:
             notes.append(f"secant at the peak force of {format_quantity(secant_n, 'N', 4)}")
     quantum_m, quantum_n = quantum(zeroed.travel_m), quantum(zeroed.force_n)
     # Neither steps nor noise: the travel was computed or smoothed, or is short.
-    hidden = not wishes.position_noise_m and is_exact(travel_m)
-    conditions = wishes.applied(
+    hidden = not stated.position_noise_m and is_exact(travel_m)
+    conditions = stated.applied(
         Conditions(
             sources=Sources(
                 system_stiffness_n_per_m=None,
@@ -257,9 +257,9 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
     if stiffness is not None:
         check_what_is_left(selected, travel_m, force_n, stiffness)
         notes.append(TAKEN_AS_GUIDED)
-    conditions, note, leftover = with_leftover(selected, conditions, zeroed.noise_m, wishes)
+    conditions, note, leftover = with_leftover(selected, conditions, zeroed.noise_m, stated)
     notes += note
-    notes.append(_about_resolution(conditions, wishes))
+    notes.append(_about_resolution(conditions, stated))
     exact = is_exact(travel_m) and is_exact(force_n) and not leftover
     doubts = (
         *machine_doubts(curve),
@@ -287,9 +287,9 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
         adhesive=zeroed.adhesion_n > 0.0,
         timed=zeroed.time_s is not None,
         doubts=(*doubts, *above_limit(conditions, peak_n)),
-        law_doubts=() if zeroed.seen_free or wishes.tared else (NO_FREE_AIR,),
+        law_doubts=() if zeroed.seen_free or stated.tared else (NO_FREE_AIR,),
     )
-    return PreparedCurve(selected, run, tuple(notes), wishes.states_an_error or not exact)
+    return PreparedCurve(selected, run, tuple(notes), stated.an_error or not exact)
 
 
 def deformation_curve(curve: Curve) -> Curve:
@@ -329,7 +329,7 @@ def _fitted_zero(travel_m: FloatArray, force_n: FloatArray) -> float:
         return 0.0
 
 
-def _about_resolution(conditions: Conditions, wishes: Wishes) -> str:
+def _about_resolution(conditions: Conditions, stated: Stated) -> str:
     seen_m = conditions.position_resolution_m
     if math.isnan(seen_m):
         return (
@@ -337,7 +337,7 @@ def _about_resolution(conditions: Conditions, wishes: Wishes) -> str:
             "not known (--position-noise)"
         )
     noise_m = 2.0 * conditions.sources.position_noise_m
-    whose = "the stated" if wishes.position_noise_m else "its"
+    whose = "the stated" if stated.position_noise_m else "its"
     what = f"twice {whose} noise" if noise_m > seen_m else "its least step"
     return (
         f"position resolution for K_max (34): {format_quantity(max(seen_m, noise_m), 'm', 2)}, "

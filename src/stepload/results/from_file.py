@@ -19,17 +19,16 @@ from stepload.results.analyse import (
     cycles_of_run,
     identify_payload,
     identify_system,
-    whole_cycles,
+    touched_before,
 )
 from stepload.results.curve import prepare
 from stepload.results.curve_zero import zero
 from stepload.results.extras import Extras, dissipation_of, extras_of
 from stepload.results.model import finite
-from stepload.results.press_data import event_number
 from stepload.results.saved import SavedRun, saved_run
 from stepload.results.snippets import Kind, Spring, spring_of
+from stepload.results.stated import Stated
 from stepload.results.until import loaded
-from stepload.results.wishes import Wishes
 
 
 def is_record(path: Path) -> bool:
@@ -50,7 +49,7 @@ class FromFile(NamedTuple):
     peak_force_n: float | None = None
 
 
-def identify_file(path: Path, wishes: Wishes) -> tuple[Identification, tuple[str, ...]]:
+def identify_file(path: Path, wishes: Stated) -> tuple[Identification, tuple[str, ...]]:
     """Identify a payload from a record (.mcap) or a CSV curve; also returns the assumptions.
 
     Raises:
@@ -62,7 +61,7 @@ def identify_file(path: Path, wishes: Wishes) -> tuple[Identification, tuple[str
         return _identify_record(saved_run(path), wishes)
 
 
-def results_of_file(path: Path, wishes: Wishes) -> FromFile:
+def results_of_file(path: Path, wishes: Stated) -> FromFile:
     """The same with all further results of a record.
 
     Raises:
@@ -74,14 +73,15 @@ def results_of_file(path: Path, wishes: Wishes) -> FromFile:
         run = saved_run(path)
         found, notes = _identify_record(run, wishes)
         try:
-            run_in = _cycles(run, found)
+            before = touched_before(run.metadata)
+            run_in = cycles_of_run(run.data, found, run.events, touched_before=before)
         except BadInputError as error:
             run_in, notes = None, (*notes, error.message)
         extras = extras_of(run.data, found)
         return FromFile(found, notes, run_in, extras, run.simulated, finite(run.peak_force_n))
 
 
-def _identify_record(run: SavedRun, wishes: Wishes) -> tuple[Identification, tuple[str, ...]]:
+def _identify_record(run: SavedRun, wishes: Stated) -> tuple[Identification, tuple[str, ...]]:
     notes = ("the record is partial",) if run.partial else ()
     if (stood := run.stood) is not None and stood.joints_rad:
         joints = ", ".join(f"{math.degrees(each):.1f}°" for each in stood.joints_rad)
@@ -92,18 +92,6 @@ def _identify_record(run: SavedRun, wishes: Wishes) -> tuple[Identification, tup
     found = identify_payload(run.data, wishes.applied(run.conditions))
     until = loaded(run.events, found)
     return found, (*notes, until.text) if until is not None else notes
-
-
-def _cycles(run: SavedRun, found: Identification) -> RunIn | None:
-    """The complete cycles, with the number of levels taken from the record itself."""
-    levels = [int(event_number(event, "step")) for event in run.events if event.kind == "held"]
-    return cycles_of_run(
-        run.data, found,
-        whole=whole_cycles(run.events, max(levels, default=0)),
-        cycles=int(run.data.cycle.max()),
-        lift_off=any(touch.purpose == "cycle" for touch in run.data.touches),
-        touched_before=run.metadata.get("touched_before") == "true",
-    )  # fmt: skip
 
 
 def system_results_of_file(path: Path) -> tuple[SystemStiffnessFit, bool]:
@@ -130,7 +118,7 @@ def system_results_of_file(path: Path) -> tuple[SystemStiffnessFit, bool]:
         return fit, False
 
 
-def identify_curve(curve: Curve, wishes: Wishes) -> tuple[Identification, tuple[str, ...]]:
+def identify_curve(curve: Curve, wishes: Stated) -> tuple[Identification, tuple[str, ...]]:
     """Identify a payload from a curve from elsewhere; also returns the assumptions.
 
     Raises:
@@ -161,7 +149,7 @@ def spring_of_file(path: Path, *, at_n: float | None, kind: Kind) -> Spring:
         BadInputError: the file is invalid, or has no result at that force.
     """
     if not is_record(path):
-        found, _ = identify_file(path, Wishes())
+        found, _ = identify_file(path, Stated())
         return spring_of(found, at_n=at_n, kind=kind)
     with untrusted(path):
         run = saved_run(path)

@@ -7,8 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from stepload.envelope.domains import payload_doubts
+from stepload.envelope.ranges import beyond_range
 from stepload.record.reader import Event
-from stepload.results.analyse import Evaluation, beyond_theory
+from stepload.results.analyse import Evaluation
 from stepload.results.press_data import LOADING, UNLOADING, PressData, number_or_nan
 from stepload.results.until import loaded
 from stepload.units import format_quantity
@@ -118,3 +120,17 @@ def reasons_of(run: Evaluation) -> list[str]:
     if resumed := run.recording.metadata.get("resumed"):
         reasons.append(resumed)
     return reasons
+
+
+def beyond_theory(run: Evaluation) -> tuple[str, ...]:
+    """Doubts about theory at the forces that were reached, as sentences."""
+    headline = run.identification.headline if run.identification is not None else None
+    if headline is None:
+        return ()
+    envelope = run.envelope
+    doubts = payload_doubts(envelope.plan.payload, envelope.theory, headline.from_n, headline.to_n)
+    ends = headline.interval_n_per_m
+    return (
+        *beyond_range(envelope.theory, ends, headline.from_n, headline.to_n),
+        *(doubt.message for doubt in doubts if not doubt.harmless),
+    )

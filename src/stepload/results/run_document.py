@@ -16,7 +16,7 @@ from stepload.record.outcome import RunStatus
 from stepload.record.reader import Recording
 from stepload.results import fields
 from stepload.results.analyse import Evaluation
-from stepload.results.certificate import other_elastic_limit, run_certificate
+from stepload.results.certificate import run_certificate
 from stepload.results.conditions import planned
 from stepload.results.course_tables import (
     ending_table,
@@ -38,12 +38,12 @@ from stepload.results.identified_tables import (
     system_table,
 )
 from stepload.results.levels import TOUCH, Level, hold_table, levels_of
-from stepload.results.model import Card, Document, Mood, Table, Verdict, interval, table
+from stepload.results.model import Document, Mood, Table, Verdict, interval, table
 from stepload.results.provenance import provenance_table
 from stepload.results.reasons import reasons_of
 from stepload.results.run_figures import figures_of, law_figure
 from stepload.results.snippets import SIMULATORS, snippet, spring_of
-from stepload.results.until import levels_to_load, loaded, until_table
+from stepload.results.until import loaded, until_table
 from stepload.units import format_quantity as f
 
 MOOD: dict[ResultVerdict, Mood] = {
@@ -95,7 +95,6 @@ def run_document(run: Evaluation) -> Document:
         doubts=_doubts(run, reasons),
         brief=[] if run.identification is None else brief_lines(run.identification),
         tables=_tables(run, levels, system),
-        cards=_cards(run),
         figures=figures_of(run),
         texts=[*_snippets(run), *_texts(run.recording)],
         simulated=run.dry_run,
@@ -206,46 +205,6 @@ def _system_measured(fit: SystemStiffnessFit) -> Verdict:
         f"System stiffness K_s = {f(fit.stiffness_n_per_m, 'N/m')}"
         f" ± {f(fit.sigma_n_per_m, 'N/m')} (standard uncertainty)",
     )
-
-
-def _cards(run: Evaluation) -> list[Card]:
-    outcome, envelope, found = run.outcome, run.envelope, run.identification
-    procedure, theory = envelope.plan.procedure, envelope.theory
-    limit_n, counted_n = theory.elastic_limit_n, theory.counted.lower_n
-    of_limit = f"{outcome.peak_force_n / counted_n:.0%} of the F_c used, {f(counted_n, 'N')}"
-    if counted_n < limit_n:
-        of_limit += f"; F_c = {f(limit_n, 'N')}"
-    if (used_n := other_elastic_limit(envelope, found)) is not None:
-        of_limit = f"{outcome.peak_force_n / used_n:.0%} of F_c = {f(used_n, 'N')} of this result"
-    cards = [Card("largest measured force", f(outcome.peak_force_n, "N"), of_limit)]
-    if found is not None:
-        cards += _stiffness_cards(found)
-    levels = levels_to_load(procedure, run.recording.events) * procedure.cycles
-    took = f"{outcome.end_s - outcome.start_s:.0f} s"
-    return [
-        *cards,
-        Card("levels done", f"{outcome.levels_done}", f"of {levels}"),
-        Card("duration", took, f"preflight said {envelope.duration_s:.0f} s"),
-    ]
-
-
-def _stiffness_cards(found: Identification) -> list[Card]:
-    evidence = found.evidence
-    if evidence is None:
-        return []
-    cards = [
-        Card(
-            fields.KINDS[each.kind].strip(" *"), f(each.value_n_per_m, "N/m"),
-            f"±{each.half_width:.1%}, {each.verdict.value}",
-        )
-        for each in evidence.quantities.values()
-        if math.isfinite(each.half_width)
-    ]  # fmt: skip
-    if (n := evidence.exponent) is not None:
-        cards.append(
-            Card("exponent n", f"{n.value:.2f}", "95 % {:.2f} … {:.2f}".format(*n.interval))
-        )
-    return cards
 
 
 def _snippets(run: Evaluation) -> list[tuple[str, str]]:

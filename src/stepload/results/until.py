@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from stepload.envelope.until import MARGIN, Need, Until
 from stepload.estimators.judge import ResultVerdict
 from stepload.evidence.identification import Identification
-from stepload.plan.model import Procedure
 from stepload.record.reader import Event
 from stepload.results.model import Field, Table, named, quantity, table
 from stepload.results.press_data import event_number
@@ -103,13 +102,6 @@ def loaded(events: Sequence[Event], found: Identification | None) -> Loaded | No
         met=identified and half is not None and half <= asked,
         looks=looks,
     )
-
-
-def levels_to_load(procedure: Procedure, events: Sequence[Event]) -> int:
-    """Number of levels in every cycle of a run: fewer than planned where fewer sufficed."""
-    told = [event for event in events if event.kind == "until"]
-    ended = any(event.data.get("verdict") == "enough" for event in told)
-    return len(told) if ended else len(procedure.levels_n)
 
 
 def _needed(deformation_m: float) -> str:

@@ -23,15 +23,15 @@ from stepload.evidence.identification import Identification
 from stepload.record.curves import Curve
 from stepload.results.curve import PreparedCurve, deformation_curve, prepare
 from stepload.results.from_file import identify_file, system_results_of_file
-from stepload.results.wishes import Wishes, wishes_of_payload
+from stepload.results.stated import Stated, with_payload
 
 K, N, KS = 6.57e8, 1.5, 3.49e6
 ONLY_A_LOADING = (
     "only a loading: creep, drift, slip and yield cannot be told from elastic deformation"
 )
 SECANT = 300.0 ** (1 - 1 / N) * K ** (1 / N)
-NOTHING = Wishes()
-RIG = Wishes(system_stiffness_n_per_m=KS, system_stiffness_sigma_n_per_m=35e3)
+NOTHING = Stated()
+RIG = Stated(system_stiffness_n_per_m=KS, system_stiffness_sigma_n_per_m=35e3)
 Found = tuple[Identification, str]
 
 
@@ -51,14 +51,14 @@ def travel(force_n: FloatArray, k: float = K, gap_m: float = 30e-6) -> FloatArra
 
 
 @pytest.fixture(scope="module")
-def known() -> dict[tuple[Wishes, bytes], Found]:
+def known() -> dict[tuple[Stated, bytes], Found]:
     """What was identified already: several tests begin with the same columns."""
     return {}
 
 
 @pytest.fixture
-def identified(tmp_path: Path, known: dict[tuple[Wishes, bytes], Found]) -> Callable[..., Found]:
-    def write_and_identify(wishes: Wishes = NOTHING, /, **columns: FloatArray) -> Found:
+def identified(tmp_path: Path, known: dict[tuple[Stated, bytes], Found]) -> Callable[..., Found]:
+    def write_and_identify(wishes: Stated = NOTHING, /, **columns: FloatArray) -> Found:
         path = tmp_path / "curve.csv"
         table = np.column_stack(list(columns.values()))
         np.savetxt(path, table, "%.10g", ",", header=",".join(columns), comments="")
@@ -235,7 +235,7 @@ def test_a_payload_beyond_the_rig_is_not_identified(identified: Callable[..., Fo
 def test_force_above_the_elastic_limit_is_flagged(identified: Callable[..., Found]) -> None:
     force = np.linspace(1.0, 300.0, 100)
     found, _ = identified(
-        Wishes(elastic_limit_n=250.0), displacement_m=(force / K) ** (1 / N), force_n=force
+        Stated(elastic_limit_n=250.0), displacement_m=(force / K) ** (1 / N), force_n=force
     )
     assert all(Flag.ABOVE_ELASTIC_LIMIT in {d.flag for d in f.doubts} for f in found.fits.values())
     assert found.judgement.verdict == "marginal"
@@ -285,7 +285,7 @@ def test_k_max_rests_on_a_resolution_that_the_travel_shows(
         identifiability(found.peak_force_n, 1e-6, KS).k_max_n_per_m, rel=1e-6
     )
     found, notes = identified(
-        Wishes(system_stiffness_n_per_m=KS, position_noise_m=2e-6), position_m=smooth, force_n=noisy
+        Stated(system_stiffness_n_per_m=KS, position_noise_m=2e-6), position_m=smooth, force_n=noisy
     )
     assert "position resolution for K_max (34): 4 µm, twice the stated noise" in notes
 
@@ -515,7 +515,7 @@ def test_numbers_without_noise_have_no_interval(identified: Callable[..., Found]
     assert found.budget is None
     assert np.isnan(found.judgement.k_max_n_per_m)
     assert any("state --force-noise" in reason for reason in found.judgement.reasons)
-    for stated in (Wishes(smooth_error_m=0.5e-6), Wishes(force_noise_n=0.5)):
+    for stated in (Stated(smooth_error_m=0.5e-6), Stated(force_noise_n=0.5)):
         found, _ = identified(stated, **exact)
         assert found.headline is not None
         assert found.headline.half_width < 0.2
@@ -531,7 +531,7 @@ def test_a_stated_error_counts_at_every_force(
     force = np.linspace(1.0, 300.0, 300)
     depth = (force / K) ** (1 / N)
     found, _ = identified(
-        Wishes(
+        Stated(
             smooth_error_m=0.5e-6, force_noise_n=1.5 * scale, position_noise_m=1e-8,
             secant_force_n=300.0 * scale, nonlinearity=0.0,
         ),
@@ -548,7 +548,7 @@ def test_the_secant_is_taken_at_a_force_of_the_curve(top_n: float, at_n: float) 
     force = np.linspace(0.01, 1.0, 300) * top_n
     given = curve(displacement_m=1e-4 * (force / top_n) ** (1 / N), force_n=force)
     assert prepare(given, NOTHING).run.conditions.secant_force_n == pytest.approx(at_n)
-    assert prepare(given, Wishes(secant_force_n=0.5 * top_n)).run.conditions.secant_force_n == (
+    assert prepare(given, Stated(secant_force_n=0.5 * top_n)).run.conditions.secant_force_n == (
         pytest.approx(0.5 * top_n)
     )
 
@@ -558,7 +558,7 @@ def test_the_length_of_the_smooth_error_can_be_stated(identified: Callable[..., 
     widths = []
     for length_n in (10.0, 50.0, 1000.0):
         found, notes = identified(
-            Wishes(smooth_error_m=1e-6, smooth_length_n=length_n),
+            Stated(smooth_error_m=1e-6, smooth_length_n=length_n),
             displacement_m=depth, force_n=force,
         )  # fmt: skip
         assert found.budget is not None
@@ -572,7 +572,7 @@ def test_magnitudes_that_a_payload_cannot_have_are_doubted(
     identified: Callable[..., Found],
 ) -> None:
     payload = Path(__file__).parents[3] / "procedures" / "payloads" / "plastic-sphere.yaml"
-    wishes = wishes_of_payload(payload, Wishes())
+    wishes = with_payload(payload, Stated())
     assert wishes.theory_n == 1.5
     depth, force = indentation()
     depth, force = np.concatenate([depth, depth[::-1]]), np.concatenate([force, force[::-1]])
@@ -605,7 +605,7 @@ def test_millimetres_and_kilonewtons_with_a_stated_rig_are_doubted(
 
 def test_a_system_that_takes_all_of_the_travel_is_told(identified: Callable[..., Found]) -> None:
     force = course()
-    wishes = Wishes(system_stiffness_n_per_m=0.3 * KS)
+    wishes = Stated(system_stiffness_n_per_m=0.3 * KS)
     with pytest.raises(BadInputError, match=r"of 142 µm of travel at 300 N it takes 287 µm"):
         identified(
             wishes, time_s=np.arange(force.size) / 100, position_m=travel(force), force_n=force
@@ -652,13 +652,13 @@ def test_a_secant_needs_a_zero_of_force_that_somebody_saw(
         "displacement_m": depth + rng.normal(0, 5e-8, depth.size),
         "force_n": loaded - preload + rng.normal(0, 0.1, depth.size),
     }
-    found, _ = identified(Wishes(smooth_error_m=2e-7), **columns)
+    found, _ = identified(Stated(smooth_error_m=2e-7), **columns)
     assert found.headline is not None
     assert found.headline.verdict == "identified"
     secant = found.quantities["secant_from_touch"]
     assert (secant.verdict == "identified") is (lead_in > 0)
     assert any("no free air" in why for why in secant.why) is (lead_in == 0)
-    vouched, _ = identified(Wishes(smooth_error_m=2e-7, tared=True), **columns)
+    vouched, _ = identified(Stated(smooth_error_m=2e-7, tared=True), **columns)
     why = vouched.quantities["secant_from_touch"].why
     assert not any("no free air" in each for each in why)
 
@@ -667,7 +667,7 @@ def test_a_force_that_goes_far_below_zero_has_no_zero(identified: Callable[..., 
     up = np.linspace(0.0, 300.0, 400)
     depth = (np.concatenate([up, up[::-1]]) / K) ** (1 / N)
     force = np.concatenate([up, up[::-1]]) - 50.0
-    found, _ = identified(Wishes(smooth_error_m=2e-7), displacement_m=depth, force_n=force)
+    found, _ = identified(Stated(smooth_error_m=2e-7), displacement_m=depth, force_n=force)
     assert found.headline is not None
     assert found.headline.verdict == "marginal"
     assert any("is not that of free air" in why for why in found.headline.why)

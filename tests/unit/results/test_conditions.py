@@ -21,7 +21,7 @@ from stepload.results.conditions import (
     planned,
     to_bytes,
 )
-from stepload.results.wishes import Wishes
+from stepload.results.stated import Stated
 
 
 def warm_plan() -> Plan:
@@ -100,9 +100,9 @@ def test_a_run_that_measures_the_system_takes_nothing_of_it_out() -> None:
 
 def test_a_stiffness_stated_by_hand_holds_for_the_friction_of_the_contact() -> None:
     conditions = planned(envelope_of(as_arm(**ACROSS)))
-    stated = Wishes(system_stiffness_n_per_m=3e6).applied(conditions).across
+    stated = Stated(system_stiffness_n_per_m=3e6).applied(conditions).across
     assert stated == Across(at_share=(0.0, 0.0), stated=True)
-    assert Wishes(secant_force_n=100.0).applied(conditions).across == conditions.across
+    assert Stated(secant_force_n=100.0).applied(conditions).across == conditions.across
 
 
 ASKEW = ("misalignment_rad", "yields_m_per_n", "gauge_offset_m", "lever_m")
