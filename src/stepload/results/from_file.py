@@ -23,7 +23,7 @@ from stepload.results.analyse import (
 )
 from stepload.results.curve import prepare
 from stepload.results.curve_zero import zero
-from stepload.results.extras import Extras, dissipation_of, extras_of
+from stepload.results.hysteresis import Hysteresis, dissipation_of, hysteresis_of
 from stepload.results.model import finite
 from stepload.results.saved import SavedRun, saved_run
 from stepload.results.snippets import Kind, Spring, spring_of
@@ -44,7 +44,7 @@ class FromFile(NamedTuple):
     found: Identification
     notes: tuple[str, ...]
     run_in: RunIn | None = None
-    extras: Extras | None = None
+    hysteresis: Hysteresis | None = None
     simulated: bool = False
     peak_force_n: float | None = None
 
@@ -77,8 +77,8 @@ def results_of_file(path: Path, wishes: Stated) -> FromFile:
             run_in = cycles_of_run(run.data, found, run.events, touched_before=before)
         except BadInputError as error:
             run_in, notes = None, (*notes, error.message)
-        extras = extras_of(run.data, found)
-        return FromFile(found, notes, run_in, extras, run.simulated, finite(run.peak_force_n))
+        hysteresis = hysteresis_of(run.data, found)
+        return FromFile(found, notes, run_in, hysteresis, run.simulated, finite(run.peak_force_n))
 
 
 def _identify_record(run: SavedRun, wishes: Stated) -> tuple[Identification, tuple[str, ...]]:
@@ -154,5 +154,5 @@ def spring_of_file(path: Path, *, at_n: float | None, kind: Kind) -> Spring:
     with untrusted(path):
         run = saved_run(path)
         found = identify_payload(run.data, run.conditions)
-        d = dissipation_of(extras_of(run.data, found))
+        d = dissipation_of(hysteresis_of(run.data, found))
     return spring_of(found, at_n=at_n, kind=kind, dissipation_s_per_m=d, simulated=run.simulated)

@@ -28,8 +28,8 @@ from stepload.results.course_tables import (
     rig_table,
 )
 from stepload.results.equations import equation_table
-from stepload.results.extras import dissipation_of, extras_tables
 from stepload.results.from_file import FromFile
+from stepload.results.hysteresis import dissipation_of, hysteresis_tables
 from stepload.results.identified_tables import (
     HEADLINE_BUDGET,
     brief_lines,
@@ -58,8 +58,8 @@ def identification_document(told: FromFile) -> Document:
     tables = identification_tables(told.found)
     if told.run_in is not None:
         tables.append(run_in_table(told.run_in))
-    if told.extras is not None:
-        tables += extras_tables(told.extras)
+    if told.hysteresis is not None:
+        tables += hysteresis_tables(told.hysteresis)
     return Document(
         title="Identification",
         verdict=_identified(told.found),
@@ -150,8 +150,8 @@ def _tables(run: Evaluation, holds: Sequence[Level], system: Table | None) -> li
         tables.append(system)
     if run.run_in is not None:
         tables.append(run_in_table(run.run_in))
-    if run.extras is not None:
-        tables += extras_tables(run.extras)
+    if run.hysteresis is not None:
+        tables += hysteresis_tables(run.hysteresis)
     return [
         *tables,
         table("Safing", fields.SAFING, run.outcome.safing, page_only=True),
@@ -211,7 +211,7 @@ def _snippets(run: Evaluation) -> list[tuple[str, str]]:
     """(name, content) for every simulator, at half of the highest force; none without a law."""
     if run.identification is None:
         return []
-    d = dissipation_of(run.extras)
+    d = dissipation_of(run.hysteresis)
     try:
         spring = spring_of(run.identification, dissipation_s_per_m=d, simulated=run.dry_run)
     except BadInputError:

@@ -33,7 +33,6 @@ from stepload.errors import BadInputError, DomainError
 from stepload.estimators.judge import ResultVerdict
 from stepload.evidence.answer import weigh
 from stepload.evidence.identification import Identification
-from stepload.evidence.quantity import Quantity
 from stepload.results.model import SIMULATED
 from stepload.units import format_quantity as f
 
@@ -89,14 +88,7 @@ def spring_of(
     dissipation_s_per_m: float | None = None,
     simulated: bool = False,
 ) -> Spring:
-    """Linearise an identified law.
-
-    Args:
-        found: the identification.
-        at_n: operating force; half of the highest force of the record if None.
-        kind: tangent or chord.
-        dissipation_s_per_m: of Hunt and Crossley, where it was determined.
-        simulated: whether a simulated rig is behind the identification.
+    """An identified law, linearised; at half of the highest force where `at_n` is None.
 
     Raises:
         BadInputError: the force is not within the data, or they support no stiffness there.
@@ -110,58 +102,34 @@ def spring_of(
             hint="give a force above 0 N and within the record, or press higher",
         )
     from_n = CHORD_FROM * at_n if kind == "chord" else at_n
-    read = _read(found, kind, from_n, at_n)
-    low, high = read.interval_n_per_m
-    interval = (low, high) if found.budgets and math.isfinite(high) else None
-    return Spring(
-        kind=kind,
-        at_n=at_n,
-        from_n=from_n,
-        stiffness_n_per_m=read.value_n_per_m,
-        interval_n_per_m=interval,
-        peak_force_n=peak_n,
-        dissipation_s_per_m=dissipation_s_per_m,
-        verdict=read.verdict,
-        warnings=_warnings(read, at_n, peak_n, interval),
-        simulated=simulated,
-    )
-
-
-def _read(found: Identification, kind: Kind, from_n: float, at_n: float) -> Quantity:
-    """The stiffness at the requested forces, computed anew from the data.
-
-    Raises:
-        BadInputError: the data support none there.
-    """
     run = replace(found.run, conditions=replace(found.run.conditions, secant_force_n=at_n))
+    if kind == "chord":
+        run = replace(found.run, between_n=(from_n, at_n))
     try:
-        if kind == "chord":
-            run = replace(found.run, between_n=(from_n, at_n))
         read = weigh(run).quantities.get(kind)
     except DomainError as error:
         raise BadInputError(error.message, hint=error.hint) from None
     if read is None or not math.isfinite(read.value_n_per_m):
         raise BadInputError(f"the data leave the {kind} at {f(at_n, 'N')} open")
-    return read
-
-
-def _warnings(
-    read: Quantity, at_n: float, peak_n: float, interval: tuple[float, float] | None
-) -> tuple[str, ...]:
-    said = []
+    interval = read.interval_n_per_m
+    known = bool(found.budgets) and math.isfinite(interval[1])
+    warnings = []
     if read.verdict is not ResultVerdict.IDENTIFIED:
-        said.append(
+        warnings.append(
             f"the result is {read.verdict.value.upper()}, not identified: do not rely on this "
             f"number. {'; '.join(read.why)}"
         )
-    if interval is None:
-        said.append("there is no interval: the uncertainty of this number is not known")
+    if not known:
+        warnings.append("there is no interval: the uncertainty of this number is not known")
     if at_n < WELL_ABOVE_ZERO * peak_n:
-        said.append(
+        warnings.append(
             f"{f(at_n, 'N')} is less than {WELL_ABOVE_ZERO:.0%} of the {f(peak_n, 'N')} that were "
             "pressed: the zero decides there, not the data"
         )
-    return tuple(said)
+    return Spring(
+        kind, at_n, from_n, read.value_n_per_m, interval if known else None, peak_n,
+        dissipation_s_per_m, read.verdict, tuple(warnings), simulated,
+    )  # fmt: skip
 
 
 def snippet(spring: Spring, simulator: Simulator, *, mass_kg: float | None = None) -> str:
@@ -234,20 +202,16 @@ def _mujoco(spring: Spring, mass_kg: float | None) -> str:
         "Name your own geoms; with direct solref on geoms instead of a pair, MuJoCo takes the "
         "element-wise minimum of the two.",
     ]
-    return "\n".join(
-        [
-            *_comment(lines),
-            "<mujoco>",
-            f'  <option cone="elliptic" impratio="{FRICTION_RATIO}"/>',
-            "  <contact>",
-            '    <pair geom1="payload" geom2="plate" condim="3"',
-            f'          solref="{-stiffness:.6g} {0.0 - damping:.6g}" solreffriction="0.02 1"',
-            f'          solimp="{IMPEDANCE:g} {IMPEDANCE:g} 0.001 0.5 2"/>',
-            "  </contact>",
-            "</mujoco>",
-            "",
-        ]
-    )
+    return f"""{_comment(lines)}
+<mujoco>
+  <option cone="elliptic" impratio="{FRICTION_RATIO}"/>
+  <contact>
+    <pair geom1="payload" geom2="plate" condim="3"
+          solref="{-stiffness:.6g} {0.0 - damping:.6g}" solreffriction="0.02 1"
+          solimp="{IMPEDANCE:g} {IMPEDANCE:g} 0.001 0.5 2"/>
+  </contact>
+</mujoco>
+"""
 
 
 def _drake_lines(spring: Spring) -> list[str]:
@@ -265,39 +229,29 @@ def _drake_lines(spring: Spring) -> list[str]:
 
 
 def _drake(spring: Spring) -> str:
-    stiffness = f"{2.0 * spring.stiffness_n_per_m:.6g}"
+    stiffness, d = f"{2.0 * spring.stiffness_n_per_m:.6g}", spring.dissipation_s_per_m
     tags = [f"  <drake:point_contact_stiffness>{stiffness}</drake:point_contact_stiffness>"]
-    if spring.dissipation_s_per_m is not None:
-        d = f"{spring.dissipation_s_per_m:.6g}"
-        tags.append(f"  <drake:hunt_crossley_dissipation>{d}</drake:hunt_crossley_dissipation>")
-    return "\n".join(
-        [
-            *_comment(["Goes into <collision> of either body.", *_drake_lines(spring)]),
-            '<drake:proximity_properties xmlns:drake="http://drake.mit.edu">',
-            *tags,
-            "</drake:proximity_properties>",
-            "",
-        ]
-    )
+    if d is not None:
+        tags.append(f"  <drake:hunt_crossley_dissipation>{d:.6g}</drake:hunt_crossley_dissipation>")
+    comment = _comment(["Goes into <collision> of either body.", *_drake_lines(spring)])
+    head = '<drake:proximity_properties xmlns:drake="http://drake.mit.edu">'
+    return "\n".join([comment, head, *tags, "</drake:proximity_properties>", ""])
 
 
 def _drake_python(spring: Spring) -> str:
-    given = [f"point_stiffness={2.0 * spring.stiffness_n_per_m:.6g}"]
+    given = f"point_stiffness={2.0 * spring.stiffness_n_per_m:.6g}"
     if spring.dissipation_s_per_m is not None:
-        given.append(f"dissipation={spring.dissipation_s_per_m:.6g}")
-    return "\n".join(
-        [
-            *(f"# {part}" for line in _drake_lines(spring) for part in line.splitlines()),
-            "from pydrake.geometry import AddContactMaterial, ProximityProperties",
-            "",
-            "properties = ProximityProperties()",
-            f"AddContactMaterial(properties=properties, {', '.join(given)})",
-            "",
-        ]
-    )
+        given += f", dissipation={spring.dissipation_s_per_m:.6g}"
+    comment = "\n".join(f"# {part}" for line in _drake_lines(spring) for part in line.splitlines())
+    return f"""{comment}
+from pydrake.geometry import AddContactMaterial, ProximityProperties
+
+properties = ProximityProperties()
+AddContactMaterial(properties=properties, {given})
+"""
 
 
-def _comment(lines: list[str]) -> list[str]:
+def _comment(lines: list[str]) -> str:
     """An XML comment; double hyphens, which would end it, are replaced."""
     safe = [line.replace("--", "−−").rstrip("-") for line in lines]
-    return ["<!--", *(f"  {line}" for line in safe), "-->"]
+    return "\n".join(["<!--", *(f"  {line}" for line in safe), "-->"])

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from itertools import pairwise
 from typing import Any, TypeVar
 
@@ -19,9 +19,9 @@ from stepload.contact.materials import Geometry, Sphere
 from stepload.errors import DomainError
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.hunt_crossley import HuntCrossley, hunt_crossley
-from stepload.estimators.loss import CycleLoss, Loss, loss
+from stepload.estimators.loss import Loss, loss
 from stepload.estimators.missing import Missing
-from stepload.estimators.relaxation import HoldChange, HoldSamples, Relaxation, relaxation
+from stepload.estimators.relaxation import HoldSamples, Relaxation, relaxation
 from stepload.estimators.unloading import OPINION, Unloading, unloading
 from stepload.evidence.identification import Identification
 from stepload.record.rows import Phase
@@ -33,15 +33,9 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
-class Extras:
-    """Further results of a run; `Missing` where there is none.
-
-    Attributes:
-        relaxation: creep compliance from the holds.
-        unloading: one of every cycle with a way down; the reason of the first cycle if none has.
-        loss: loops of the cycles.
-        hunt_crossley: damping.
-    """
+class Hysteresis:
+    """Creep compliance from the holds, unloading of every cycle that has one (or the reason of the
+    first), loops of the cycles, damping; `Missing` where there is none."""
 
     relaxation: Relaxation | Missing
     unloading: tuple[Unloading, ...] | Missing
@@ -49,8 +43,10 @@ class Extras:
     hunt_crossley: HuntCrossley | Missing
 
 
-def extras_of(data: PressData, found: Identification, geometry: Geometry | None = None) -> Extras:
-    """Compute all further results of a run.
+def hysteresis_of(
+    data: PressData, found: Identification, geometry: Geometry | None = None
+) -> Hysteresis:
+    """Compute all of them.
 
     Args:
         data: of the run.
@@ -58,21 +54,21 @@ def extras_of(data: PressData, found: Identification, geometry: Geometry | None 
         geometry: of the payload where it is known; a sphere on a flat plate gives a modulus.
     """
     deformation_m = data.travel_m - found.conditions.bend(data.force_n)
-    return Extras(
-        relaxation=_told(lambda: _relaxation(data, deformation_m, found)),
-        unloading=_told(lambda: _unloadings(data, deformation_m, found, geometry)),
-        loss=_told(lambda: _loss(data, deformation_m, found)),
-        hunt_crossley=_told(lambda: _damping(data, deformation_m, found)),
+    return Hysteresis(
+        _or_missing(lambda: _relaxation(data, deformation_m, found)),
+        _or_missing(lambda: _unloadings(data, deformation_m, found, geometry)),
+        _or_missing(lambda: _loss(data, deformation_m, found)),
+        _or_missing(lambda: _damping(data, deformation_m, found)),
     )
 
 
-def dissipation_of(extras: Extras | None) -> float | None:
+def dissipation_of(found: Hysteresis | None) -> float | None:
     """d of Hunt and Crossley in s/m; None where it was not determined."""
-    damping = extras.hunt_crossley if extras is not None else None
+    damping = found.hunt_crossley if found is not None else None
     return damping.dissipation_s_per_m if isinstance(damping, HuntCrossley) else None
 
 
-def _told(compute: Callable[[], T | Missing]) -> T | Missing:
+def _or_missing(compute: Callable[[], T | Missing]) -> T | Missing:
     """The result of `compute`; a numerical error becomes a `Missing` with the reason."""
     try:
         return compute()
@@ -122,21 +118,19 @@ def _unloadings(
     zero_sigma_m = (
         sum(line.zero_m**2 for line in found.budget.lines) ** 0.5 if found.budget else 0.0
     )
-    made: list[Unloading] = []
-    missing: list[Missing] = []
+    every = []
     for cycle in cycles:
         mask = data.branch(UNLOADING, cycle)
-        one = unloading(
-            deformation_m[mask], data.force_n[mask], sources, cycle=cycle,
-            # Depth is counted from the zero of the first loading: later touches begin a new one.
-            radius_m=radius_m if cycle == cycles[0] and found.budget else None,
-            zero_m=fit.zero_m, zero_sigma_m=zero_sigma_m,
+        every.append(
+            unloading(
+                deformation_m[mask], data.force_n[mask], sources, cycle=cycle,
+                # Depth counts from the zero of the first loading; later touches begin a new one.
+                radius_m=radius_m if cycle == cycles[0] and found.budget else None,
+                zero_m=fit.zero_m, zero_sigma_m=zero_sigma_m,
+            )
         )  # fmt: skip
-        if isinstance(one, Missing):
-            missing.append(one)
-        else:
-            made.append(one)
-    return tuple(made) if made else missing[0]
+    made = tuple(each for each in every if isinstance(each, Unloading))
+    return made or next(each for each in every if isinstance(each, Missing))
 
 
 def _loss(data: PressData, deformation_m: FloatArray, found: Identification) -> Loss | Missing:
@@ -162,35 +156,16 @@ def _damping(
     )  # fmt: skip
 
 
-def extras_data(extras: Extras) -> dict[str, Any]:
+def hysteresis_data(found: Hysteresis) -> dict[str, Any]:
     """The object for programs: null where there is no result; `missing` says why."""
-    made: dict[str, Any] = {"missing": {}}
-    for name in ("relaxation", "unloading", "loss", "hunt_crossley"):
-        found = getattr(extras, name)
-        if isinstance(found, Missing):
-            made[name] = None
-            made["missing"][name] = found.why
-        elif isinstance(found, tuple):
-            made[name] = [asdict(each) for each in found]
-        else:
-            made[name] = asdict(found)
-    if isinstance(extras.hunt_crossley, HuntCrossley):
-        made["hunt_crossley"]["alpha_s_per_m"] = extras.hunt_crossley.alpha_s_per_m
+    parts = {each.name: getattr(found, each.name) for each in fields(found)}
+    missing = {name: each.why for name, each in parts.items() if isinstance(each, Missing)}
+    made = parts | dict.fromkeys(missing) | {"missing": missing}
+    if isinstance(damping := found.hunt_crossley, HuntCrossley):
+        made["hunt_crossley"] = asdict(damping) | {"alpha_s_per_m": damping.alpha_s_per_m}
     return made
 
 
-_HOLD: tuple[Field[HoldChange], ...] = (
-    named("force_n", "force", quantity("N")),
-    Field(lambda hold: "up" if hold.loading else "down", label="way"),
-    named("lasted_s", "over", quantity("s")),
-    named("force_change_n", "ΔF", lambda value: f"{value:+.3g} N"),
-    Field(
-        lambda hold: f"{hold.deformation_change_m * 1e6:+.3g} ± {hold.sigma_m * 1e6:.2g} µm",
-        label="Δδ at constant force",
-    ),
-    named("relative", "of δ", lambda value: f"{value:+.2%}"),
-    named("resolved", "resolved", lambda value: "yes" if value else "no"),
-)
 _UNLOADING: tuple[Field[Unloading], ...] = (
     named("cycle", "cycle"),
     named("top_force_n", "from", quantity("N")),
@@ -203,32 +178,21 @@ _UNLOADING: tuple[Field[Unloading], ...] = (
         "", "E_r, sphere", quantity("Pa"),
     ),
 )  # fmt: skip
-_LOSS: tuple[Field[CycleLoss], ...] = (
-    named("cycle", "cycle"),
-    Field(lambda row: f"{row.energy_j * 1e3:.3g} ± {row.sigma_j * 1e3:.2g} mJ", label="lost"),
-    Field(lambda row: f"{row.stored_j * 1e3:.3g} mJ", label="stored"),
-    Field(lambda row: f"{row.share:.1%} ± {row.share_sigma:.1%}", label="of stored"),
-    named("resolved", "resolved", lambda value: "yes" if value else "no"),
-)
 
 
-def extras_tables(extras: Extras) -> list[Table]:
-    """Tables for people: one of all results, and the figures behind each."""
+def hysteresis_tables(found: Hysteresis) -> list[Table]:
+    """Tables for people: one of all results, and one of the unloading branches."""
     rows = [
-        _row("relaxation in the holds", extras.relaxation, _relaxed),
-        _row("unloading stiffness", extras.unloading, _unloaded),
-        _row("loss per cycle", extras.loss, _lost),
-        _row("Hunt–Crossley damping", extras.hunt_crossley, _damped),
+        _row("relaxation in the holds", found.relaxation, _relaxed),
+        _row("unloading stiffness", found.unloading, _unloaded),
+        _row("loss per cycle", found.loss, _lost),
+        _row("Hunt–Crossley damping", found.hunt_crossley, _damped),
     ]
     tables = [Table("Beside the law", ("result", "value", "what it is worth"), rows)]
-    if isinstance(extras.relaxation, Relaxation):
-        tables.append(table("Holds", _HOLD, extras.relaxation.holds, page_only=True))
-    if not isinstance(extras.unloading, Missing):
+    if not isinstance(found.unloading, Missing):
         tables.append(
-            table("Unloading branch", _UNLOADING, extras.unloading, [OPINION], page_only=True)
+            table("Unloading branch", _UNLOADING, found.unloading, [OPINION], page_only=True)
         )
-    if isinstance(extras.loss, Loss):
-        tables.append(table("Loss per cycle", _LOSS, extras.loss.cycles, page_only=True))
     return tables
 
 
