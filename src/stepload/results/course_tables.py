@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from stepload.envelope.envelope import Envelope
     from stepload.evidence.quantity import Quantity
     from stepload.record.outcome import RunOutcome
-    from stepload.record.reader import Recording
     from stepload.results.analyse import Evaluation
     from stepload.results.press_data import PressData
 
@@ -153,13 +152,3 @@ def ending_table(outcome: RunOutcome) -> Table:
         rows.append(("signal", f"{outcome.signal_number}"))
     rows += [("error on the way", error) for error in outcome.errors]
     return Table("How it ended", ("what", "which"), rows, page_only=True)
-
-
-def rig_table(recording: Recording) -> Table:
-    """The record's metadata of the run, unchanged."""
-    rows = [
-        (key, value)
-        for key, value in sorted(recording.metadata.items())
-        if value and not key.startswith(("sha256", "clock_offset"))
-    ]
-    return Table("Run", ("what", "value"), rows, page_only=True)

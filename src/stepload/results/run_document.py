@@ -25,7 +25,6 @@ from stepload.results.course_tables import (
     health_tables,
     predicted_table,
     preflight_table,
-    rig_table,
 )
 from stepload.results.equations import equation_table
 from stepload.results.from_file import FromFile
@@ -158,7 +157,6 @@ def _tables(run: Evaluation, holds: Sequence[Level], system: Table | None) -> li
         force_budget_table(run.envelope, page_only=True),
         preflight_table(run.envelope),
         hazards_table(run.envelope),
-        rig_table(run.recording),
     ]
 
 
