@@ -1,4 +1,4 @@
-"""What was identified, as tables: fits, evidence, budget, system stiffness, cycles."""
+"""What was identified, as tables: evidence, fits, system stiffness, cycles."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def _doubts(rows: Sequence[fields.NamedFit]) -> list[str]:
 
 
 def identification_tables(found: Identification) -> list[Table]:
-    """Fits, evidence and budget of an identification."""
+    """Evidence and fits of an identification."""
     rows, others = fields.fits_of(found), fields.fits_of(found, reported=False)
     why = [f"best of the fits is {found.believe}: {line}" for line in found.why]
     if found.evidence is not None:
@@ -49,13 +49,6 @@ def identification_tables(found: Identification) -> list[Table]:
     if others:
         title = "Fits of the other estimators"
         tables.append(table(title, fields.FIT, others, _doubts(others), page_only=True))
-    if (stated := found.budget) is not None:
-        note = (
-            f"All together: u(n) = {stated.sigma_n:.4f}, u(secant)/secant = "
-            f"{stated.sigma_secant_relative:.2%}; intervals are {NORMAL_95:.2f} u."
-        )
-        title = f"Uncertainty budget of {found.believe}"
-        tables.append(table(title, fields.BUDGET_LINE, stated.lines, [note], page_only=True))
     return tables
 
 

@@ -246,15 +246,3 @@ def touch_repeatability(touches: Sequence[TouchPoint], resolution_m: float) -> s
     if math.isfinite(resolution_m):
         told.append(f"resolution of the position {format_quantity(resolution_m, 'm', 2)}")
     return f"Touch repeatability: {'; '.join(told)}."
-
-
-TOUCH: tuple[Field[TouchPoint], ...] = (
-    named("purpose", "touch"),
-    named("cycle", "cycle"),
-    Field(lambda touch: touch.force_n, label="force", show=quantity("N")),
-    Field(
-        lambda touch: finite(touch.travel_m),
-        label="from the zero of the run [µm]",
-        show=micrometres,
-    ),
-)

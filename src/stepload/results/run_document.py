@@ -7,7 +7,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from stepload.errors import BadInputError
 from stepload.estimators.conditions import BRANCHES
 from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.system import SystemStiffnessFit
@@ -28,7 +27,7 @@ from stepload.results.course_tables import (
 )
 from stepload.results.equations import equation_table
 from stepload.results.from_file import FromFile
-from stepload.results.hysteresis import dissipation_of, hysteresis_tables
+from stepload.results.hysteresis import hysteresis_tables
 from stepload.results.identified_tables import (
     HEADLINE_BUDGET,
     brief_lines,
@@ -36,12 +35,11 @@ from stepload.results.identified_tables import (
     run_in_table,
     system_table,
 )
-from stepload.results.levels import TOUCH, Level, hold_table, levels_of
+from stepload.results.levels import Level, hold_table, levels_of
 from stepload.results.model import Document, Mood, Table, Verdict, interval, table
 from stepload.results.provenance import provenance_table
 from stepload.results.reasons import reasons_of
 from stepload.results.run_figures import figures_of, law_figure
-from stepload.results.snippets import SIMULATORS, snippet, spring_of
 from stepload.results.until import loaded, until_table
 from stepload.units import format_quantity as f
 
@@ -95,7 +93,7 @@ def run_document(run: Evaluation) -> Document:
         brief=[] if run.identification is None else brief_lines(run.identification),
         tables=_tables(run, levels, system),
         figures=figures_of(run),
-        texts=[*_snippets(run), *_texts(run.recording)],
+        texts=_texts(run.recording),
         simulated=run.dry_run,
         certificate=run_certificate(run, levels, _doubts(run, reasons), law_figure(run), system),
     )
@@ -142,8 +140,6 @@ def _tables(run: Evaluation, holds: Sequence[Level], system: Table | None) -> li
     if (until := loaded(run.recording.events, found)) is not None:
         tables.append(until_table(until))
     tables += [provenance_table(metadata), hold_table(holds, way)]
-    if run.data is not None:
-        tables.append(table("Touches", TOUCH, run.data.touches, page_only=True))
     tables += [each for each in known if each.title != HEADLINE_BUDGET]
     if system is not None:
         tables.append(system)
@@ -203,18 +199,6 @@ def _system_measured(fit: SystemStiffnessFit) -> Verdict:
         f"System stiffness K_s = {f(fit.stiffness_n_per_m, 'N/m')}"
         f" ± {f(fit.sigma_n_per_m, 'N/m')} (standard uncertainty)",
     )
-
-
-def _snippets(run: Evaluation) -> list[tuple[str, str]]:
-    """(name, content) for every simulator, at half of the highest force; none without a law."""
-    if run.identification is None:
-        return []
-    d = dissipation_of(run.hysteresis)
-    try:
-        spring = spring_of(run.identification, dissipation_s_per_m=d, simulated=run.dry_run)
-    except BadInputError:
-        return []
-    return [(f"contact parameters: {name}", snippet(spring, name)) for name in SIMULATORS]
 
 
 def _texts(recording: Recording) -> list[tuple[str, str]]:

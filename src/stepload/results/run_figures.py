@@ -24,8 +24,6 @@ from stepload.results.press_data import LOADING, UNLOADING
 from stepload.results.quality import quality_figure
 from stepload.units import format_quantity as f
 
-LARGEST_EXPONENT = 700.0
-
 
 def _law(fit: Fit) -> Callable[[FloatArray], FloatArray]:
     def law(deformation_m: FloatArray) -> FloatArray:
@@ -133,7 +131,7 @@ def figures_of(run: Evaluation) -> list[Figure]:
 
 
 def _fit_figures(run: Evaluation) -> list[Figure]:
-    """Residuals of the fits, and the joint region of their parameters."""
+    """Residuals of the fits, and the lateral force."""
     made, found = [], run.identification
     if (system := run.system) is not None:
         made.append(
@@ -163,17 +161,4 @@ def _fit_figures(run: Evaluation) -> list[Figure]:
     )  # fmt: skip
     if not isinstance(contact := found.run.askew.quality, Missing):
         made.append(quality_figure(contact))
-    if (stated := found.budget) is not None:
-        ln_k, n = stated.ellipse.outline()
-        points = [(name, found.fits[name].k, found.fits[name].n) for name in laws]
-        if np.abs(ln_k).max() > LARGEST_EXPONENT:  # says nothing about K any more
-            return made
-        made.append(
-            Figure(
-                "ellipse", "What K and n can be together",
-                "K and n are strongly correlated: quote the secant, which is far better known.",
-                "joint confidence region of K and n",
-                partial(figures.ellipse, np.exp(ln_k), n, points),
-            )
-        )  # fmt: skip
     return made

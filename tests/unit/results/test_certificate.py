@@ -131,7 +131,7 @@ def test_what_is_behind_the_sheet(healthy: Document) -> None:
     titles = [each.title for each in healthy.tables if each.rows]
     first = [
         "What the headline's interval is made of", "Preflight predicted, run measured",
-        "Timing health", "How it ended", TITLE, "Every hold", "Touches",
+        "Timing health", "How it ended", TITLE, "Every hold",
     ]  # fmt: skip
     assert titles[: len(first)] == first
     predicted = rows_of(healthy, "Preflight predicted, run measured")
