@@ -68,10 +68,12 @@ def from_attachments(attachments: Mapping[str, bytes]) -> Conditions:
 
 
 def _read(kind: type[T], data: Any) -> T:
-    """A dataclass from its JSON object, which must have its keys and no other."""
+    """A dataclass from its JSON object, which must have all its keys: no default is safe."""
     hints = get_type_hints(kind)
-    if not isinstance(data, dict) or data.keys() != hints.keys():
-        raise ValueError(f"it has not the keys of {kind.__name__}")
+    if not isinstance(data, dict):
+        raise ValueError(f"{kind.__name__} is {data!r}")
+    if missing := hints.keys() - data.keys():
+        raise ValueError(f"it lacks {', '.join(sorted(missing))}; another version has written it")
     return kind(**{name: _value(name, hints[name], data[name]) for name in hints})
 
 

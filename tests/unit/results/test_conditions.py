@@ -112,7 +112,7 @@ ASKEW = ("misalignment_rad", "yields_m_per_n", "gauge_offset_m", "lever_m")
     ("key", "value"),
     [
         ("per_newton_m", [1e-8]), ("at_share", [0.1, None]), ("sigma_m_per_n", [-1e-9, 1e-9]),
-        ("correlation", 1.5), ("reach", -0.1), ("reach", float("nan")), ("unknown", 1.0),
+        ("correlation", 1.5), ("reach", -0.1), ("reach", float("nan")),
     ],
 )  # fmt: skip
 def test_impossible_numbers_across_are_a_damaged_record(key: str, value: object) -> None:
