@@ -148,11 +148,8 @@ def spring_of_file(path: Path, *, at_n: float | None, kind: Kind) -> Spring:
     Raises:
         BadInputError: the file is invalid, or has no result at that force.
     """
-    if not is_record(path):
-        found, _ = identify_file(path, Stated())
-        return spring_of(found, at_n=at_n, kind=kind)
-    with untrusted(path):
-        run = saved_run(path)
-        found = identify_payload(run.data, run.conditions)
-        d = dissipation_of(hysteresis_of(run.data, found))
-    return spring_of(found, at_n=at_n, kind=kind, dissipation_s_per_m=d, simulated=run.simulated)
+    told = results_of_file(path, Stated())
+    d = dissipation_of(told.hysteresis)
+    return spring_of(
+        told.found, at_n=at_n, kind=kind, dissipation_s_per_m=d, simulated=told.simulated
+    )

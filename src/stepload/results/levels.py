@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -102,11 +103,10 @@ def micrometres(value_m: float) -> str:
     return text if text.strip("+-0.") else "0.00"
 
 
-@dataclass(frozen=True, slots=True)
-class LevelRow:
-    """A level of the first loading; `again_m` is its change of deformation in the last loading.
+class LevelRow(NamedTuple):
+    """A level of the first loading, and its change of deformation in the last loading.
 
-    `again_m` is corrected to the force of the first loading by the slope between the levels; None
+    The change is corrected to the force of the first loading by the slope between the levels; None
     where the level was not loaded again.
     """
 
@@ -114,32 +114,20 @@ class LevelRow:
     again_m: float | None
 
 
-def first_loading(levels: Sequence[Level]) -> list[Level]:
-    """The levels of the first cycle on the way up, in their order."""
-    up = [each for each in levels if each.loading and each.samples]
-    return [each for each in up if each.cycle == up[0].cycle]
-
-
 def level_rows(levels: Sequence[Level]) -> list[LevelRow]:
-    """The levels of the first loading, each with its change in the last loading."""
-    first = first_loading(levels)
-    if len(first) < 2:
-        return [LevelRow(each, None) for each in first]
+    """The levels of the first loading in their order, each with its change in the last loading."""
+    up = [each for each in levels if each.loading and each.samples]
+    first = [each for each in up if each.cycle == up[0].cycle]
     force = np.array([each.force_n for each in first])
     deformation = np.array([each.deformation_m for each in first])
-    rising = bool(np.all(np.diff(force) > 0.0))
-    slope = np.gradient(deformation, force) if rising else np.zeros_like(force)
-    last = max(each.cycle for each in levels if each.loading and each.samples)
-    later = {
-        each.step: each
-        for each in levels
-        if each.loading and each.samples and each.cycle == last and last > first[0].cycle
-    }
+    if len(first) < 2 or up[-1].cycle == up[0].cycle or not np.all(np.diff(force) > 0.0):
+        return [LevelRow(each, None) for each in first]
+    later = {each.step: each for each in up if each.cycle == up[-1].cycle}
     rows = []
-    for each, per_n in zip(first, slope, strict=True):
-        other, again = later.get(each.step), None
-        if other is not None and rising:
-            back_m = float(per_n) * (other.force_n - each.force_n)
+    for each, per_n in zip(first, np.gradient(deformation, force).tolist(), strict=True):
+        again = None
+        if (other := later.get(each.step)) is not None:
+            back_m = per_n * (other.force_n - each.force_n)
             again = other.deformation_m - back_m - each.deformation_m
         rows.append(LevelRow(each, again))
     return rows

@@ -1,26 +1,18 @@
 """The identified law as contact parameters of a simulator: MuJoCo (MJCF), Drake (SDFormat, Python).
 
-Both simulators know a *linear* spring at a contact point, so the law is linearised about a stated
-force: the tangent dF/dδ there, or the chord from 10 % of that force to it. What comes out is right
-near that force (tangent) or on the mean over that range (chord) and nowhere else; a linear spring
-through the zero of the geometry also lies deeper or less deep than the law at any other force.
+Both know a *linear* spring at a contact point, so the law is linearised about a stated force: the
+tangent dF/dδ there, or the chord from 10 % of that force to it.
 
-MuJoCo: f is no spring force but the solution of a soft constraint, (A + R) f = a_ref − a_0 with
-A = 1/m the inverse inertia along the normal, R = (1 − d)/d · A and a_ref = −b v − k r. With the
-direct format solref = (−stiffness, −damping) and a constant impedance d (k = stiffness/d,
-b = damping/d) one contact point obeys
+MuJoCo: with the direct format solref = (−stiffness, −damping) and a constant impedance d one
+contact point of mass m obeys, with an elliptic cone or condim 1,
 
     (m + m d/(1 − d)) a = f_ext − K r − C v,   K = m stiffness/(1 − d),   C = m damping/(1 − d).
 
-So both numbers are divided by the mass and scaled by 1 − d, and the constraint adds the inertia
-m d/(1 − d): with d = 0.01 that is 1 %. A default impedance of 0.9 and more would make the contact
-9 times as heavy and up to 20 times as stiff as its solref says. It holds for one contact point and
-an elliptic cone (or condim 1): a pyramidal cone shares the normal force among its edges and follows
-another law (MuJoCo documentation, Computation: constraint model, Modeling: solver parameters).
+So both numbers are divided by the mass and scaled by 1 − d. The default impedance of 0.9 and more
+would make the contact 9 times as heavy (MuJoCo documentation, Computation: constraint model).
 
-Drake's point contact is a spring in N/m, f = k x (1 + d ẋ), with k = k₁k₂/(k₁ + k₂) of the two
-geometries (Drake documentation, Modeling Compliant Contact). `hydroelastic_modulus` is a
-pressure field over the geometry: no stiffness at a point determines it, so none is written.
+Drake's point contact is f = k x (1 + d ẋ), with k = k₁k₂/(k₁ + k₂) of the two geometries (Drake
+documentation, Modeling Compliant Contact).
 """
 
 from __future__ import annotations
