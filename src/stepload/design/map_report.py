@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from stepload.design.map import BUY, LARGEST, PAYLOADS, Map, Row
@@ -63,17 +63,17 @@ def reaches(found: Map) -> list[Reach]:
 
 
 def _reach(series: str, value: float, change: str, rows: Sequence[Row]) -> Reach:
-    secants = [row.point.secant_n_per_m for row in rows]
+    secants = [*(row.point.secant_n_per_m for row in rows), math.nan]
     first, last = _block([row.measured for row in rows])
     within = _block([row.narrow for row in rows])[1]
     return Reach(
         series,
         math.nan if series == BUY else value,
         change,
-        secants[first] if last >= 0 else math.nan,
-        secants[last] if last >= 0 else math.nan,
-        secants[within] if within >= 0 else math.nan,
-        secants[within + 1] if 0 <= within < len(rows) - 1 else math.nan,
+        secants[first],
+        secants[last],
+        secants[within],
+        secants[within + 1] if within >= 0 else math.nan,
         rows[0].k_max_n_per_m,
     )
 
@@ -173,7 +173,6 @@ def _number(value: float) -> float:
 
 
 UNITS = {"system stiffness": "N/m", "position resolution": "m", "gauge": "m"}
-_REACH = [field.name for field in fields(Reach)]
 
 
 def payload_table(found: Map) -> Table:
@@ -273,9 +272,6 @@ def data(found: Map) -> dict[str, Any]:
             }
             for each in payload_answers(found)
         ],
-        "reach": [
-            {name: getattr(each, name) for name in (*_REACH, "guideline")}
-            for each in reaches(found)
-        ],
+        "reach": [asdict(each) | {"guideline": each.guideline} for each in reaches(found)],
         "cells": [cell(row) for row in found.rows],
     }
