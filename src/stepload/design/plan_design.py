@@ -1,19 +1,17 @@
-"""The largest top force for a payload on a rig, and what limits it."""
+"""The plan with the narrowest interval, below F_c and within a time, and those it is chosen from."""
 
 from __future__ import annotations
 
-import math
 import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 
 from stepload.design.map_report import half_text, narrowing_text
-from stepload.envelope.benches import most_push
+from stepload.design.top_force import Ceiling, ceiling
 from stepload.envelope.envelope import Envelope, derive
-from stepload.envelope.order import CYCLES, DEFAULT, Order
-from stepload.envelope.pressing import largest_top_force
+from stepload.envelope.order import CYCLES, Order
 from stepload.envelope.reason import PlanVerdict, Severity
 from stepload.envelope.until import planned_run
 from stepload.envelope.unwritten import plan_of
@@ -21,108 +19,8 @@ from stepload.errors import BadInputError, DomainError, RefusedError
 from stepload.evidence.expected import Narrowing, expected_chord, narrowing
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Quantity
-from stepload.plan.model import Plan
 from stepload.plan.problems import PlanError
-from stepload.results.conditions import planned
 from stepload.units import format_quantity, rounded_down
-
-TRIES = 3
-"""Iterations for the safe force. It falls by a hundredth of the rise of the requested force, since
-the allowed drift grows with that: three are exact to a millionth."""
-ANY_N = 1e6
-"""A force beyond that of any rig."""
-
-
-@dataclass(frozen=True, slots=True)
-class Ceiling:
-    """The largest top force to be tried.
-
-    Attributes:
-        rig, payload: their names.
-        top_n: the force.
-        why: what limits it, as a whole sentence.
-    """
-
-    rig: str
-    payload: str
-    top_n: float
-    why: str
-
-
-def ceiling(rig: str, payload: Path, order: Order = DEFAULT) -> Ceiling:
-    """The largest force that arm and sensor can press, is safe, and is covered by the table.
-
-    Args:
-        rig: a profile that comes with stepload, or a rig file.
-        payload: a payload file.
-        order: the order with the largest steps: larger ones need more room below F_c.
-
-    Raises:
-        BadInputError: no such rig or payload.
-        PlanError: one of their files is invalid.
-        RefusedError: the payload's elastic limit is not known, or no force is safe.
-        DomainError: a number outside the domain of contact theory.
-    """
-    name, most_n = most_push(rig)
-    why = f"{name} can press with {format_quantity(most_n, 'N')} at most"
-    plan = plan_of(rig, payload, most_n, order)
-    envelope = derive(plan)
-    # The safe force is not computed from a top force far beyond F_c: its steps leave no room.
-    top_n = min(most_n, envelope.theory.counted.lower_n)
-    for _ in range(TRIES):
-        if top_n < most_n:
-            try:
-                plan = plan_of(rig, payload, top_n, order)
-            except BadInputError as error:
-                raise _no_force(envelope) from error
-            envelope = derive(plan)
-        safe_n = envelope.largest_safe_force_n
-        if not safe_n > 0.0:
-            raise _no_force(envelope)
-        if safe_n < most_n:
-            top_n, why = safe_n, _unsafe(plan, envelope)
-    table = planned(envelope).sources.deflection()
-    last_n = math.inf if table is None else table.force_n[-1]
-    if last_n < top_n:
-        last, safe = format_quantity(last_n, "N"), format_quantity(top_n, "N")
-        why = (
-            f"the table of the rig's deflection ends at {last}, and nothing beyond it is "
-            f"IDENTIFIED; {safe} would be safe, so calibrate up to there to use it"
-        )
-    return Ceiling(name, plan.payload.name, min(top_n, last_n), why)
-
-
-def _no_force(envelope: Envelope) -> RefusedError:
-    plan = envelope.plan
-    return RefusedError(
-        f"{plan.payload.name} must not be pressed on {plan.rig.name}: {_limit(envelope)}, and no "
-        "top force that this rig resolves is safe",
-        hint="stepload preflight PLAN says how the force budget is spent",
-    )
-
-
-def _limit(envelope: Envelope) -> str:
-    theory = envelope.theory
-    limit, counted = (
-        format_quantity(force, "N") for force in (theory.elastic_limit_n, theory.counted.lower_n)
-    )
-    return f"its elastic limit F_c is {limit}; F_c used: {counted}"
-
-
-def _unsafe(plan: Plan, envelope: Envelope) -> str:
-    """Why the largest safe force is not larger: because of the payload, or of the rig."""
-    safe_n, rig = envelope.largest_safe_force_n, plan.rig
-    stronger = replace(
-        rig,
-        arm=replace(rig.arm, max_push_n=ANY_N),
-        force=replace(rig.force, range_n=ANY_N),
-    )
-    free_n = largest_top_force(replace(plan, rig=stronger), envelope.theory.counted.lower_n)
-    safe = format_quantity(safe_n, "N")
-    if free_n > safe_n:
-        return f"more than {safe} leaves too little room below what {rig.name} can press with"
-    return f"more than {safe} is not safe: {_limit(envelope)}"
-
 
 SHARES = (0.25, 0.5, 0.75, 1.0)
 """Top forces, as shares of the largest."""

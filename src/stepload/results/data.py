@@ -67,7 +67,7 @@ def _evidence_data(found: Identification) -> dict[str, Any]:
             "signs": [data(fields.PART, each) for each in evidence.inelastic.parts],
         },
         "laws": evidence.laws,
-        "narrowing": [dataclasses.asdict(each) for each in found.narrowing],
+        "narrowing": found.narrowing,
         "drift_m_per_s": evidence.drift_m_per_s,
         "remarks": evidence.notes,
     }

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict
 from functools import partial
 from typing import Any
 
@@ -11,7 +10,6 @@ import numpy as np
 
 from stepload.estimators.contact_quality import ContactQuality, contact_quality
 from stepload.estimators.missing import Missing
-from stepload.estimators.shares import BranchShare
 from stepload.estimators.wrench import Wrench, turn_of
 from stepload.results.figures import BLUE, GREEN, INK, ORANGE, RED, SAND, figure_of, svg_of
 from stepload.results.model import Figure, Table
@@ -56,26 +54,21 @@ def quality_data(found: ContactQuality | Missing) -> dict[str, Any]:
     return {
         "missing": "",
         "share": found.share,
-        "branches": [_branch(branch) for branch in found.branches],
-        "loop": asdict(found.loop),
+        "branches": [
+            {
+                "cycle": branch.cycle, "loading": branch.rising, "median": branch.median,
+                "force_n": branch.force_n, "share": branch.share, "sigma": branch.sigma,
+            }
+            for branch in found.branches
+        ],
+        "loop": found.loop,
         "share_change": change,
         "share_change_sigma": sigma,
-        "slips": [asdict(slip) for slip in found.slips],
+        "slips": found.slips,
         "unseen_slip_n": found.unseen_n,
-        "points": None if isinstance(found.points, Missing) else [asdict(p) for p in found.points],
+        "points": None if isinstance(found.points, Missing) else found.points,
         "points_missing": _why(found),
-    }
-
-
-def _branch(branch: BranchShare) -> dict[str, Any]:
-    return {
-        "cycle": branch.cycle,
-        "loading": branch.rising,
-        "median": branch.median.tolist(),
-        "force_n": branch.force_n.tolist(),
-        "share": branch.share.tolist(),
-        "sigma": branch.sigma.tolist(),
-    }
+    }  # fmt: skip
 
 
 def _why(found: ContactQuality) -> str:
@@ -111,7 +104,16 @@ _KINDS = {
 
 def quality_table(found: ContactQuality) -> Table:
     """Sentences on the contact for people."""
-    rows = [(_name(branch), _share(branch)) for branch in found.branches]
+    rows = []
+    for branch in found.branches:
+        one, other = branch.median
+        rows.append(
+            (
+                f"cycle {branch.cycle}, {'loading' if branch.rising else 'unloading'}",
+                f"{branch.size:.1%} of the force along the axis, median over the forces ({one:+.1%} "
+                f"and {other:+.1%} along the sensor's two other axes)",
+            )
+        )
     loop = found.loop
     half = "" if loop.at_half is None else f"{loop.at_half:.1%} ± {loop.sigma:.1%}; "
     rows.append(("difference at half the top force", half + _KINDS[loop.kind]))
@@ -129,31 +131,16 @@ def quality_table(found: ContactQuality) -> Table:
     if not found.slips:
         rows.append(("slip", "none was seen"))
     rows.append(("slip that might not be seen", f"up to {f(found.unseen_n, 'N', 2)}"))
-    if (point := found.eccentric) is None:
-        rows.append(("place of the contact", _why(found)))
-    else:
+    place = _why(found)
+    if (point := found.eccentric) is not None:
         x, y = (f(each, "m", 2) for each in point.beside_m)
-        rows.append(
-            (
-                "place of the contact",
-                f"{x} and {y} beside the sensor's axis, each ± {f(point.sigma_m, 'm', 2)} by "
-                f"noise alone, at {f(point.force_n, 'N')}",
-            )
+        place = (
+            f"{x} and {y} beside the sensor's axis, each ± {f(point.sigma_m, 'm', 2)} by noise "
+            f"alone, at {f(point.force_n, 'N')}"
         )
+    rows.append(("place of the contact", place))
     rows.append(("tilt of the plate", _tilt(found)))
     return Table("How the contact was made", ("of", "what was seen"), rows, page_only=True)
-
-
-def _name(branch: BranchShare) -> str:
-    return f"cycle {branch.cycle}, {'loading' if branch.rising else 'unloading'}"
-
-
-def _share(branch: BranchShare) -> str:
-    x, y = branch.median
-    return (
-        f"{branch.size:.1%} of the force along the axis, median over the forces ({x:+.1%} and "
-        f"{y:+.1%} along the sensor's two other axes)"
-    )
 
 
 def _tilt(found: ContactQuality) -> str:

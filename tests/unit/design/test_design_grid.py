@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from stepload.design import plan_design as room
-from stepload.design.plan_design import Ceiling, ceiling, grid
+from stepload.design.plan_design import grid
+from stepload.design.top_force import Ceiling, ceiling
 from stepload.envelope.envelope import derive
 from stepload.envelope.order import Order
 from stepload.envelope.reason import PlanVerdict

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from stepload.design import plan_design as room
-from stepload.design.plan_design import Design, ceiling, grid
+from stepload.design.plan_design import Design, grid
 from stepload.design.plan_report import text_of, write
+from stepload.design.top_force import ceiling
 from stepload.errors import BadInputError, RefusedError
 from stepload.plan.load import load_plan
 from stepload.plan.room_to_write import check_new
