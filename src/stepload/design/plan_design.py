@@ -1,4 +1,4 @@
-"""The plan with the narrowest interval, below F_c and within a time, and those it is chosen from."""
+"""The plan with the narrowest interval, below F_c and within a time."""
 
 from __future__ import annotations
 

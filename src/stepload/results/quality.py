@@ -110,8 +110,8 @@ def quality_table(found: ContactQuality) -> Table:
         rows.append(
             (
                 f"cycle {branch.cycle}, {'loading' if branch.rising else 'unloading'}",
-                f"{branch.size:.1%} of the force along the axis, median over the forces ({one:+.1%} "
-                f"and {other:+.1%} along the sensor's two other axes)",
+                f"{branch.size:.1%} of the force along the axis, median over the forces ({one:+.1%}"
+                f" and {other:+.1%} along the sensor's two other axes)",
             )
         )
     loop = found.loop
