@@ -139,11 +139,13 @@ def _with_results(seen: RunOutcome, results: Mapping[str, Any]) -> RunOutcome:
 
 
 def _cause(told: Mapping[str, Any]) -> Cause:
-    texts = {key: str(told[key]) for key in ("rule", "unit", "message")}
-    numbers = {
-        key: number_or_nan(told[key]) for key in ("value", "limit", "sample_age_s", "time_s")
-    }
-    return Cause(**texts, **numbers)
+    texts = ("rule", "unit", "message")
+    return Cause(
+        **{
+            key: str(told[key]) if key in texts else number_or_nan(told[key])
+            for key in Cause._fields
+        }
+    )
 
 
 def _broken_off(seen: RunOutcome, recording: Recording) -> RunOutcome:

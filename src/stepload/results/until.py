@@ -84,11 +84,13 @@ def loaded(events: Sequence[Event], found: Identification | None) -> Loaded | No
         return None
     looks = tuple(
         Look(
-            *(event_number(event, key) for key in ("level_n", "deformation_m", "needed_m")),
-            str(event.data.get("verdict", "")),
+            level_n=event_number(event, "level_n"),
+            deformation_m=event_number(event, "deformation_m"),
+            needed_m=event_number(event, "needed_m"),
+            verdict=str(event.data.get("verdict", "")),
         )
         for event in told
-    )  # fmt: skip
+    )
     headline = found.headline if found is not None else None
     half = headline.half_width if headline is not None else None
     identified = headline is not None and headline.verdict is ResultVerdict.IDENTIFIED
