@@ -7,8 +7,6 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
-from stepload.envelope.hazards import hazards_of
-from stepload.plan.hazards import read_words
 from stepload.results import fields
 from stepload.results.model import NOTHING, Show, Table, number, quantity, table
 from stepload.units import format_quantity as f
@@ -97,13 +95,6 @@ def preflight_table(envelope: Envelope) -> Table:
     rows = [(r.severity.value, r.code, r.message, r.remedy) for r in envelope.reasons]
     columns = ("severity", "code", "finding", "remedy")
     return Table("Preflight", columns, rows, page_only=True)
-
-
-def hazards_table(envelope: Envelope) -> Table:
-    """The hazards of the rig, and who has read them."""
-    rows = [(each.message, each.remedy) for each in hazards_of(envelope.plan.rig)]
-    read = f"{read_words(envelope.plan)} {envelope.plan.rig.hazards_read_by}".strip()
-    return Table(f"Hazards of this rig ({read})", ("hazard", "what helps"), rows, page_only=True)
 
 
 def health_tables(run: Evaluation) -> list[Table]:

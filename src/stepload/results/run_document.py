@@ -20,7 +20,6 @@ from stepload.results.conditions import planned
 from stepload.results.course_tables import (
     ending_table,
     force_budget_table,
-    hazards_table,
     health_tables,
     predicted_table,
     preflight_table,
@@ -152,7 +151,6 @@ def _tables(run: Evaluation, holds: Sequence[Level], system: Table | None) -> li
         table("Safing", fields.SAFING, run.outcome.safing, page_only=True),
         force_budget_table(run.envelope, page_only=True),
         preflight_table(run.envelope),
-        hazards_table(run.envelope),
     ]
 
 

@@ -141,13 +141,10 @@ def with_payload(path: Path, stated: Stated) -> Stated:
 
 def _without_table(sources: Sources) -> Sources:
     """A K_s stated by hand replaces the table; without a stated uncertainty one is assumed."""
-    stiffness, sigma, note = (
-        sources.system_stiffness_n_per_m,
-        sources.system_stiffness_sigma_n_per_m,
-        "",
-    )
+    stiffness, sigma = sources.system_stiffness_n_per_m, sources.system_stiffness_sigma_n_per_m
     if stiffness is None:
         return sources
+    note = ""
     if not sigma > 0.0:
         sigma, note = ASSUMED_RELATIVE * stiffness, f"no σ of K_s stated: {ASSUMED_RELATIVE:.0%}"
     return replace(

@@ -140,11 +140,8 @@ def _with_results(seen: RunOutcome, results: Mapping[str, Any]) -> RunOutcome:
 
 def _cause(told: Mapping[str, Any]) -> Cause:
     texts = ("rule", "unit", "message")
-    return Cause(
-        **{
-            key: str(told[key]) if key in texts else number_or_nan(told[key])
-            for key in Cause._fields
-        }
+    return Cause._make(
+        str(told[key]) if key in texts else number_or_nan(told[key]) for key in Cause._fields
     )
 
 
