@@ -14,7 +14,8 @@ from stepload_drivers.sim.held import held
 from stepload_drivers.sim.moving_plate import moving_plate
 from stepload_drivers.sim.six_tip import SWING_RAD, SixTip
 
-_HALVINGS = 60
+_WAY_STEPS = 500
+"""Base steps of the way to a start pose that presses, and of rest after it."""
 
 
 class SixPlant:
@@ -74,30 +75,25 @@ class SixPlant:
             error_factor=error_factor,
         )
         if self.tip.depth_m > self.tip.touching_m:
-            self._begin_in_contact(contact)
+            self._begin_in_contact()
         self.load: Vector3 = self._load()
         """Contact force on the plate, pressing frame."""
         self.last_load = self.load
 
-    def _begin_in_contact(self, contact: Contact) -> None:
-        """The start pose presses: the tip is where springs and payload hold each other."""
-        normal = tuple(row[2] for row in self._held.to_press)
-        gives = times(self.mount.compliance_m_per_n, (normal[0], normal[1], normal[2]))
-        give = sum(a * b for a, b in zip(gives, normal, strict=True))
-        low, high = self.tip.touching_m, self.tip.depth_m
-        goal = high
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (low + high)
-            if middle + give * contact.law.evaluate(middle)[0] > goal:
-                high = middle
-            else:
-                low = middle
-        force_n = contact.law.evaluate(low)[0]
-        first, second, third = (
-            -sum(row[i] * given for row, given in zip(self._held.to_press, gives, strict=True))
-            for i in range(3)
-        )
-        self.tip.put((first * force_n, second * force_n, third * force_n))
+    def _begin_in_contact(self) -> None:
+        """The start pose presses: the drives came there along the press, slowly, from free air.
+
+        Friction held the tip on that way as it does in a run.
+        """
+        x, y, z = self._held.to_press[2]
+        at_m = (self.tip.surface_m + self.tip.touching_m) / self._steep
+        self.tip.at = (x * at_m, y * at_m, z * at_m)
+        for i in range(2 * _WAY_STEPS):
+            share = math.cos(0.5 * math.pi * min(1.0, i / _WAY_STEPS))
+            later = math.cos(0.5 * math.pi * min(1.0, (i + 1) / _WAY_STEPS))
+            speed = at_m * (later - share) / self.step_s
+            drive = x * at_m * share, y * at_m * share, z * at_m * share
+            self.tip.step(drive, (x * speed, y * speed, z * speed), 0.0)
 
     def command(self, apply_s: float, target_m: float) -> None:
         """Let the drive follow `target_m` from `apply_s` on; commands take effect in order."""

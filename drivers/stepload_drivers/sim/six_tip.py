@@ -96,14 +96,6 @@ class SixTip:
         """Depth at which the payload touches as it is now."""
         return self._law.residual_m
 
-    def put(self, at: Vector3) -> None:
-        """Stand at `at`, pressing without friction."""
-        self.at = at
-        self.normal_n, self._tangent = self._evaluate(self.depth_m)
-        self._clings = self._clinging(self.normal_n, self.depth_m)
-        self._law.remember(self.depth_m)
-        self._note(self.normal_n, 0.0)
-
     def slips_at(self, static: float, kinetic: float) -> None:
         """From now on payload and plate have this friction."""
         self._static, self._kinetic = static, kinetic

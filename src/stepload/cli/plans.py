@@ -334,7 +334,7 @@ def profiles(
         ("rigs: `rig: NAME`, or `rig: {profile: NAME, …}`", rigs),
         ("force sensors: `rig: {force: {profile: NAME, axis: …, options: …}}`", sheets),
     ):
-        out.table(title, columns, [(each, references.about(s)) for each, s in found.items()])
+        out.table(title, columns, [(each, references.title(s)) for each, s in found.items()])
     out.line("stepload profiles NAME prints one, every number with its source")
     told = {"rigs": rigs, "force_sensors": sheets}
     out.result(

@@ -68,7 +68,7 @@ class RunOrder:
         course.act = self._start
 
     def _start(self, now_s: float, _step_s: float) -> None:
-        """Take the arm over where it stands, once it has been at rest for `START_REST_S`.
+        """Take the arm over where its controller holds it, after `START_REST_S` of rest.
 
         The run fails if the position moves although nothing was commanded: a position that jumped
         must not be taken as the arm's. It also fails if the arm's controller holds it elsewhere: a
@@ -86,7 +86,8 @@ class RunOrder:
                 " stop whatever moves it, and start again",
             )  # fmt: skip
         elif now_s - self._standing_s >= START_REST_S and self._held_here(position_m):
-            course.target_m = course.start_m = position_m
+            held_m = course.held_m
+            course.target_m = course.start_m = position_m if held_m != held_m else held_m
             self._zeroing.warm_up(now_s, self._align)
 
     def _held_here(self, position_m: float) -> bool:

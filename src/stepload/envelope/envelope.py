@@ -44,8 +44,9 @@ from stepload.envelope.zero_drift import second_zero_n
 from stepload.envelope.zero_reasons import looked_after_s, zero_drift_reasons
 from stepload.errors import DomainError, RefusedError
 from stepload.estimators.identifiability import Identifiability, identifiability
-from stepload.plan.changed import follows, rederived
+from stepload.plan.changed import rederived
 from stepload.plan.checks_between import least_touch_force
+from stepload.plan.derived import follows
 from stepload.plan.model import Plan, SecondForceSource
 
 ALMOST = 0.999
@@ -54,7 +55,6 @@ ALMOST = 0.999
 
 IN_THE_INTERVAL = (
     "stiffness_indicative", "stiffness_uncertain", "friction_unknown", "gauge_offset",
-    "close_to_k_max",
 )  # fmt: skip
 """Codes of doubts that are bounded, and are part of the result's interval."""
 
@@ -226,7 +226,7 @@ def _derived(plan: Plan, measured: Measured | None) -> Envelope:
             null_s=NULLING_TIMES * nulling.time_constant_s if nulling is not None else 0.0,
         )
     reasons = [
-        *force_reasons(plan, safe_n, refusal, theory.counted),
+        *force_reasons(plan, safe_n, refusal, theory),
         *range_reasons(plan, theory),
         *domain_reasons(plan, theory),
         *rig_reasons(plan, theory.law.secant(plan.procedure.top_force_n)),

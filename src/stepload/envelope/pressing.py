@@ -123,7 +123,7 @@ def pressing_for(
     press = press_rig(rig, noise_n)
     drift_n_per_s = measured.drift_n_per_s if measured else 0.0
     shift_n = counted_shift_n(plan, press.loop_s, drift_n_per_s)
-    _check_touch(procedure.touch_force_n, noise_n)
+    _check_touch(procedure.touch_force_n, procedure.levels_n[0], noise_n)
     _check_channels(plan, elastic_limit_n)
     left = counted_left(plan, one_axis=measured is not None and measured.one_axis)
     forces = _forces(
@@ -252,7 +252,13 @@ def _channel_errors(
     return tolerance_n, second.tolerance_relative, max(shift_n, second_zero_n(second))
 
 
-def _check_touch(touch_force_n: float, noise_n: float) -> None:
+def _check_touch(touch_force_n: float, first_n: float, noise_n: float) -> None:
+    if touch_force_n >= first_n:
+        raise RefusedError(
+            f"the first level, {first_n:.3g} N, is not above the touch force of"
+            f" {touch_force_n:.3g} N that the noise and resolution of the force sensor need",
+            hint=f"press more than {touch_force_n:.3g} N, or use a finer force sensor",
+        )
     least_n = least_touch_force(noise_n)
     if touch_force_n < least_n:
         raise RefusedError(

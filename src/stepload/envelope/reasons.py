@@ -12,7 +12,7 @@ from stepload.envelope.bounds import AGE_S
 from stepload.envelope.ladder import headroom
 from stepload.envelope.pressing import largest_losses
 from stepload.envelope.reason import Reason, Severity
-from stepload.envelope.theory import CountedLimit
+from stepload.envelope.theory import DECLARED, Theory
 from stepload.errors import DomainError, RefusedError
 from stepload.estimators.identifiability import Identifiability
 from stepload.estimators.smooth import NORMAL_95
@@ -29,12 +29,12 @@ def force_reasons(
     plan: Plan,
     safe_n: float,
     refusal: RefusedError | DomainError | None,
-    counted: CountedLimit,
+    theory: Theory,
 ) -> Iterator[Reason]:
     """Why the forces asked for may not be pressed."""
     top_n = plan.procedure.top_force_n
     if refusal is not None and top_n > safe_n:
-        yield _too_much("top_force_above_safe_limit", _above(plan, safe_n, counted), top_n, safe_n)
+        yield _too_much("top_force_above_safe_limit", _above(plan, safe_n, theory), top_n, safe_n)
     elif refusal is not None:
         yield _too_much("no_safe_way_to_press", short(f"{refusal.message}."), top_n, safe_n)
     push_n = plan.rig.arm.max_push_n
@@ -53,16 +53,18 @@ def force_reasons(
         yield _too_much("sensor_range", message, top_n, range_n)
 
 
-def _above(plan: Plan, safe_n: float, counted: CountedLimit) -> str:
+def _above(plan: Plan, safe_n: float, theory: Theory) -> str:
     """The top force beside F_c, or beside what is left of it on this rig."""
-    top_n = plan.procedure.top_force_n
+    top_n, counted = plan.procedure.top_force_n, theory.counted
     top, used = format_quantity(top_n, "N"), format_quantity(counted.lower_n, "N")
     safe = format_quantity(rounded_down(safe_n), "N")
     if top_n > counted.value_n:
-        return (
-            f"{top} is {top_n / counted.value_n:.3g} times the elastic limit of the contact,"
-            f" {format_quantity(counted.value_n, 'N')}."
-        )
+        whose, onset = "the elastic limit of the contact", theory.yield_onset
+        if declared := counted.equation == DECLARED:
+            whose = "the stated force_limit"
+        own = f"; by (13) {format_quantity(onset.force_n, 'N')}" if declared and onset else ""
+        limit = format_quantity(counted.value_n, "N")
+        return f"{top} is {top_n / counted.value_n:.3g} times {whose}, {limit}{own}."
     capacity_n = min(plan.rig.arm.max_push_n, 0.95 * plan.rig.force.range_n)
     headroom_n = headroom(plan.rig.force.noise_n, plan.procedure.step_n)
     if safe_n >= 0.999 * (capacity_n - headroom_n):

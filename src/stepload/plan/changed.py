@@ -6,18 +6,9 @@ from contextlib import suppress
 from dataclasses import replace
 
 from stepload.plan.checks_between import impossibilities_between
-from stepload.plan.derived import RULES
+from stepload.plan.derived import RULES, follows
 from stepload.plan.draft import UnknownError
 from stepload.plan.model import Plan
-
-
-def follows(plan: Plan, section: str, field: str) -> bool:
-    """Whether a value equals the one that is derived from others where a plan leaves it out."""
-    for of, name, rule in RULES:
-        if (of, name) == (section, field):
-            with suppress(UnknownError):
-                return bool(getattr(getattr(plan, of), name) == rule(plan))
-    return False
 
 
 def rederived(before: Plan, after: Plan) -> Plan:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from stepload.contact.unknown import is_range
-from stepload.plan.derived import elastic_travel
+from stepload.plan.derived import elastic_travel, follows
 from stepload.plan.impossible import Check, Impossibility, metre, newton, run_checks
 from stepload.plan.model import Plan
 from stepload.units import beside_limit, format_quantity
@@ -31,8 +31,9 @@ def impossibilities_between(plan: Plan) -> Iterator[Impossibility]:
 
 
 def _touch_below_level(plan: Plan) -> Iterator[Impossibility]:
+    """Of a touch force that the user wrote; preflight refuses a plan where none is low enough."""
     touch, levels = plan.procedure.touch_force_n, plan.procedure.levels_n
-    if levels and touch >= levels[0]:
+    if levels and touch >= levels[0] and not follows(plan, "procedure", "touch_force_n"):
         yield Impossibility(
             ("procedure", "touch_force"),
             f"contact threshold {newton(touch)} is not below the first level {newton(levels[0])}",

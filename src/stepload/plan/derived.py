@@ -122,3 +122,12 @@ RULES: tuple[tuple[str, str, Callable[[Plan], object]], ...] = (
     ("identify", "secant_force_n", lambda plan: min(300.0, plan.procedure.top_force_n)),
 )
 """Section, field and rule, in an order in which each may need those before it."""
+
+
+def follows(plan: Plan, section: str, field: str) -> bool:
+    """Whether a value equals the one that is derived from others where a plan leaves it out."""
+    for of, name, rule in RULES:
+        if (of, name) == (section, field):
+            with suppress(UnknownError):
+                return bool(getattr(getattr(plan, of), name) == rule(plan))
+    return False

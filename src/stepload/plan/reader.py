@@ -62,8 +62,10 @@ def read_section(
                 problems.append(unknown_key(place, key, known))
         _read_entries(draft, node, at, problems)
     elif not isinstance(node, Broken):
+        needed = [f"{each.name}: …" for each in written_entries(kind) if each.required]
+        hint = f"write {{{', '.join(needed)}}}; " if needed else ""
         message = f"{_shown(node)} where a mapping belongs"
-        problems.append(node.place.problem(message, f"keys: {', '.join(known)}"))
+        problems.append(node.place.problem(message, f"{hint}keys: {', '.join(known)}"))
     return draft
 
 

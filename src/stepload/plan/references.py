@@ -39,6 +39,11 @@ def about(source: Source) -> str:
     return re.sub(r"\n?# ?", " ", comment[0]).strip() if comment else ""
 
 
+def title(source: Source) -> str:
+    """What a profile or a data sheet is, in a few words: the first clause of `about`."""
+    return re.split(r"[.:](?:\s|$)", about(source))[0]
+
+
 class References:
     """Reads referenced files; collects them and what is wrong with them."""
 

@@ -218,11 +218,14 @@ def touch_repeatability(touches: Sequence[TouchPoint], resolution_m: float) -> s
     told = []
     if len(first) > 1:
         places = np.array([touch.position_m for touch in first])
-        told.append(
-            f"{len(first)} touches before the first loading: standard deviation "
-            f"{format_quantity(float(places.std(ddof=1)), 'm', 2)}, span "
-            f"{format_quantity(float(np.ptp(places)), 'm', 2)}"
+        span_m, sd_m = float(np.ptp(places)), float(places.std(ddof=1))
+        spread = (
+            f"standard deviation {format_quantity(sd_m, 'm', 2)}, span"
+            f" {format_quantity(span_m, 'm', 2)}"
+            if span_m > 0.0
+            else "all at one position"
         )
+        told.append(f"{len(first)} touches before the first loading: {spread}")
     elif first:
         told.append("one touch before the first loading: its repeatability is not known")
     later = [touch for touch in touches if touch.purpose in ("cycle", "last")]

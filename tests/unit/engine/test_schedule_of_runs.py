@@ -84,7 +84,13 @@ def pressed_s(plan: Plan, seed: int = 1) -> tuple[float, float]:
     [
         ("acetal-stvf", (50.0, 250.0)),
         ("silicone-ur5e-class", (16.0, 40.0)),  # each step begins as if the surface were rigid
-        *long_rows([("rubber-pad-ur10e", (30.0, 50.0)), ("peach-ur3e", (3.0, 14.0))]),
+        *long_rows(
+            [
+                ("rubber-pad-ur10e", (30.0, 50.0)),
+                ("peach-ur3e", (3.0, 14.0)),
+                ("tpu-block-machine", (10.0, 20.0)),
+            ]
+        ),
         ("tpu-dome-stvf", (10.0, 20.0)),  # what a hidden hard stop allows binds
     ],
 )

@@ -9,7 +9,7 @@ from lab_plans import plan_of, rows
 from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.envelope.reason import Severity
 
-AGREE = 35
+AGREE = 37
 """Of the forty."""
 WORDS = {"go": "press", "warn": "care", "refused": "pointless"}
 LIMITS = {"top_force_above_safe_limit", "unidentifiable"}
@@ -40,3 +40,4 @@ def test_a_doubt_that_the_interval_holds_warns_only_where_it_is_too_wide(tmp_pat
     }
     assert told["gelatine-ur5e"]["stiffness_indicative"] is Severity.NOTE
     assert told["tomato-ur5e"]["stiffness_indicative"] is Severity.WARN
+    assert told["apple-ur10e"]["close_to_k_max"] is Severity.WARN

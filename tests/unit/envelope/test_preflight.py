@@ -63,6 +63,18 @@ def test_the_largest_safe_force_is_the_edge(sphere: Plan) -> None:
     assert "top_force_above_safe_limit" in codes(with_top(sphere, 1.01 * safe_n), "refuse")
 
 
+def test_a_top_force_below_what_the_sensor_can_find_is_refused(tmp_path: Path) -> None:
+    """Nobody wrote the touch force: that it is too high is no error of the plan."""
+    text = (PROCEDURES / "plastic-sphere.yaml").read_text()
+    text = text.replace("payloads/", f"{PROCEDURES}/payloads/").replace("50 N", "0.5 N")
+    for top_n, refused in ((2.0, True), (20.0, False)):
+        path = tmp_path / f"{top_n:g}.yaml"
+        path.write_text(text.replace("300 N", f"{top_n} N"))
+        plan = load_plan(path)
+        assert (plan.procedure.touch_force_n >= plan.procedure.levels_n[0]) == refused
+        assert ("no_safe_way_to_press" in codes(plan, "refuse")) == refused
+
+
 @pytest.mark.parametrize("name", ["plastic-cone", "plastic-pyramid"])
 def test_tips_at_300_n_are_refused_whatever_the_plan_accepts(name: str) -> None:
     plan = load_plan(PROCEDURES / f"{name}.yaml")

@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from stepload.plan.changed import can_be, follows, rederived
+from stepload.plan.changed import can_be, rederived
+from stepload.plan.derived import follows
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
+import yaml
 
+from stepload.plan import references
 from stepload.plan.load import load_plan
 from stepload.plan.overlay import overlay
 from stepload.plan.problems import PlanError
@@ -114,3 +117,30 @@ def test_what_is_laid_over_a_profile(base: str, over: str, merged: object) -> No
 def test_what_is_laid_over_keeps_its_place() -> None:
     found = overlay(_mapping("a: 1\nb: 2"), _mapping("\n\n b: 3"))
     assert (found.keys["a"].line, found.keys["b"].line) == (1, 3)
+
+
+@pytest.mark.parametrize(
+    ("names", "read"),
+    [(references.profiles(), references.read_profile),
+     (references.data_sheets(), references.read_data_sheet)],
+    ids=["rigs", "force sensors"],
+)  # fmt: skip
+def test_a_profile_is_one_line_of_a_terminal(
+    names: Sequence[str], read: Callable[[str], Source]
+) -> None:
+    margins = 4
+    width = max(map(len, names)) + margins
+    titles = [references.title(read(name)) for name in names]
+    assert all(titles)
+    assert width + max(map(len, titles)) <= 80
+
+
+def test_a_name_where_keys_belong_is_shown_the_keys_to_write(tmp_path: Path) -> None:
+    path = tmp_path / "plan.yaml"
+    path.write_text("stepload: 1\npayload:\n  material: rubber\n")
+    with pytest.raises(PlanError) as caught:
+        load_plan(path)
+    [problem] = [each for each in caught.value.problems if (each.line, each.column) == (3, 13)]
+    written = re.search(r"\{.*?\}", problem.hint)
+    assert written
+    assert set(yaml.safe_load(written[0])) == {"name", "youngs_modulus", "poisson_ratio"}

@@ -55,6 +55,22 @@ def test_without_coupling_and_friction_it_is_the_one_axis_plant(stiffness, k, n,
     assert forces[near] == pytest.approx(expected[near], abs=0.02 * one.peak_n)
 
 
+def test_a_start_pose_that_presses_carries_the_friction_of_the_way_there():
+    """Then no load of the way back is harder on the payload than that at the start."""
+    spec = rig(payload={"poisson_ratio": 0.49})
+    driven = plant(spec, rub(0.5, x=0.2))
+    go(driven, SURFACE_M + 1e-3)
+    began = plant(replace(spec, surface_m=-1e-3), rub(0.5, x=0.2))
+    assert began.force_n == pytest.approx(driven.force_n, rel=1e-3)
+    assert began.friction_n == pytest.approx(driven.friction_n, rel=1e-2)
+    assert began.friction_n > 0.1 * began.force_n
+    assert began.drive_m == 0.0
+    start_n = began.peak_equivalent_n
+    go(began, -1.5e-3)
+    assert began.force_n == 0.0
+    assert began.peak_equivalent_n == start_n
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_in_free_air_the_tip_swings_as_the_exact_solution(seed):
     """M u'' + b S u' + S u = 0 about a drive that stands."""

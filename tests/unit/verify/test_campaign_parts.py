@@ -147,14 +147,13 @@ def test_a_mistake_of_the_plan_changes_the_truth(kind: str) -> None:
         assert not 0.95 < mistake.value < 1.05
 
 
-def test_a_plan_of_a_lab_is_a_healthy_run_or_refused() -> None:
-    found = [healthy_plan(1, series, index) for series in ("one", "six") for index in range(12)]
+def test_a_plan_of_a_lab_is_a_healthy_run_and_seldom_refused() -> None:
+    found = [healthy_plan(1, series, index) for series in ("six", "one") for index in range(25)]
     refused = [row for row in found if isinstance(row, Result)]
     runs = [row for row in found if isinstance(row, Scenario)]
-    assert refused
-    assert runs
+    assert 1 <= len(refused) <= 3
     assert {row.status for row in refused} == {REFUSED}
-    assert all(row.rule for row in refused)
+    assert {row.rule for row in refused} <= {"unidentifiable", "top_force_above_safe_limit"}
     assert not any(row.false_trip for row in refused)
     for run in runs:
         assert run.healthy

@@ -8,7 +8,6 @@ from random import Random
 from stepload.envelope.bounds import stuck_ratio
 from stepload.envelope.envelope import Envelope, derive
 from stepload.envelope.reason import PlanVerdict, Severity
-from stepload.errors import SteploadError
 from stepload.rig.world import WorldSpec
 from stepload_verify.campaign.lab_plans import lab_plan
 from stepload_verify.campaign.mounts import draw_stance, fits, mounted
@@ -26,10 +25,7 @@ def healthy(seed: int, series: str, index: int) -> Scenario | Result:
     """The healthy run `index` of a series; its result where its plan is refused."""
     chance = Random(f"stepload {seed} {series} {index} healthy")
     six = series == SIX_AXES
-    try:
-        envelope = derive(lab_plan(chance, six))
-    except SteploadError as error:
-        return _refused(series, index, "error", error.message)
+    envelope = derive(lab_plan(chance, six))
     if envelope.verdict is PlanVerdict.REFUSED or envelope.limits is None:
         reason = next(r for r in envelope.reasons if r.severity is Severity.REFUSE)
         return _refused(series, index, reason.code, reason.message)

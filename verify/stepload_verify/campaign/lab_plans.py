@@ -26,9 +26,16 @@ ARM_STIFFNESS = {
 }  # fmt: skip
 MEASURED_SHARE = 0.7
 """Share of the arms whose K_s was measured in the pose of the experiment."""
-RUBBER_PA, GAUGED_PA = 100e6, 5e9
-"""Modulus up to which a lab states a strain at which a payload is harmed, and from which on it uses
-a displacement gauge."""
+RUBBER_PA = 100e6
+"""Modulus up to which a lab states a strain at which a payload is harmed."""
+BEARS_N = 40.0
+"""A payload that bears less is taken to a smaller machine: an arm's own force is good to 11 N."""
+GAUGED_M = {True: 1e-3, False: 0.1e-3}
+"""Deformation at the top force below which a lab uses a gauge: on an arm, on a machine."""
+LEAST_GIVE_M = 5e-6
+"""A payload that gives way by less is not pressed: a gauge resolves 0.05 µm."""
+MOST_STRENGTH_PA = 800e6
+"""A harder payload would harm the steel plate first."""
 POISSON = 0.4
 Text = dict[str, Any]
 
@@ -37,14 +44,16 @@ def lab_text(chance: Random, six: bool) -> Text:
     """A plan for an arm, or for a machine with one axis."""
     profiles = ARMS if six else MACHINES
     profile = chance.choice(sorted(profiles))
-    modulus_pa = log_uniform(chance, *MODULUS_PA)
-    payload, bears_n = _payload(chance, modulus_pa)
-    top_n = _round(min(bears_n, 0.8 * profiles[profile]) * chance.uniform(0.25, 0.6))
+    bears_n = gives_m = 0.0
+    while bears_n < BEARS_N or gives_m < LEAST_GIVE_M:
+        payload, bears_n, m_per_n, power = _payload(chance, log_uniform(chance, *MODULUS_PA))
+        top_n = _round(min(bears_n, 0.8 * profiles[profile]) * chance.uniform(0.25, 0.6))
+        gives_m = m_per_n * top_n**power
     distance_mm = chance.choice((2.0, 3.0, 5.0, 8.0, 10.0))
     return {
         "stepload": 1,
         "payload": payload,
-        "rig": _rig(chance, profile, six, modulus_pa),
+        "rig": _rig(chance, profile, six, gives_m < GAUGED_M[six]),
         "procedure": {
             "top_force": f"{top_n:g} N",
             "step": f"{top_n / chance.choice((4, 5, 6, 8, 10)):.9g} N",
@@ -68,12 +77,12 @@ def lab_plan(chance: Random, six: bool) -> Plan:
         return load_plan(path)
 
 
-def _payload(chance: Random, modulus_pa: float) -> tuple[Text, float]:
-    """A payload, and the force in N that it bears."""
+def _payload(chance: Random, modulus_pa: float) -> tuple[Text, float, float, float]:
+    """A payload, the force F in N that it bears, and c and p of its deformation c F^p in m."""
     shape = chance.choice(("sphere", "sphere", "flat_punch", "cone_tip"))
     radius_m = log_uniform(chance, 5e-3, 50e-3 if shape == "sphere" else 15e-3)
     plane_pa = modulus_pa / (1.0 - POISSON**2)
-    strength_pa = modulus_pa / log_uniform(chance, 30.0, 300.0)
+    strength_pa = min(MOST_STRENGTH_PA, modulus_pa / log_uniform(chance, 30.0, 300.0))
     yields = modulus_pa > RUBBER_PA
     if shape == "flat_punch":
         bears_n = math.pi * radius_m**2 * strength_pa
@@ -96,10 +105,12 @@ def _payload(chance: Random, modulus_pa: float) -> tuple[Text, float]:
         material["yield_strength"] = f"{strength_pa:.4g} Pa"
     else:
         payload["force_limit"] = f"{bears_n:.3g} N"
-    return payload, bears_n
+    if shape == "flat_punch":
+        return payload, bears_n, 0.5 / (plane_pa * radius_m), 1.0
+    return payload, bears_n, (0.75 / (plane_pa * math.sqrt(radius_m))) ** (2.0 / 3.0), 2.0 / 3.0
 
 
-def _rig(chance: Random, profile: str, six: bool, modulus_pa: float) -> Text:
+def _rig(chance: Random, profile: str, six: bool, gauged: bool) -> Text:
     rig: Text = {"profile": profile}
     if six:
         rig["arm"] = {"driver": "sim", "options": {}}
@@ -110,8 +121,9 @@ def _rig(chance: Random, profile: str, six: bool, modulus_pa: float) -> Text:
                 "value": f"{value:.4g} N/m", "sigma": f"{0.02 * value:.4g} N/m",
                 "damping": "100 N s/m", "msde": "5 µm", "provenance": "measured",
             }  # fmt: skip
-    if modulus_pa > GAUGED_PA:
-        rig["displacement"] = {"driver": "sim", "rate": "1 kHz", "resolution": "0.05 µm"}
+    if gauged:
+        gauge = {"driver": "sim", "rate": "1 kHz", "resolution": "0.05 µm"}
+        rig["displacement"] = gauge | ({"offset": "2 mm"} if six else {})
     return rig
 
 

@@ -116,7 +116,7 @@ _MAGNITUDES: dict[str, _Draw] = {
     "position_drift": lambda c, _: _sign(c) * log_uniform(c, 1e-5, 0.02),
     "position_jump": lambda c, _: _sign(c) * log_uniform(c, 1e-5, 0.02),
     "command_latency": lambda c, _: log_uniform(c, 0.02, 0.2),
-    "host_stall": lambda c, _: log_uniform(c, 0.005, 0.5),
+    "host_stall": lambda c, _: log_uniform(c, 0.005, 2.0),
     "gain_ramp": lambda c, _: -log_uniform(c, 0.005, 0.5),
     "bias_ramp": lambda c, f_c: -f_c * log_uniform(c, 0.002, 0.2),
     "clipped": lambda c, f_c: f_c * c.uniform(0.1, 1.0),

@@ -9,8 +9,9 @@ or was said to be clear under load, and where a right one was stopped. Where not
 is alive no rule can see it: such a run is only counted.
 
 `--back` draws runs instead in which the arm may be turned round too, over the true distance of the
-surface, the payload's stiffness, and every phase in which something goes back. Its rows are the
-largest J = (peak - F_top)/(F_c - F_top) of each wiring and machine.
+surface, the payload's stiffness, and every phase in which something goes back. A rig that is wired
+right may press at its start. Rows: the largest J = (peak - F_top)/(F_c - F_top) of each wiring and
+machine. A force of the start is not of the run: where it is above F_top, J counts from it.
 """
 
 from __future__ import annotations
@@ -177,7 +178,10 @@ STATED_M = {"near": (1e-3, 0.5e-3), "far": (5e-3, 1e-3)}
 
 @dataclass(frozen=True, slots=True)
 class BackCase:
-    """A rig whose "back" may be a push; true distance over the stated one, softness over stated."""
+    """A rig whose "back" may be a push; true distance over the stated one, softness over stated.
+
+    `pressed` is the force at the start over F_c; 0: the start pose is free.
+    """
 
     case: Case
     turned: bool
@@ -188,13 +192,15 @@ class BackCase:
     way: str
     phase: Phase
     after: float
+    pressed: float
 
     @property
     def cell(self) -> tuple[str, ...]:
         """What the rows of the search are grouped by."""
         axes = "six" if self.six else "one"
         wired = f"{self.case.main_wiring}/{self.case.second_wiring}"
-        return axes, self.case.machine, self.case.second, wired, "turned" if self.turned else ""
+        arm = "turned" if self.turned else "pressed" if self.pressed else ""
+        return axes, self.case.machine, self.case.second, wired, arm
 
 
 def draw_back(chance: Random) -> BackCase:
@@ -207,13 +213,15 @@ def draw_back(chance: Random) -> BackCase:
     turned = chance.random() < 0.6
     stated = chance.choice(sorted(STATED_M))
     share = chance.choice((0.0, chance.uniform(0.0, 0.1), 0.5, 1.0, chance.uniform(0.0, 1.2)))
-    if (main != "right") + (case.second_wiring != "right") + turned > 1:
+    wrong = (main != "right") + (case.second_wiring != "right") + turned
+    if wrong > 1:
         distance_m, uncertainty_m = STATED_M[stated]
         share = 1.0 + chance.uniform(-1.0, 1.0) * uncertainty_m / distance_m
     return BackCase(
         case, turned, machine == "soft" and chance.random() < 0.5, stated,
         max(0.01, share), 10.0 ** chance.uniform(-1.0, 1.0),
         chance.choice(WAYS), chance.choice(PHASES), chance.random(),
+        0.0 if wrong else chance.choice((0.0, chance.uniform(0.0, 0.7))),
     )  # fmt: skip
 
 
@@ -231,10 +239,17 @@ def run_back(one: BackCase) -> tuple[float, float, str]:
         stance = draw_stance(Random(round(1e6 * one.after)), ur=True)
         spec = mounted(spec, envelope, stance, ())
     payload = replace(spec.payload, k=spec.payload.k / one.softness)
-    rig = load_world()(replace(spec, payload=payload, surface_m=one.distance * distance_m))
+    most_n = envelope.run_limits.counted_limit_n
+    surface_m = one.distance * distance_m
+    if one.pressed:
+        start_n = one.pressed * most_n
+        surface_m = -((start_n / payload.k) ** (1.0 / payload.n))
+        surface_m -= start_n / spec.system_stiffness_n_per_m
+    rig = load_world()(replace(spec, payload=payload, surface_m=surface_m))
     for device in (rig.force, rig.second_force, rig.arm):
         if device is not None:
             device.open(1.0)
+    least_n = max(envelope.plan.procedure.top_force_n, rig.world.true_peak_equivalent_n)
     engine = Engine(envelope, Operator())
     begun: list[float] = []
 
@@ -246,10 +261,7 @@ def run_back(one: BackCase) -> tuple[float, float, str]:
 
     with interruptible():
         outcome = run_loop(engine, rig, NullRecorder(at_tick))
-    most_n = envelope.run_limits.counted_limit_n
-    top_n = envelope.plan.procedure.top_force_n
-    peak_n = rig.world.true_peak_equivalent_n
-    j = (peak_n - top_n) / (most_n - top_n)
+    j = (rig.world.true_peak_equivalent_n - least_n) / (most_n - least_n)
     return j, rig.world.true_force_n, outcome.cause.rule if outcome.cause else outcome.status.value
 
 
