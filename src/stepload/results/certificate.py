@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import date, datetime
 
 from stepload.contact.materials import (
@@ -94,52 +94,38 @@ def rig_facts(
 ) -> Facts:
     """Rig and operator; `found` provides the K_s that was subtracted, the plan's or another."""
     plan, told = envelope.plan, recording.metadata
-    stiffness = plan.rig.system_stiffness
+    devices = (("Arm", "arm"), ("Force sensor", "force_sensor"))
     facts = [("Rig", short(plan.rig.name))]
-    for name, role in (("Arm", "arm"), ("Force sensor", "force_sensor")):
-        if device := told.get(role):
-            facts.append((name, short(device)))
-    if plan.rig.displacement is not None:
-        gauge = told.get("displacement_sensor", plan.rig.displacement.driver.name)
-        facts.append(("Gauge", stated(gauge)))
-        facts.append(("K_s", "not in the result: travel is measured across the contact"))
-    elif plan.identify.kind == "system":
-        facts.append(("K_s", "what this run measures"))
-    elif (given := _given_instead(plan, found)) is not None:
-        facts.append(("K_s", given))
-        facts.append(("K_s from", "stated when the record was identified again, not by the plan"))
-    else:
-        facts.append(("K_s", _counted(plan)))
-        facts.append(("K_s from", source_of(stiffness, started_on(told.get("started", "")))))
+    facts += [(name, short(told[role])) for name, role in devices if told.get(role)]
+    facts += _stiffness_facts(plan, told, found)
     if plan.identify.temperature_c is not None:
         facts.append(("Temperature", f"{plan.identify.temperature_c:g} °C"))
-    return [
-        *facts,
-        ("Operator", stated(told.get("operator", ""))),
-        ("Notes", stated(told.get("notes", ""))),
-    ]
+    return [*facts, *((name, stated(told.get(name.lower(), ""))) for name in ("Operator", "Notes"))]
 
 
-def _given_instead(plan: Plan, found: Identification | None) -> str | None:
-    """The K_s that was subtracted from the travel where it differs from the plan's; else None."""
-    if found is None:
-        return None
-    sources, known = found.conditions.sources, known_stiffness(plan)
-    used = sources.system_stiffness_n_per_m, sources.system_stiffness_sigma_n_per_m
-    if used == (plan.rig.system_stiffness.stiffness_n_per_m, known.sigma_n_per_m):
-        return None
-    if used[0] is None:
-        return "none was taken out of the travel"
-    return f"{f(used[0], 'N/m')} ± {f(used[1], 'N/m')} (standard uncertainty)"
-
-
-def _counted(plan: Plan) -> str:
-    """K_s with the standard uncertainty that was used."""
-    known, value = known_stiffness(plan), plan.rig.system_stiffness.stiffness_n_per_m
-    text = f"{f(value, 'N/m')} ± {f(known.sigma_n_per_m, 'N/m')} (standard uncertainty)"
-    if known.table is not None:
-        return f"{text}, and a table of the deflection"
-    return text
+def _stiffness_facts(plan: Plan, told: Mapping[str, str], found: Identification | None) -> Facts:
+    """The K_s that was subtracted from the travel, with its standard uncertainty and origin."""
+    if plan.rig.displacement is not None:
+        gauge = told.get("displacement_sensor", plan.rig.displacement.driver.name)
+        across = "not in the result: travel is measured across the contact"
+        return [("Gauge", stated(gauge)), ("K_s", across)]
+    if plan.identify.kind == "system":
+        return [("K_s", "what this run measures")]
+    stiffness, known = plan.rig.system_stiffness, known_stiffness(plan)
+    value: float | None = stiffness.stiffness_n_per_m
+    sigma = known.sigma_n_per_m
+    origin = source_of(stiffness, started_on(told.get("started", "")))
+    table = ", and a table of the deflection" if known.table is not None else ""
+    if found is not None:
+        sources = found.conditions.sources
+        used = sources.system_stiffness_n_per_m, sources.system_stiffness_sigma_n_per_m
+        if used != (value, sigma):
+            (value, sigma), table = used, ""
+            origin = "stated when the record was identified again, not by the plan"
+    if value is None:
+        return [("K_s", "none was taken out of the travel"), ("K_s from", origin)]
+    size = f"{f(value, 'N/m')} ± {f(sigma, 'N/m')} (standard uncertainty){table}"
+    return [("K_s", size), ("K_s from", origin)]
 
 
 def started_on(text: str) -> date | None:
