@@ -121,7 +121,7 @@ def identify(
     if (deformation_m is None) == (position_m is None):
         raise BadInputError("give one of deformation_m and position_m")
     try:
-        wishes = Stated(**known)
+        stated = Stated(**known)
     except TypeError as error:
         raise BadInputError(
             f"identify: {str(error).rpartition(') ')[2]}",
@@ -147,7 +147,7 @@ def identify(
         force_n=arrays["force_n"],
     )
     with np.errstate(all="ignore"):
-        return Identified(*identify_curve(curve, wishes))
+        return Identified(*identify_curve(curve, stated))
 
 
 def _plan(plan: Plan | str | Path) -> Plan:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from difflib import get_close_matches
@@ -229,9 +230,21 @@ def _shown(text: str) -> str:
 
 
 def percent(share: float, digits: int = 3) -> str:
-    """A share in per cent with so many significant digits, without noise: "20%", "4.69%"."""
+    """A share in per cent with so many significant digits, without noise: "20 %", "4.69 %"."""
     shown = float(f"{100.0 * share:.{digits}g}")
-    return f"{shown:f}%" if not math.isfinite(shown) else f"{Decimal(repr(shown)).normalize():f}%"
+    return f"{shown:f} %" if not math.isfinite(shown) else f"{Decimal(repr(shown)).normalize():f} %"
+
+
+def change(relative: float) -> str:
+    """A change against the first of two, "+5.1 %"; beyond half and twice a ratio, "× 3.2"."""
+    if not -0.5 <= relative <= 1.0:
+        return f"× {1.0 + relative:.3g}"
+    return f"{100.0 * relative:+.3g} %"
+
+
+def changes(ends: Sequence[float]) -> str:
+    """The two ends of an interval of a change."""
+    return f"[{', '.join(map(change, ends))}]"
 
 
 def beside_limit(value: float, limit: float, unit: str = "%") -> tuple[str, str]:

@@ -286,7 +286,8 @@ def test_compare_sets_runs_side_by_side(lab: Path, payload_runs: list[Path]) -> 
     pair = next(pair for pair in ran.data["pairs"] if pair["estimator"] == "joint")
     one, two = (run["fits"]["joint"] for run in ran.data["runs"])
     assert pair["change"]["n_change"] == pytest.approx(two["n"] - one["n"])
-    assert 0.0 <= pair["change"]["normalised_error"] < 1.0
+    changed = two["secant_n_per_m"] / one["secant_n_per_m"] - 1.0
+    assert pair["change"]["secant_change"] == pytest.approx(changed)
     page = (out / "compare.html").read_text()
     assert "<script" not in page
     assert page.count("data:image/svg+xml") == 2
@@ -340,16 +341,18 @@ def test_a_curve_against_steel_is_corrected_for_the_modulus(
     by_modulus = command("compare", run, "--curve", curve, "--curve-modulus", f"{steel:.9g} Pa")
     assert by_plate.code == 0, by_plate.text
     found = by_plate.data["curve"][0]
-    assert found["inside_share"] == 1.0
-    assert by_plate.data["verdict"] == "agree"
-    fit = by_plate.data["runs"][0]["fits"][found["estimator"]]["secant_n_per_m"]
-    true = 300.0 ** (1 / 3) * 6.57e8 ** (2 / 3)
-    assert found["secant_change"] == pytest.approx(true / fit - 1.0, abs=1e-3)
+    assert by_plate.data["verdict"] == found["verdict"] == "agree"
+    assert found["secant_n_per_m"] == pytest.approx(300 ** (1 / 3) * 6.57e8 ** (2 / 3), rel=1e-3)
+    for kind in ("chord", "secant"):
+        low, high = found[f"{kind}_interval"]
+        assert low < found[f"{kind}_change"] < high
+        assert low < 0.0 < high
     assert by_modulus.data["curve"][0]["secant_change"] == pytest.approx(
         found["secant_change"], abs=1e-6
     )
-    uncorrected = plain.data["curve"][0]["secant_change"] - found["secant_change"]
-    assert uncorrected == pytest.approx((steel / aluminium) ** (2 / 3) - 1.0, rel=0.05)
+    plain_change = plain.data["curve"][0]["secant_change"]
+    ratio = (1.0 + plain_change) / (1.0 + found["secant_change"])
+    assert ratio == pytest.approx((steel / aluminium) ** (2 / 3), rel=2e-3)
     assert any("no modulus" in note for note in plain.data["notes"])
 
 
@@ -361,7 +364,7 @@ def test_a_curve_that_ends_at_the_secant_force_keeps_its_secant(
     ran = command("compare", payload_runs[0], "--curve", curve, "--curve-plate", "200 GPa, 0.29")
     (found,) = ran.data["curve"]
     assert found["secant_force_n"] == pytest.approx(300.0 / 1.0246, rel=1e-3)
-    assert abs(found["secant_change"]) < 0.03
+    assert found["secant_interval"][0] < 0.0 < found["secant_interval"][1]
     assert abs(found["chord_change"]) < 0.03
     assert found["verdict"] == "agree"
 
@@ -369,7 +372,7 @@ def test_a_curve_that_ends_at_the_secant_force_keeps_its_secant(
 def test_a_curve_of_another_payload_disagrees(lab: Path, payload_runs: list[Path]) -> None:
     curve = write_curve(lab / "softer.csv", 0.6)
     ran = command("compare", payload_runs[0], "--curve", curve)
-    assert ran.data["curve"][0]["inside_share"] < 0.5
+    assert ran.data["curve"][0]["chord_interval"][1] < -0.1
     assert ran.data["verdict"] == "differs"
 
 

@@ -30,7 +30,9 @@ def identify(
     ] = None,
     system_stiffness_sigma: Annotated[
         str | None,
-        typer.Option("--system-stiffness-sigma", help='Its standard uncertainty, "70 kN/m".'),
+        typer.Option(
+            "--system-stiffness-sigma", help='Its standard uncertainty, "70 kN/m", "2 %".'
+        ),
     ] = None,
     msde: Annotated[
         str | None, typer.Option("--msde", help='Smooth deformation error, "0.54 um".')
@@ -101,7 +103,7 @@ def identify(
 
     stated = Stated(
         system_stiffness_n_per_m=quantity(system_stiffness, "N/m"),
-        system_stiffness_sigma_n_per_m=quantity(system_stiffness_sigma, "N/m"),
+        system_stiffness_sigma_n_per_m=_sigma(system_stiffness_sigma, system_stiffness),
         smooth_error_m=quantity(msde, "m"),
         secant_force_n=quantity(secant_force, "N"),
         elastic_limit_n=quantity(elastic_limit, "N"),
@@ -146,6 +148,20 @@ def identify(
         report = write_new(write_to, *(results_again(file, stated) if is_record(file) else whole))
         out.line(f"report: {report}")
     out.result(data)
+
+
+def _sigma(text: str | None, stiffness: str | None) -> float | None:
+    """σ of K_s in N/m, from a text in N/m or as a share of K_s."""
+    from stepload.units import parse_quantity
+
+    if text is None or not text.rstrip().endswith("%"):
+        return None if text is None else parse_quantity(text, "N/m")
+    if stiffness is None:
+        raise BadInputError(
+            f"--system-stiffness-sigma {text}: a share of a K_s that is not stated",
+            hint="state --system-stiffness, or the uncertainty in N/m",
+        )
+    return parse_quantity(text, "%") * parse_quantity(stiffness, "N/m")
 
 
 def _show_all(directory: Path, stated: Stated, processes: int | None, output: Output) -> None:

@@ -227,8 +227,8 @@ def compare(
     """
     from stepload.record.curves import read_curve
     from stepload.record.plain import json_text
-    from stepload.results.comparison import CurveGiven
     from stepload.results.comparison import compare as compare_runs
+    from stepload.results.comparison_curve import CurveGiven
     from stepload.results.comparison_document import comparison_data, comparison_document
     from stepload.results.curve import deformation_curve
     from stepload.results.page import render

@@ -21,10 +21,10 @@ class Reach:
 
     Attributes:
         series, value, change: the row.
-        from_n_per_m, to_n_per_m: softest and stiffest measured column, with all columns between
-            measured too; NaN where there is none.
-        within_n_per_m: the stiffest column with an interval within ±1/t, below (34) or not; NaN
-            where there is none.
+        from_n_per_m, to_n_per_m: softest column that is measured, and the stiffness up to which
+            it goes on without a gap; NaN where there is none.
+        within_n_per_m: the stiffness at which the interval becomes wider than ±1/t, below (34) or
+            not, between two columns; NaN where no column is within it.
         beyond_n_per_m: the next column; NaN where the map ends.
         k_max_n_per_m: (34).
     """
@@ -66,16 +66,31 @@ def _reach(series: str, value: float, change: str, rows: Sequence[Row]) -> Reach
     secants = [*(row.point.secant_n_per_m for row in rows), math.nan]
     first, last = _block([row.measured for row in rows])
     within = _block([row.narrow for row in rows])[1]
+    limit_n_per_m, end_n_per_m = rows[0].k_max_n_per_m, _end(rows, within)
     return Reach(
         series,
         math.nan if series == BUY else value,
         change,
         secants[first],
-        secants[last],
-        secants[within],
+        max(secants[last], min(end_n_per_m, limit_n_per_m)) if last >= 0 else math.nan,
+        end_n_per_m,
         secants[within + 1] if within >= 0 else math.nan,
-        rows[0].k_max_n_per_m,
+        limit_n_per_m,
     )
+
+
+def _end(rows: Sequence[Row], last: int) -> float:
+    """The stiffness in N/m at which the interval becomes wider than ±1/t, between the last narrow
+    column and the next one; NaN where no column is narrow."""
+    if last < 0:
+        return math.nan
+    here, secant = rows[last], rows[last].point.secant_n_per_m
+    if last == len(rows) - 1 or math.isnan(rows[last + 1].half_width):
+        return secant
+    beyond = rows[last + 1]
+    share = math.log(1.0 / (here.point.conditions.t * here.half_width))
+    share /= math.log(beyond.half_width / here.half_width)
+    return secant * math.exp(share * math.log(beyond.point.secant_n_per_m / secant))
 
 
 def _block(yes: Sequence[bool]) -> tuple[int, int]:
@@ -124,7 +139,7 @@ class PayloadAnswer:
 
 def half_text(half: float) -> str:
     """A half width in words."""
-    return f"±{half:.1%}" if half <= 1.0 else "wider than the figure"
+    return f"±{percent(half, 2)}" if half <= 1.0 else "wider than the figure"
 
 
 def narrowing_text(found: Sequence[Narrowing]) -> str:
@@ -156,7 +171,8 @@ def _how_stiff(each: Reach, rig: Bench) -> str:
         return f"As it is this rig measures no stiffness of the map at {top}; (34): {limit}"
     return (
         f"As it is this rig measures spheres of {extent(each)} (secant at {top}) to "
-        f"±{1.0 / rig.conditions.t:.0%} or better; the guideline (34), {limit}, is {each.guideline}"
+        f"±{percent(1.0 / rig.conditions.t)} or better; the guideline (34), {limit}, is "
+        f"{each.guideline}"
     )
 
 

@@ -20,8 +20,9 @@ from stepload.estimators.blocks import BLOCK_S, blocks
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.missing import Missing
 from stepload.estimators.runin import run_in
-from stepload.estimators.smooth import NORMAL_95
+from stepload.estimators.smooth import NORMAL_95, smooth_correlation
 
+_GRID = 60
 LEAST_SAMPLES = 20
 """A cycle of fewer samples has no loop."""
 
@@ -33,11 +34,12 @@ class CycleLoss:
     Attributes:
         cycle: its number.
         energy_j: energy lost; negative where the loop is the wrong way round.
-        sigma_j: standard uncertainty, from noise and quanta as seen and from the lag.
+        sigma_j: standard uncertainty, from noise and quanta as seen, the lag, and the error of
+            travel that differs from branch to branch.
         stored_j: work done while loading, over the same forces.
         share: energy lost over work done.
         share_sigma: its standard uncertainty.
-        resolved: whether the loss is beyond what noise, quanta and lag explain (95 %).
+        resolved: whether the loss is beyond what these explain (95 %).
     """
 
     cycle: int
@@ -56,7 +58,8 @@ class Loss:
     Attributes:
         cycles: in order.
         change: share of the last cycle minus that of the first; None with one cycle.
-        change_sigma: its standard uncertainty: the lag is the same in both, noise is not.
+        change_sigma: its standard uncertainty: the lag is the same in both, noise and travel are
+            not.
     """
 
     cycles: tuple[CycleLoss, ...]
@@ -71,6 +74,8 @@ def loss(
     cycle: NDArray[np.integer],
     *,
     lag_sigma_s: float,
+    travel_sigma_m: float = 0.0,
+    length_n: float = 1.0,
 ) -> Loss | Missing:
     """Loss of every cycle.
 
@@ -78,6 +83,8 @@ def loss(
         time_s, deformation_m, force_n: (N,) loading and unloading, in the order of time.
         cycle: (N,) number of the cycle; only cycles that were loaded and unloaded.
         lag_sigma_s: standard uncertainty of the time between force and position.
+        travel_sigma_m: standard deviation of the error of travel that is another one in every
+            branch, smooth over `length_n` of force.
     """
     numbers = [int(number) for number in np.unique(cycle) if number > 0]
     if not numbers:
@@ -95,8 +102,9 @@ def loss(
     for each in found.cycles:
         mine = cycle == each.number
         late_j = lag_sigma_s * _lag_power(time_s[mine], deformation_m[mine], force_n[mine])
-        sigma_j = math.hypot(each.loop_sigma_j, late_j)
-        noises.append(each.loop_sigma_j / each.stored_energy_j)
+        own_j = math.hypot(each.loop_sigma_j, travel_sigma_m * _spread_n(force_n[mine], length_n))
+        sigma_j = math.hypot(own_j, late_j)
+        noises.append(own_j / each.stored_energy_j)
         cycles.append(
             CycleLoss(
                 cycle=each.number,
@@ -112,6 +120,14 @@ def loss(
         return Loss(tuple(cycles), None, None)
     change = cycles[-1].share - cycles[0].share
     return Loss(tuple(cycles), change, math.hypot(noises[0], noises[-1]))
+
+
+def _spread_n(force_n: FloatArray, length_n: float) -> float:
+    """Standard deviation in J of a loop whose two branches have an error of 1 m each, smooth over
+    `length_n`: the root of twice the integral of its correlation over the forces of the loop."""
+    grid = np.linspace(float(force_n.min()), float(force_n.max()), _GRID)
+    step_n = float(grid[1] - grid[0])
+    return step_n * math.sqrt(2.0 * float(smooth_correlation(grid, length_n).sum()))
 
 
 def _lag_power(time_s: FloatArray, deformation_m: FloatArray, force_n: FloatArray) -> float:

@@ -23,6 +23,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stepload.errors import DomainError
 from stepload.estimators.fit import FloatArray, IntArray
@@ -33,6 +34,8 @@ from stepload.estimators.smooth import (
     fit_with_smooth_error,
     smooth_lengths,
 )
+
+BoolArray = NDArray[np.bool_]
 
 _CELLS = 60
 _IN_CONTACT = 0.03
@@ -83,6 +86,8 @@ class SystemStiffnessFit:
         points: samples used.
         misfit_force_n, misfit_m: (M,) cells of force over the fitted range, and the misfit of the
             line there.
+        loading_force_n, loading_m: (L,) cells of force of the loading, and the deflection there
+            from any zero: travel less contact and damping.
     """
 
     stiffness_n_per_m: float
@@ -104,6 +109,8 @@ class SystemStiffnessFit:
     points: int
     misfit_force_n: FloatArray
     misfit_m: FloatArray
+    loading_force_n: FloatArray
+    loading_m: FloatArray
 
 
 def fit_system_stiffness(
@@ -113,6 +120,7 @@ def fit_system_stiffness(
     *,
     contact: SeriesContact | None = None,
     piece: IntArray | None = None,
+    loading: BoolArray | None = None,
     min_force_fraction: float = 0.4,
     resolution_m: float = 0.0,
     known_error_m: float | None = None,
@@ -127,6 +135,7 @@ def fit_system_stiffness(
         contact: the series contact, where it is known.
         piece: (N,) which piece of the run each sample belongs to; each has an intercept of its own
             (`stepload.estimators.pieces`). None: all are one.
+        loading: (N,) whether a sample belongs to a loading; None: all do.
         min_force_fraction: forces below this fraction of the largest are left out of K_s.
         resolution_m: quantum of `displacement_m`; 0 counts the whole misfit as smooth error.
         known_error_m: sd of the smooth position error, known from many earlier runs of the rig;
@@ -146,7 +155,10 @@ def fit_system_stiffness(
         piece = np.zeros(force_n.size, dtype=np.intp)
     elif piece.shape != force_n.shape:
         raise DomainError(f"pieces have shape {piece.shape}, forces {force_n.shape}")
-    cells = gather(time_s, displacement_m, force_n, force_n > _IN_CONTACT * top, piece)
+    if loading is None:
+        loading = np.ones(force_n.size, dtype=np.bool_)
+    touched = force_n > _IN_CONTACT * top
+    cells = gather(time_s, displacement_m, force_n, touched, piece, loading)
     points = int(np.count_nonzero(force_n >= min_force_fraction * top))
     fits = [
         _fit(cells, top, points, contact, min_force_fraction, resolution_m, known_error_m, length)
@@ -213,9 +225,10 @@ def _fit(
     if contact is None:
         lowest = whole.theta[1] - _NORMAL_95_ONE_SIDED * whole.sigma(1, error_m * widening)
         upper = max(upper, 1.0 / float(lowest) if lowest > 0 else float("inf"))
-    damping = bound = 0.0
+    damping = bound = late = 0.0
     if moving:
-        damping = -float(line.theta[2]) * stiffness
+        late = -float(line.theta[2])
+        damping = late * stiffness
         unseen = _NORMAL_95_ONE_SIDED * stiffness * line.sigma(2, error_m * widening)
         bound = max(0.0, damping - unseen)
     return SystemStiffnessFit(
@@ -238,17 +251,21 @@ def _fit(
         points=points,
         misfit_force_n=force,
         misfit_m=travel - shift[high] - columns @ line.theta,
+        loading_force_n=cells.force_n[cells.loading],
+        loading_m=(cells.displacement_m - shift + late * cells.rate_m_s)[cells.loading],
     )
 
 
 @dataclass(frozen=True, slots=True)
 class Cells:
-    """Means (M,) over the samples of a cell of force; `across_n` (M, K) of the extra columns."""
+    """Means (M,) over the samples of a cell of force; `across_n` (M, K) of the extra columns,
+    `loading` (M,) whether they belong to a loading."""
 
     force_n: FloatArray
     displacement_m: FloatArray
     rate_m_s: FloatArray
     across_n: FloatArray
+    loading: BoolArray
 
 
 def _check(time_s: FloatArray, displacement_m: FloatArray, force_n: FloatArray) -> None:
@@ -271,8 +288,9 @@ def gather(
     time_s: FloatArray,
     displacement_m: FloatArray,
     force_n: FloatArray,
-    mask: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
+    mask: BoolArray,
     piece: IntArray,
+    loading: BoolArray,
     across_n: FloatArray | None = None,
 ) -> Cells:
     """Mean force, travel and rate in cells of force, loading, resting and unloading apart: the
@@ -284,6 +302,7 @@ def gather(
     motion = np.sign(force_rate) * (np.abs(force_rate) > threshold)
     width = float(force_n.max()) / _CELLS
     keys = 3 * np.floor(force_n[mask] / width).astype(np.intp) + motion[mask].astype(np.intp)
+    keys = 2 * keys + loading[mask]
     shift_m, known = piece_shifts(displacement_m[mask], keys, piece[mask])
     _, index, count = np.unique(keys[known], return_inverse=True, return_counts=True)
 
@@ -298,6 +317,7 @@ def gather(
         np.stack([mean(column) for column in beside[mask].T], axis=1)
         if beside.shape[1]
         else np.zeros((count.size, 0)),
+        mean(loading[mask].astype(np.float64)) > 0.5,
     )
 
 

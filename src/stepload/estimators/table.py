@@ -1,7 +1,7 @@
 """The table δ_s(F) of a pose from K_s runs, of which the line (26) gives a single number.
 
-It holds the loading only, from which a payload is identified, since a load path has hysteresis. The
-contact's deformation and the damping (C_s) are subtracted as in the fit of K_s. Rows lie so far
+It is made of the cells of force that K_s was fitted to, contact and damping (C_s) taken out: those
+of the loading, since a load path has hysteresis. Rows lie so far
 apart that a quantum of position is small between them.
 """
 
@@ -9,23 +9,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from stepload.errors import DomainError
 from stepload.estimators.deflection import DeflectionTable
-from stepload.estimators.fit import FloatArray, IntArray
+from stepload.estimators.fit import FloatArray
 from stepload.estimators.pieces import piece_shifts
 from stepload.estimators.pool import PooledStiffness
 from stepload.estimators.smooth import few_degrees
-from stepload.estimators.system import SeriesContact, SystemStiffnessFit, gather, quantum_sd
+from stepload.estimators.system import SystemStiffnessFit, quantum_sd
 
 FEWEST, MOST = 4, 24
 QUANTA = 4.0
 """Least change of deflection between two rows, in quanta or in smooth errors."""
-LEAST_SHARE = 0.03
-"""Forces below this share of the top are left out: there the touch dominates."""
 _FINE = 120
 
 
@@ -38,38 +35,7 @@ class MeasuredTable:
     problem: str = ""
 
 
-class LoadingCurve(NamedTuple):
-    """Deflection (M,) of the system in m over force (M,) of one run's loadings, any zero."""
-
-    force_n: FloatArray
-    deflection_m: FloatArray
-
-
-def loading_curve(
-    time_s: FloatArray,
-    displacement_m: FloatArray,
-    force_n: FloatArray,
-    piece: IntArray,
-    *,
-    contact: SeriesContact,
-    fit: SystemStiffnessFit,
-) -> LoadingCurve:
-    """Travel (N,) less contact and damping, averaged in cells of force.
-
-    Args:
-        time_s, displacement_m, force_n, piece: (N,) of all loadings of a run, as for the fit.
-        contact: the contact in series.
-        fit: K_s of the run; its damping takes out what moves late.
-    """
-    used = force_n > LEAST_SHARE * float(force_n.max())
-    cells = gather(time_s, displacement_m, force_n, used, piece)
-    late = fit.damping_n_s_per_m / fit.stiffness_n_per_m * cells.rate_m_s
-    left = cells.displacement_m - contact.deformation_m(cells.force_n) + late
-    return LoadingCurve(cells.force_n, left)
-
-
 def measured_table(
-    curves: Sequence[LoadingCurve],
     fits: Sequence[SystemStiffnessFit],
     pooled: PooledStiffness,
     *,
@@ -83,20 +49,18 @@ def measured_table(
     is common to all rows.
 
     Args:
-        curves: of the runs.
-        fits: of the runs.
+        fits: of the runs, each with its contact.
         pooled: made of them.
         resolution_m: quantum of the travel.
     """
     common = max(fit.contact_sigma_n_per_m for fit in fits) / pooled.stiffness_n_per_m
-    low_n = max(float(curve.force_n.min()) for curve in curves)
-    high_n = min(float(curve.force_n.max()) for curve in curves)
-    low_n = max(low_n, LEAST_SHARE * high_n)
+    low_n = max(float(fit.loading_force_n.min()) for fit in fits)
+    high_n = min(float(fit.loading_force_n.max()) for fit in fits)
     if not high_n > low_n:
         return MeasuredTable(None, common, "the runs have no force in common")
-    force = np.concatenate([curve.force_n for curve in curves])
-    travel = np.concatenate([curve.deflection_m for curve in curves])
-    run = np.repeat(np.arange(len(curves)), [curve.force_n.size for curve in curves])
+    force = np.concatenate([fit.loading_force_n for fit in fits])
+    travel = np.concatenate([fit.loading_m for fit in fits])
+    run = np.repeat(np.arange(len(fits)), [fit.loading_force_n.size for fit in fits])
     inside = (force >= low_n) & (force <= high_n)
     force, travel, run = force[inside], travel[inside], run[inside]
     fine = np.floor((force - low_n) / (high_n - low_n) * _FINE).astype(np.intp)

@@ -30,7 +30,7 @@ from stepload.evidence.laws import FIXED, POWER
 from stepload.evidence.loops import Branch, Loop
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Exponent, Quantity, combined
-from stepload.evidence.reading import OF_SIGNS, branch_chord, kind_of, read_of
+from stepload.evidence.reading import OF_SIGNS, branch_chord, kind_of, no_branch, read_of
 from stepload.evidence.second import against_second
 from stepload.units import format_quantity
 
@@ -142,7 +142,7 @@ def weigh(run: Pressed) -> Evidence:
             found[own.kind] = own
     headline = found.get(kind_of(told.branch))
     if headline is None:
-        raise DomainError(f"there is no {told.branch} to read a chord from")
+        raise DomainError(no_branch(run, told.branch))
     if inelastic.share > _within(headline):
         said_of = f"{inelastic.share:.1%} of the deformation is not elastic ({inelastic.largest})"
         read_from = replace(read_from, exponent_doubts=(said_of,))

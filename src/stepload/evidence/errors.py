@@ -17,6 +17,7 @@ from stepload.evidence.loops import Branch
 from stepload.evidence.path import Path
 from stepload.evidence.pressed import Pressed
 
+SYSTEM = "system stiffness K_s"
 ALIKE_SHARE = 0.1
 """Correlation length of the error of a quantum, in quanta."""
 LEAST_SHARE = 1e-4
@@ -85,7 +86,7 @@ def errors_of(
             size_m**2 * alike,
         ),
         Component(
-            "system stiffness K_s",
+            SYSTEM,
             _system_size(sources),
             np.outer(system_m, system_m) + alike * np.outer(rows_m, rows_m)
             + np.outer(unseen_m, unseen_m),

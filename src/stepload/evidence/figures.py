@@ -32,7 +32,7 @@ TWO_LOOKS = 2.2414
 """Quantile of the normal distribution at 1 - 0.025/2: two looks together miss in 5 %."""
 BETTER = 16.0
 """χ² by which another law must fit better to refuse one: four standard deviations."""
-SEAT = "seat that gave way at small force"
+SEAT = "set at small force"
 HOPELESS = 1.0
 """Half width, as a share of the figure, above which it is not identifiable."""
 

@@ -13,7 +13,7 @@ from stepload.evidence import figures
 from stepload.evidence.chord import Chord, chord, smoothed
 from stepload.evidence.drift import Drift, drift_of, largest_in_holds, without_drift
 from stepload.evidence.elastic import Elastic, elastic_of
-from stepload.evidence.errors import errors_of, middle, total
+from stepload.evidence.errors import SYSTEM, errors_of, middle, total
 from stepload.evidence.inelastic import Inelastic, inelastic_of
 from stepload.evidence.loops import LEAST_STRETCHES, Branch, Loop, loops_of
 from stepload.evidence.path import Path
@@ -71,6 +71,13 @@ def kind_of(branch: str) -> str:
     return "chord" if branch == BRANCHES[0] else f"{branch}_chord"
 
 
+def no_branch(run: Pressed, branch: str) -> str:
+    """Why a run has no chord of a branch."""
+    if branch == BRANCHES[2] and len(run.tracks) == 1:
+        return "There is one cycle: a reloading is the second loading"
+    return f"There is no {branch} to read a chord from"
+
+
 def branch_chord(
     run: Pressed, read: Read, name: str, doubts: Sequence[str] = ()
 ) -> Quantity | None:
@@ -106,7 +113,9 @@ def _reading(
     """The input of the figures of a branch, no law in it."""
     lengths = smooth_lengths(run.conditions.sources.smooth_length_n, elastic.top_n)
     errors = [errors_of(run, branch, elastic, drift, length_n) for length_n in lengths]
-    main = smoothed(local, branch, total(errors[middle(len(lengths))]), elastic.q)
+    # The shape of the fit must not tell K_s: its error is not among those that weigh the data.
+    weighing = [part for part in errors[middle(len(lengths))] if part.source != SYSTEM]
+    main = smoothed(local, branch, total(weighing), elastic.q)
     return figures.Reading(
         main=main,
         upper=main,

@@ -148,7 +148,7 @@ def _until(plan: Plan) -> Iterator[Impossibility]:
         )
     accuracy = 1.0 / plan.identify.accuracy_t
     if until > accuracy:
-        wide, most = (text.replace("%", " %") for text in beside_limit(until, accuracy))
+        wide, most = beside_limit(until, accuracy)
         yield Impossibility(
             path,
             f"±{wide} is wider than the ±{most} that identify.t asks for (1/t): the run would end "

@@ -87,6 +87,25 @@ class Quantity:
         }
 
 
+class Relative(float):
+    """A share of another value of the same section."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sigma(Quantity):
+    """A standard uncertainty of the field `of`: in its unit, or a share of it ("1 %")."""
+
+    of: str = ""
+
+    def read(self, value: Any) -> float:
+        if not isinstance(value, str) or not value.rstrip().endswith("%"):
+            return Quantity.read(self, value)
+        return Relative(Quantity("%", 0.0, _LARGEST_DOUBT, above=True).read(value))
+
+    def expected(self) -> str:
+        return f"{Quantity.expected(self)}, or a share of the value"
+
+
 @dataclass(frozen=True, slots=True)
 class HalfWidth(Quantity):
     """Half of an interval as a share of what it is about: "±5 %", or "5 %"."""
@@ -423,6 +442,7 @@ DurationOrZero = Annotated[float, Quantity("s", 0.0, 86_400.0)]
 Rate = Annotated[float, Quantity("Hz", 1.0, 100_000.0)]
 Stiffness = Annotated[float, Quantity("N/m", 1.0, 1e12)]
 StiffnessError = Annotated[float, Quantity("N/m", 0.0, 1e12, above=True)]
+StiffnessSigma = Annotated[float, Sigma("N/m", 0.0, 1e12, above=True, of="stiffness_n_per_m")]
 Compliance = Annotated[float, Quantity("m/N", -0.01, 0.01)]
 ComplianceError = Annotated[float, Quantity("m/N", 0.0, 0.01, above=True)]
 Correlation = Annotated[float, Number(-1.0, 1.0)]

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from typing import Any, TypeVar, cast
 
-from stepload.plan.draft import Draft, UnknownError, kind_of, leave_out, put, whole
-from stepload.plan.leaves import Leaf, LeafError, Stated
+from stepload.plan.draft import Draft, UnknownError, kind_of, leave_out, put, whole, written
+from stepload.plan.leaves import Leaf, LeafError, Relative, Sigma, Stated
 from stepload.plan.problems import PlanError, Problem, guess, printable
 from stepload.plan.sections import (
     SHAPE,
@@ -103,6 +103,12 @@ def _read_entry(
         message = f"nothing stands behind `{entry.name}`"
         raise _refused(problems, node, message, "write a value, or leave the key out")
     value = None if null and entry.key.null else _value(entry, node, at, problems)
+    if isinstance(value, Relative) and isinstance(entry.leaf, Sigma):
+        whole = written(draft, entry.leaf.of)
+        if whole is None:
+            message = f"`{entry.name}` is a share of a value that is not stated"
+            raise _refused(problems, node, message, expected(entry))
+        value = value * whole
     if entry.kept:
         _keep(draft, entry, value)
 

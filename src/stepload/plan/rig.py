@@ -32,7 +32,7 @@ from stepload.plan.leaves import (
     Share,
     ShareAcross,
     Stiffness,
-    StiffnessError,
+    StiffnessSigma,
     Temperature,
     Text,
     Torque,
@@ -301,7 +301,7 @@ class SystemStiffness:
     """
 
     stiffness_n_per_m: Annotated[Stiffness, Key("K_s; with `sigma`.", name="value", derived=True)]
-    sigma_n_per_m: Annotated[StiffnessError, Key("Standard uncertainty of `value`.", derived=True)]
+    sigma_n_per_m: Annotated[StiffnessSigma, Key("Standard uncertainty of `value`.", derived=True)]
     msde_m: Annotated[LengthOrZero, Key("Rms deformation misfit of the linear fit (26).")] = 0.0
     damping_n_s_per_m: Annotated[Damping, Key("Damping C_s, a lower bound.")] = 0.0
     provenance: Annotated[

@@ -87,7 +87,7 @@ def _cells(run: SavedRun) -> Cells:
     assert data.across_n is not None
     return gather(
         time_s, data.travel_m[mask][first], force_n, force_n >= 0.5 * MIN_FORCE * force_n.max(),
-        pieces(data)[mask][first], data.across_n[mask][first],
+        pieces(data)[mask][first], data.branch(LOADING)[mask][first], data.across_n[mask][first],
     )  # fmt: skip
 
 

@@ -91,6 +91,7 @@ def identify_system(data: PressData, conditions: Conditions) -> SystemStiffnessF
         data.force_n[mask][first],
         contact=series_contact(conditions),
         piece=pieces(data)[mask][first],
+        loading=data.branch(LOADING)[mask][first],
         resolution_m=conditions.sources.position_resolution_m,
         length_n=conditions.sources.smooth_length_n,
     )

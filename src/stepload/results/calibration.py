@@ -15,13 +15,12 @@ from stepload.estimators.fit import FloatArray
 from stepload.estimators.pool import PooledStiffness, pool
 from stepload.estimators.smooth_length import SmoothLength, measure_length
 from stepload.estimators.system import SystemStiffnessFit
-from stepload.estimators.table import MeasuredTable, loading_curve, measured_table
+from stepload.estimators.table import MeasuredTable, measured_table
 from stepload.estimators.two_spheres import TwoSphereFit, two_sphere_difference
 from stepload.plan.calibration import TEMPERATURE_BAND_K, CalibrationRecord
 from stepload.plan.model import Structure
 from stepload.results.across_runs import NOT_KNOWN, across_of_runs
-from stepload.results.analyse import identify_system, pieces, series_contact
-from stepload.results.press_data import LOADING
+from stepload.results.analyse import identify_system, series_contact
 from stepload.results.saved import SavedRun, labelled
 from stepload.rig.pose import differences
 
@@ -105,26 +104,12 @@ def _fits(
 def _table(
     runs: Sequence[SavedRun], fits: Sequence[SystemStiffnessFit], pooled: PooledStiffness
 ) -> MeasuredTable:
-    """The table δ_s(F) of the runs' loadings."""
-    curves = []
-    for run, fit in zip(runs, fits, strict=True):
-        contact = series_contact(run.conditions)
-        if contact is None:
+    """The table δ_s(F) of the runs' loadings, from the fits of K_s."""
+    for run in runs:
+        if series_contact(run.conditions) is None:
             return MeasuredTable(None, 0.0, f"{run.path.name} does not tell its contact")
-        loading = run.data.branch(LOADING)
-        time_s, first = np.unique(run.data.time_s[loading], return_index=True)
-        curves.append(
-            loading_curve(
-                time_s,
-                run.data.travel_m[loading][first],
-                run.data.force_n[loading][first],
-                pieces(run.data)[loading][first],
-                contact=contact,
-                fit=fit,
-            )
-        )
     resolution_m = max(run.conditions.sources.position_resolution_m for run in runs)
-    return measured_table(curves, fits, pooled, resolution_m=resolution_m)
+    return measured_table(fits, pooled, resolution_m=resolution_m)
 
 
 def _rows(made: MeasuredTable) -> dict[str, Any]:

@@ -2,52 +2,27 @@
 
 from __future__ import annotations
 
-import dataclasses
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from stepload.contact.power_law import secant_stiffness
 from stepload.errors import BadInputError
-from stepload.estimators.budget import secant_gradient
-from stepload.estimators.compare import (
-    Band,
-    CurveComparison,
-    FitPair,
-    Spread,
-    at_other_modulus,
-    compare_curve,
-    compare_fits,
-    confidence_band,
-    spread,
+from stepload.estimators.compare import FitPair, Spread, compare_fits, spread
+from stepload.evidence.difference import SAME_FORCE, Difference
+from stepload.evidence.identification import REPORTED
+from stepload.evidence.quantity import Quantity
+from stepload.results.comparison_curve import AgainstCurve, CurveGiven, against_curve
+from stepload.results.comparison_notes import group_notes, run_notes
+from stepload.results.comparison_runs import (
+    ComparedRun,
+    chords,
+    compared_run,
+    differences,
+    grouped,
+    usable,
 )
-from stepload.estimators.difference import POWER, Agreement, Difference
-from stepload.estimators.fit import Fit
-from stepload.estimators.fit_all import fit_all
-from stepload.estimators.repeats import normal
-from stepload.estimators.selection import select
-from stepload.estimators.smooth import NORMAL_95
-from stepload.evidence.identification import REPORTED, Identification
-from stepload.record.curves import Curve
-from stepload.results.analyse import identify_payload
-from stepload.results.comparison_groups import differences, grouped, pair_half_width
-from stepload.results.comparison_notes import REACHED, group_notes, run_notes
-from stepload.results.press_data import LOADING
 from stepload.results.saved import SavedRun, labelled
-
-INSIDE = 0.95
-"""Share of a curve's points that must lie inside the 95 % band."""
-
-
-@dataclass(frozen=True, slots=True)
-class ComparedRun:
-    """One run: its virgin loading, and the reported fits of every cycle separately."""
-
-    run: SavedRun
-    found: Identification
-    cycles: Mapping[int, Mapping[str, Fit]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,36 +44,17 @@ class Pair:
 
 
 @dataclass(frozen=True, slots=True)
-class AgainstCurve:
-    """One run's believed fit against the curve.
-
-    `half_width` is that of the 95 % interval of ln of the run's secant, `smallest_detectable` the
-    relative difference that would be detected with 80 % probability; the curve counts as exact. All
-    figures are those of the corrected curve: its forces were multiplied by `correction`, the ratio
-    of the equivalent moduli (V-A), 1 where none was given. `secant_n_per_m` is the curve's own
-    secant at `result.to_n`, None where it has no point as low as that.
-    """
-
-    run: str
-    estimator: str
-    result: CurveComparison
-    half_width: float
-    smallest_detectable: float
-    verdict: Agreement
-    correction: float = 1.0
-    secant_n_per_m: float | None = None
-
-
-@dataclass(frozen=True, slots=True)
 class Comparison:
     """Everything that was compared; secants are at `secant_force_n`.
 
-    `groups` are the indices into `runs` of repeats, `differences` those of every group from the
-    first; `tolerance` is the relative difference that matters.
+    `chords` are those of the runs between their common forces; none where one has none. `groups`
+    are the indices into `runs` of repeats, `differences` those of every group from the first;
+    `tolerance` is the relative difference that matters.
     """
 
     secant_force_n: float
     runs: tuple[ComparedRun, ...]
+    chords: tuple[Quantity, ...]
     spreads: Mapping[str, EstimatorSpread]
     pairs: tuple[Pair, ...]
     curve: tuple[AgainstCurve, ...]
@@ -106,19 +62,6 @@ class Comparison:
     groups: tuple[tuple[int, ...], ...]
     differences: tuple[Difference, ...]
     tolerance: float
-
-
-@dataclass(frozen=True, slots=True)
-class CurveGiven:
-    """A curve from another machine or finite elements, and its modulus.
-
-    `modulus_pa` is its equivalent modulus (4); `plate_pa` E/(1 − ν²) of its counter body, where
-    that alone differs from the run's. Both None: it needs no correction.
-    """
-
-    curve: Curve
-    modulus_pa: float | None = None
-    plate_pa: float | None = None
 
 
 def compare(
@@ -161,17 +104,20 @@ def compare(
         )
     groups, runs = grouped(runs, sizes), labelled(runs)
     at = secant_force_n or min(map(_secant_force_n, runs))
-    compared = tuple(_identified(run, at) for run in runs)
-    reached = all(each.found.peak_force_n >= REACHED * at for each in compared)
+    compared = tuple(compared_run(run, at) for run in runs)
+    figures = chords(compared)
     return Comparison(
         secant_force_n=at,
         runs=compared,
+        chords=figures,
         spreads=_spreads(compared),
-        pairs=tuple(_pairs(compared, tolerance)),
-        curve=() if given is None else tuple(_against(each, given, tolerance) for each in compared),
+        pairs=tuple(_pairs(compared)),
+        curve=()
+        if given is None
+        else tuple(against_curve(each, given, tolerance) for each in compared),
         notes=(*group_notes(groups, sizes), *run_notes(compared, given, at)),
         groups=groups,
-        differences=differences(compared, groups, tolerance) if reached else (),
+        differences=differences(compared, figures, groups, tolerance),
         tolerance=tolerance,
     )
 
@@ -180,38 +126,7 @@ def _secant_force_n(run: SavedRun) -> float:
     """The plan's secant force, or the highest force of the first loading if that is lower."""
     wanted_n = run.conditions.secant_force_n
     peak_n = float(run.data.force_n[run.data.first_loading()].max(initial=0.0))
-    return wanted_n if not 0.0 < peak_n < REACHED * wanted_n else peak_n
-
-
-def virgin_band(each: ComparedRun) -> Band | None:
-    """The believed curve of a run with its 95 % band; None where it has no budget."""
-    found = each.found
-    if found.budget is None:
-        return None
-    top = (found.peak_force_n / found.fit.k) ** (1.0 / found.fit.n)
-    deformation = np.linspace(0.0, top, 121)[1:]
-    return confidence_band(found.fit, found.budget.covariance, deformation)
-
-
-def _identified(run: SavedRun, secant_force_n: float) -> ComparedRun:
-    conditions = dataclasses.replace(run.conditions, secant_force_n=secant_force_n)
-    found = identify_payload(run.data, conditions)
-    numbers = np.unique(run.data.cycle[run.data.branch(LOADING)])
-    cycles = {int(number): _cycle_fits(run, int(number), secant_force_n) for number in numbers}
-    return ComparedRun(run, found, cycles)
-
-
-def _cycle_fits(run: SavedRun, cycle: int, secant_force_n: float) -> dict[str, Fit]:
-    loading = run.data.branch(LOADING, cycle)
-    force_n = run.data.force_n[loading]
-    deformation_m = run.data.since_touch(cycle) - run.conditions.bend(force_n)
-    selected = select(deformation_m, force_n, time_s=run.data.time_s[loading])
-    fits = fit_all(selected, secant_force_n=secant_force_n)
-    return {name: fit for name in REPORTED if (fit := fits.get(name)) is not None and _usable(fit)}
-
-
-def _usable(fit: Fit) -> bool:
-    return all(0.0 < value < math.inf for value in (fit.secant_n_per_m, fit.k, fit.n))
+    return wanted_n if not 0.0 < peak_n < (1.0 - SAME_FORCE) * wanted_n else peak_n
 
 
 def _spreads(runs: Sequence[ComparedRun]) -> dict[str, EstimatorSpread]:
@@ -226,81 +141,13 @@ def _spreads(runs: Sequence[ComparedRun]) -> dict[str, EstimatorSpread]:
     return result
 
 
-def _pairs(runs: Sequence[ComparedRun], tolerance: float) -> list[Pair]:
+def _pairs(runs: Sequence[ComparedRun]) -> list[Pair]:
     pairs = []
+    first = runs[0]
     for later in runs[1:]:
-        first = runs[0]
         for name in REPORTED:
             one, other = first.found.fits.get(name), later.found.fits.get(name)
-            if one is None or other is None or not (_usable(one) and _usable(other)):
-                continue
-            half = pair_half_width(first, later, name, tolerance)
-            change = compare_fits(one, other, half_width=half or None)
-            pairs.append(Pair(first.run.name, later.run.name, name, change))
+            if one is not None and other is not None and usable(one) and usable(other):
+                change = compare_fits(one, other)
+                pairs.append(Pair(first.run.name, later.run.name, name, change))
     return pairs
-
-
-def _against(each: ComparedRun, given: CurveGiven, tolerance: float) -> AgainstCurve:
-    found, conditions = each.found, each.run.conditions
-    curve = given.curve
-    if curve.displacement_m is None:
-        raise BadInputError(
-            "the curve has no column displacement_m",
-            hint="its system stiffness must be out of it: columns displacement_m, force_n",
-        )
-    covariance = found.budget.covariance if found.budget else found.fit.covariance
-    if covariance is None:
-        raise BadInputError(f"{each.run.path}: the believed fit has no uncertainty to compare by")
-    covariance = covariance.copy()
-    covariance[0, 0] += (found.fit.n * _friction(each)) ** 2  # of ln K: n times that of ln S
-    own_pa, other_pa = conditions.modulus_pa, given.modulus_pa
-    if other_pa is None and given.plate_pa is not None:
-        if own_pa is None or conditions.plate_pa is None:
-            raise BadInputError(
-                f"{each.run.path}: the record does not tell its materials",
-                hint="give the curve's equivalent modulus: --curve-modulus",
-            )
-        other_pa = 1.0 / (1.0 / own_pa - 1.0 / conditions.plate_pa + 1.0 / given.plate_pa)
-    peak = int(np.argmax(curve.force_n)) + 1
-    curve_n, correction = curve.force_n[:peak], 1.0
-    if other_pa is not None:
-        if own_pa is None:
-            raise BadInputError(f"{each.run.path}: the record does not tell its equivalent modulus")
-        curve_n = at_other_modulus(curve_n, from_modulus_pa=other_pa, to_modulus_pa=own_pa)
-        correction = own_pa / other_pa
-    result = compare_curve(
-        found.fit, covariance, curve.displacement_m[:peak], curve_n, reached_n=found.peak_force_n
-    )
-    gradient = secant_gradient(found.fit)
-    sigma = math.sqrt(max(float(gradient @ covariance @ gradient), 0.0))
-    half, smallest = NORMAL_95 * sigma, math.expm1((NORMAL_95 + normal(POWER)) * sigma)
-    return AgainstCurve(
-        each.run.name, found.believe, result, half, smallest,
-        _curve_verdict(result, half, smallest, tolerance),
-        correction=correction,
-        secant_n_per_m=_curve_secant(found.fit, result),
-    )  # fmt: skip
-
-
-def _friction(each: ComparedRun) -> float:
-    """Effect of friction on the arm, as a share of the stiffness; no fit's budget has it."""
-    lines = each.found.headline.lines if each.found.headline is not None else ()
-    return next((line.relative for line in lines if line.source == "lateral force"), 0.0)
-
-
-def _curve_secant(fit: Fit, result: CurveComparison) -> float | None:
-    if result.secant_change is None:
-        return None
-    return secant_stiffness(fit.k, fit.n, result.to_n) * (1.0 + result.secant_change)
-
-
-def _curve_verdict(
-    result: CurveComparison, half: float, smallest: float, tolerance: float
-) -> Agreement:
-    change = result.secant_change
-    if result.inside_share < INSIDE or (change is not None and abs(math.log1p(change)) > half):
-        return Agreement.DIFFER
-    if change is None or smallest > tolerance:
-        return Agreement.CANNOT_TELL
-    inside = math.expm1(abs(math.log1p(change)) + half) <= tolerance
-    return Agreement.AGREE if inside else Agreement.CANNOT_TELL

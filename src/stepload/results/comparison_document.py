@@ -2,28 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+import stepload
 from stepload.estimators.compare import Spread
-from stepload.estimators.difference import Agreement, Difference, DifferenceLine
+from stepload.evidence.difference import Agreement, Difference, DifferenceLine
 from stepload.results import fields
-from stepload.results.comparison import AgainstCurve, Comparison, Pair
+from stepload.results.certificate import Facts, few, shared
+from stepload.results.comparison import Comparison, Pair
+from stepload.results.comparison_curve import AgainstCurve
 from stepload.results.comparison_figures import LAWS, figures_of
-from stepload.results.comparison_notes import REACHED
-from stepload.results.comparison_sheet import comparison_sheet
 from stepload.results.data import fits_data
 from stepload.results.equations import equation_table
 from stepload.results.model import (
     NOTHING,
     Card,
+    Certificate,
     Document,
     Field,
+    Figure,
     Mood,
     Table,
     Verdict,
     by_name,
     data,
+    first_rows,
+    interval,
     named,
     number,
     quantity,
@@ -31,11 +37,18 @@ from stepload.results.model import (
 )
 from stepload.results.provenance import runs_table
 from stepload.results.table_one import correction_notes, table_one
+from stepload.units import change, changes, percent
 from stepload.units import format_quantity as f
 
 LONGEST_TITLE = 200
-DISAGREE = 1.0
-"""Normalised error above which two results disagree."""
+
+NAMES = {
+    "chord": "chord stiffness",
+    "unloading_chord": "chord stiffness of the unloading",
+    "reloading_chord": "chord stiffness of the reloading",
+    "secant_from_touch": "secant stiffness",
+}
+"""Displayed name of what is compared."""
 
 _MOODS: dict[Agreement, Mood] = {
     Agreement.AGREE: "good",
@@ -44,53 +57,61 @@ _MOODS: dict[Agreement, Mood] = {
 }
 
 
-def _error(error: float) -> str:
-    return f"{error:.2f}, differ" if error > DISAGREE else f"{error:.2f}"
-
-
 PAIR: tuple[Field[Pair], ...] = (
     Field(lambda pair: f"{pair.first} → {pair.second}", label="runs"),
     Field(lambda pair: pair.estimator, label="fit"),
-    Field(lambda pair: pair.change.secant_change, "", "secant changes", number("+.1%")),
-    Field(lambda pair: pair.change.n_change, "", "n changes", number("+.3f")),
+    Field(lambda pair: pair.change.secant_change, "", "secant changes by", change),
+    Field(lambda pair: pair.change.n_change, "", "n changes by", number("+.3f")),
     Field(lambda pair: pair.change.k_ratio, "", "ratio of K", number(".3g")),
-    Field(lambda pair: pair.change.normalised_error, "", "normalised error", _error),
 )
+
+_AGAINST: tuple[Field[Difference], ...] = (
+    named("relative", "change", change),
+    named("interval", "95 % interval", changes),
+    named("smallest_detectable", "could show", percent),
+    named("verdict", "verdict"),
+)
+
+
+def _part(of: str, field: Field[Difference], key: str = "", label: str = "") -> Field[Any]:
+    """A field of the difference of a curve from a run's chord or secant."""
+    part: Field[AgainstCurve] = field.of(lambda row: getattr(row, of))
+    return replace(part, key=key, label=label)
 
 
 CURVE: tuple[Field[AgainstCurve], ...] = (
     named("run", "run"),
-    named("estimator", "fit"),
-    Field(lambda row: row.result.inside_share, "inside_share", "inside the band", number(".0%")),
-    Field(lambda row: row.result.force_rms_n, "force_rms_n", "rms force", quantity("N")),
-    Field(
-        lambda row: row.result.deformation_rms_m,
-        "deformation_rms_m", "rms deformation", quantity("m"),
-    ),
-    Field(lambda row: row.result.secant_change, "secant_change", "secant", number("+.1%")),
-    Field(lambda row: row.result.to_n, "secant_force_n", "at", quantity("N")),
+    Field(lambda row: row.from_n, "chord_from_n", "chord from", quantity("N")),
+    Field(lambda row: row.to_n, "secant_force_n", "to", quantity("N")),
+    _part("chord", _AGAINST[0], "chord_change", "chord"),
+    _part("chord", _AGAINST[1], "chord_interval", "95 % interval"),
+    _part("secant", _AGAINST[0], "secant_change", "secant"),
+    _part("secant", _AGAINST[1], "secant_interval", "95 % interval"),
+    _part("judged", _AGAINST[2], "smallest_detectable", "could show"),
+    named("verdict", "verdict"),
     named("secant_n_per_m"),
-    Field(lambda row: row.result.chord_change, "chord_change", "chord", number("+.1%")),
-    Field(lambda row: row.result.from_n, "chord_from_n", "from", quantity("N")),
-    Field(lambda row: row.smallest_detectable, "smallest_detectable", "could show",
-          number(".1%")),
-    Field(lambda row: row.verdict, "verdict", "verdict"),
-    Field(lambda row: len(row.result.curve_n), "points"),
-    Field(lambda row: row.result.left_out, "points_beyond"),
-    named("correction"),
+    *map(named, ("estimator", "force_rms_n", "deformation_rms_m", "correction")),
+    Field(lambda row: len(row.force_n), "points"),
+    Field(lambda row: row.left_out, "points_beyond"),
 )  # fmt: skip
+
+
+def _two_digits(share: float) -> str:
+    return percent(share, 2)
+
 
 DIFFERENCE_LINE: tuple[Field[DifferenceLine], ...] = (
     named("source", "source"),
-    named("first", "group 1", number(".2%")),
-    named("second", "group 2", number(".2%")),
+    named("first", "group 1", _two_digits),
+    named("second", "group 2", _two_digits),
     named("common", "shared"),
-    named("own", "own", number(".2%")),
-    named("shared", "not cancelled", number(".2%")),
-    named("left", "in all", number(".2%")),
+    named("own", "own", _two_digits),
+    named("shared", "not cancelled", _two_digits),
+    named("left", "in all", _two_digits),
 )
 DIFFERENCE: tuple[Field[Difference], ...] = (
-    *map(named, ("quantity", "from_n", "to_n", "first", "second", "relative", "interval")),
+    Field(lambda each: NAMES[each.kind], "quantity"),
+    *map(named, ("from_n", "to_n", "first", "second", "relative", "interval")),
     *map(named, ("smallest_detectable", "tolerance", "verdict", "why")),
     *map(named, ("scatter", "scatter_degrees", "scatter_expected", "open_sources")),
     Field(lambda each: [data(DIFFERENCE_LINE, line) for line in each.lines], "lines"),
@@ -106,12 +127,8 @@ def comparison_document(found: Comparison) -> Document:
     tables = [table_one(found), table(title, by_name("run", shown), fits)]
     tables += [_difference_table(each) for each in found.differences]
     if found.pairs:
-        note = (
-            "The normalised error is the difference of the secants over half the width of its 95 % "
-            "interval; what both runs have in common cancels in it. Above 1 the two differ; below, "
-            "two runs by themselves do not show a difference, which more of them may."
-        )
-        tables.append(table("Against the first run", PAIR, found.pairs, [note]))
+        note = "Differences of the fits have no interval; the verdict is that of the chords."
+        tables.append(table("Against the first run, by fit", PAIR, found.pairs, [note]))
     if found.spreads:
         tables.append(_spread_table(found))
     if found.curve:
@@ -126,12 +143,16 @@ def comparison_document(found: Comparison) -> Document:
         reasons=reasons,
         tables=tables,
         cards=[
-            Card(each.run.name, f(each.found.fit.secant_n_per_m, "N/m"), f"by {each.found.believe}")
-            for each in found.runs
+            Card(
+                each.run.name,
+                f(chord.value_n_per_m, "N/m"),
+                f"chord, 95 % {interval('N/m')(chord.interval_n_per_m)}",
+            )
+            for each, chord in zip(found.runs, found.chords, strict=False)
         ],
         figures=[each for each in pictures if each is not laws],
         simulated=any(each.run.simulated for each in found.runs),
-        certificate=comparison_sheet(found, reasons, laws),
+        certificate=_sheet(found, reasons, laws),
     )
     runs = runs_table([each.run for each in found.runs])
     return replace(document, tables=[*document.tables, runs, equation_table(document)])
@@ -145,27 +166,24 @@ def _named(found: Comparison) -> str:
 
 
 def _difference_table(each: Difference) -> Table:
-    span = f"at {f(each.to_n, 'N')}" if each.from_n == 0.0 else (
-        f"from {f(each.from_n, 'N')} to {f(each.to_n, 'N')}"
-    )  # fmt: skip
     notes = [
-        "Standard uncertainties: of a single run in each group, then what is left of them in the "
-        "difference: of errors that each run has to itself, after averaging, and of shared ones, "
-        "after cancelling.",
-        f"Group 2 against group 1: {each.relative:+.2%}, 95 % interval "
-        f"[{each.interval[0]:+.2%}, {each.interval[1]:+.2%}]. Smallest difference that these runs "
+        "Standard uncertainties. Of a single run of each group; then what the difference keeps: of "
+        "errors of a run's own, averaged, and of shared ones, after cancelling.",
+        f"Group 2 against group 1: {change(each.relative)}, 95 % interval "
+        f"{changes(each.interval)}. Smallest difference that these runs "
         f"could have shown (in 80 of 100 tries, at 5 % false alarms): "
-        f"{each.smallest_detectable:.2%}.",
+        f"{percent(each.smallest_detectable)}.",
     ]
     if each.scatter is not None:
         expected = each.scatter_expected or 0.0
         notes.append(
-            f"Runs of a group scatter by {each.scatter:.2%} ({each.scatter_degrees} degrees of "
-            f"freedom); {expected:.2%} was expected of their own errors."
+            f"Runs of a group scatter by {percent(each.scatter)} ({each.scatter_degrees} degrees of"
+            f" freedom); their own errors explain {percent(expected)}."
         )
-    title = f"Difference of {each.quantity} {span}: {len(each.first)} against {len(each.second)}"
-    return table(title, DIFFERENCE_LINE, [line for line in each.lines if line.left or line.first
-                 or line.second], notes)  # fmt: skip
+    span = f"{f(each.from_n, 'N')} to {f(each.to_n, 'N')}"
+    title = f"Difference of {NAMES[each.kind]}, {span}: {len(each.first)} against "
+    rows = [line for line in each.lines if line.left or line.first or line.second]
+    return table(f"{title}{len(each.second)}", DIFFERENCE_LINE, rows, notes)
 
 
 def _reasons(found: Comparison) -> list[str]:
@@ -180,7 +198,7 @@ def _spread_table(found: Comparison) -> Table:
         def size(sd: float | None) -> str:
             if sd is None:
                 return NOTHING
-            return f"{sd:.4f}" if of == "n" else f"{sd / each.mean:.2%}"
+            return f"{sd:.4f}" if of == "n" else percent(sd / each.mean)
 
         mean = f"{each.mean:.3f}" if of == "n" else f(each.mean, "N/m")
         odds = NOTHING if each.p_value is None else f"{each.p_value:.2g}"
@@ -246,36 +264,66 @@ def verdict(found: Comparison) -> Verdict:
     """Whether the compared results agree: runs by their groups, else a run and the curve."""
     if found.differences:
         worst = max(found.differences, key=_gravity)
-        told = (
-            f"{worst.quantity.capitalize()} {worst.why}"
-            if len(found.groups) == 2
-            else f"{worst.quantity.capitalize()} of {' + '.join(worst.second)}: {worst.why}"
-        )
-        return Verdict(_MOODS[worst.verdict], worst.verdict.value, told)
-    if found.curve and len(found.runs) == 1:
-        each = found.curve[0]
-        result, change = each.result, each.result.secant_change
-        text = (
-            f"{result.inside_share:.0%} of the curve lies inside the 95 % band of {each.estimator}"
-        )
-        if change is not None:
-            text += (
-                f"; secant at {f(result.to_n, 'N')} {change:+.1%}, smallest difference that this "
-                f"run could have shown: {each.smallest_detectable:.1%}"
-            )
-        return Verdict(_MOODS[each.verdict], each.verdict.value, text)
-    extrapolated = any(
-        each.found.peak_force_n < REACHED * found.secant_force_n for each in found.runs
-    )
-    return Verdict(
-        "doubt",
-        Agreement.CANNOT_TELL.value,
-        f"Not all runs have reached {f(found.secant_force_n, 'N')}"
-        if extrapolated
-        else "There is no interval to judge the difference by",
-    )
+        of = "" if len(found.groups) == 2 else f" of {' + '.join(worst.second)}"
+    elif len(found.runs) == 1 and (judged := found.curve[0].judged) is not None:
+        worst, of = judged, " of the curve"
+    else:
+        text = "The runs have no chord between common forces"
+        return Verdict("doubt", Agreement.CANNOT_TELL.value, text)
+    told = f"{NAMES[worst.kind].capitalize()}{of}: {worst.why}"
+    return Verdict(_MOODS[worst.verdict], worst.verdict.value, told)
 
 
 def _gravity(each: Difference) -> tuple[int, float]:
     order = (Agreement.AGREE, Agreement.CANNOT_TELL, Agreement.DIFFER)
     return order.index(each.verdict), abs(each.relative) / max(each.half_width, 1e-12)
+
+
+_DIFFERENCE: tuple[Field[Difference], ...] = (
+    Field(lambda each: " + ".join(each.first), label="group 1"),
+    Field(lambda each: " + ".join(each.second), label="group 2"),
+    Field(lambda each: NAMES[each.kind], label="of"),
+    Field(lambda each: each.from_n or None, label="from", show=quantity("N")),
+    Field(lambda each: each.to_n, label="to", show=quantity("N")),
+    Field(lambda each: each.relative, label="2 against 1", show=change),
+    Field(lambda each: each.interval, label="95 % interval", show=changes),
+    Field(lambda each: each.smallest_detectable, label="could show", show=percent),
+    Field(lambda each: each.verdict.value, label="verdict"),
+)
+
+
+def _sheet(found: Comparison, reasons: Sequence[str], figure: Figure | None) -> Certificate:
+    """The sheet of a comparison; `figure` is the one with all laws."""
+    told = [each.run.metadata for each in found.runs]
+
+    def common(key: str) -> str:
+        return shared(each.get(key, "") for each in told)
+
+    what: Facts = [
+        ("Payload", common("payload")),
+        ("Specimens", common("specimen")),
+        ("Batch", common("batch")),
+        ("Plan", common("plan")),
+        ("Compared", f"{len(told)} runs in {len(found.groups)} groups"),
+        ("Tolerance", f"{percent(found.tolerance)} of the stiffness"),
+    ]
+    rig: Facts = [
+        ("Rig", common("rig")),
+        ("Arm", common("arm")),
+        ("Force sensor", common("force_sensor")),
+        ("K_s from", common("calibration")),
+        ("Operator", common("operator")),
+        ("Days", shared(each.get("started", "")[:10] for each in told)),
+    ]
+    tables = [table_one(found)]
+    if found.differences:
+        tables.insert(0, table("Differences", _DIFFERENCE, found.differences))
+    return Certificate(
+        heading="Comparison of contact stiffness",
+        facts=(what, rig),
+        tables=[first_rows(each) for each in tables],
+        figure=figure,
+        remarks=few(reasons),
+        signatures=(("Compared by", ""), ("Checked by", "")),
+        foot=f"stepload {stepload.__version__} · comparison of {len(told)} runs",
+    )

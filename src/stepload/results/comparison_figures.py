@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import partial
 
-from stepload.estimators.compare import Band
+import numpy as np
+
 from stepload.estimators.fit import FloatArray
-from stepload.results.comparison import ComparedRun, Comparison, virgin_band
+from stepload.evidence.quantity import Quantity
+from stepload.results.comparison import Comparison
 from stepload.results.figures import (
     BLUE,
     GREEN,
@@ -31,81 +33,65 @@ COLOURS = (BLUE, ORANGE, GREEN, RED, INK, GREY)
 
 def figures_of(found: Comparison) -> list[Figure]:
     """The figures of a comparison, drawn on demand."""
-    known = {each.run.name: virgin_band(each) for each in found.runs}
-    laws = {name: band for name, band in known.items() if band is not None}
-    made = []
-    imported = None
-    if found.curve:
-        first = found.curve[0].result
-        imported = first.band.deformation_m, first.curve_n
-    # Deformation from the believed zero, and force, of the points that every fit used.
-    points = {
-        each.run.name: (each.found.deformation_m - each.found.fit.zero_m, each.found.force_n)
-        for each in found.runs
-    }
-    if laws:
+    imported = (found.curve[0].deformation_m, found.curve[0].force_n) if found.curve else None
+    made = [
+        Figure(
+            LAWS, "Force against deformation",
+            "What was measured, each from its fitted zero, and the believed laws"
+            + ("; the curve is corrected for its modulus." if imported else "."),
+            "force over deformation of every run with its law",
+            partial(_laws, found, imported),
+        )
+    ]  # fmt: skip
+    if found.chords:
+        spans = f"{f(found.chords[0].from_n, 'N')} to {f(found.chords[0].to_n, 'N')}"
+        chords = {
+            each.run.name: chord for each, chord in zip(found.runs, found.chords, strict=True)
+        }
         made.append(
             Figure(
-                LAWS, "Force against deformation",
-                "Believed laws from their own zeros, 95 % bands, what was measured"
-                + ("; the curve is corrected for its modulus." if imported else "."),
-                "force over deformation with confidence bands",
-                partial(_bands, laws, points, imported),
+                "chords", f"Chord stiffness, {spans}",
+                "With its 95 % interval, which holds what all runs have in common.",
+                "chord stiffness of every run with intervals",
+                partial(_chords, chords),
             )
         )  # fmt: skip
-    made.append(
-        Figure(
-            "secants", f"Secant stiffness at {f(found.secant_force_n, 'N')}",
-            "Believed fit with its 95 % interval; small marks are the cycles by themselves. The "
-            "interval holds what all runs have in common, the marks do not.",
-            "secant stiffness of every run with intervals",
-            partial(_secants, found.runs),
-        )
-    )  # fmt: skip
     return made
 
 
-def _bands(
-    runs: Mapping[str, Band],
-    points: Mapping[str, tuple[FloatArray, FloatArray]],
-    imported: tuple[FloatArray, FloatArray] | None = None,
-) -> str:
-    """Believed laws with their 95 % bands over the measured points, and an imported curve
-    (deformation, force) as larger points."""
+def _laws(found: Comparison, imported: tuple[FloatArray, FloatArray] | None) -> str:
+    """Measured points with the believed laws, and an imported curve as larger points."""
     with figure_of(3.8) as (figure, (axes,)):
-        for index, (name, run) in enumerate(runs.items()):
-            colour = COLOURS[index % len(COLOURS)]
-            x, y = points[name]
-            step = max(1, len(runs) * len(y) // MOST_DOTS)
-            axes.plot(x[::step] * 1e6, y[::step], ".", ms=2.0, color=colour, alpha=0.5)
-            micrometres = run.deformation_m * 1e6
-            axes.fill_between(micrometres, run.lower_n, run.upper_n, color=colour, alpha=0.15, lw=0)
-            axes.plot(micrometres, run.force_n, color=colour, label=plain(name))
+        top_n = 0.0
+        for index, each in enumerate(found.runs):
+            colour, fit, force_n = COLOURS[index % len(COLOURS)], each.found.fit, each.found.force_n
+            step = max(1, len(found.runs) * len(force_n) // MOST_DOTS)
+            measured = (each.found.deformation_m - fit.zero_m)[::step] * 1e6
+            axes.plot(measured, force_n[::step], ".", ms=2.0, color=colour, alpha=0.5)
+            law_n = np.linspace(0.0, each.found.peak_force_n, 121)
+            axes.plot(
+                (law_n / fit.k) ** (1.0 / fit.n) * 1e6, law_n, color=colour,
+                label=plain(each.run.name),
+            )  # fmt: skip
+            top_n = max(top_n, each.found.peak_force_n)
         if imported is not None:
             axes.plot(imported[0] * 1e6, imported[1], ".", ms=5, color=INK, label="imported curve")
+            top_n = max(top_n, float(imported[1].max()))
         axes.set(xlabel="payload deformation from its zero [µm]", ylabel="force [N]")
-        tops = [float(run.force_n[-1]) for run in runs.values()]
-        if imported is not None:
-            tops.append(float(imported[1].max()))
-        axes.set_ylim(0.0, 1.15 * max(tops))
-        if len(runs) <= MOST_NAMES:
-            axes.legend(loc="upper left", fontsize=9 if len(runs) < 8 else 7)
+        axes.set_ylim(0.0, 1.15 * top_n)
+        if len(found.runs) <= MOST_NAMES:
+            axes.legend(loc="upper left", fontsize=9 if len(found.runs) < 8 else 7)
         return svg_of(figure)
 
 
-def _secants(runs: Sequence[ComparedRun]) -> str:
-    """Believed secant stiffness of every run with its 95 % interval; its cycles as small marks."""
-    with figure_of(1.2 + 0.45 * len(runs)) as (figure, (axes,)):
-        for row, each in enumerate(runs):
-            found = each.found
-            if found.budget is not None:
-                ends = [end * 1e-6 for end in found.budget.interval_secant_n_per_m]
-                axes.plot(ends, [row, row], color=BLUE, lw=2.5, alpha=0.5)
-            cycles = [fits[found.believe] for fits in each.cycles.values() if found.believe in fits]
-            marks = [fit.secant_n_per_m * 1e-6 for fit in cycles]
-            axes.plot(marks, [row] * len(marks), "|", ms=9, color=ORANGE)
-            axes.plot([found.fit.secant_n_per_m * 1e-6], [row], "o", ms=6, color=BLUE)
-        axes.set_yticks(range(len(runs)), [plain(each.run.name) for each in runs])
-        axes.set_ylim(len(runs) - 0.5, -0.5)
-        axes.set_xlabel("secant stiffness [N/µm]")
+def _chords(chords: Mapping[str, Quantity]) -> str:
+    """Chord stiffness of every run with its 95 % interval."""
+    with figure_of(1.2 + 0.45 * len(chords)) as (figure, (axes,)):
+        for row, chord in enumerate(chords.values()):
+            ends = [end * 1e-6 for end in chord.interval_n_per_m]
+            axes.plot(ends, [row, row], color=BLUE, lw=2.5, alpha=0.5)
+            axes.plot([chord.value_n_per_m * 1e-6], [row], "o", ms=6, color=BLUE)
+        axes.set_yticks(range(len(chords)), [plain(name) for name in chords])
+        axes.set_ylim(len(chords) - 0.5, -0.5)
+        axes.set_xlabel("chord stiffness [N/µm]")
         return svg_of(figure)

@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
-from stepload.estimators.repeats import LEAST_DEGREES
+from stepload.evidence.repeats import LEAST_DEGREES
+from stepload.results.comparison_curve import CurveGiven
+from stepload.results.comparison_runs import ComparedRun
 from stepload.results.origins import origin_of
 from stepload.rig.pose import differences
-
-if TYPE_CHECKING:
-    from stepload.results.comparison import ComparedRun, CurveGiven
-
-REACHED = 0.98
-"""Least share of a force that counts as reached: levels are held that well."""
 
 
 def group_notes(groups: Sequence[Sequence[int]], sizes: Sequence[int] | None) -> list[str]:
@@ -43,11 +38,6 @@ def run_notes(runs: Sequence[ComparedRun], given: CurveGiven | None, at_n: float
         notes.append(f"a simulated run is compared with a measured one; simulated: {simulated}")
     notes += [f"{each.run.name} did not come to its end: {each.run.cut}"
               for each in runs if each.run.cut]  # fmt: skip
-    if any(each.found.run.sideways.rule != "guided" for each in runs):
-        notes.append(
-            "intervals and normalised errors of single fits do not count what friction does to an "
-            "arm; the difference of the chord stiffness does, and so does a curve's verdict"
-        )
     payloads = sorted({each.run.metadata.get("payload", "") for each in runs})
     if len(payloads) > 1:
         notes.append(f"different payloads: {', '.join(payloads)}")
@@ -57,27 +47,15 @@ def run_notes(runs: Sequence[ComparedRun], given: CurveGiven | None, at_n: float
             f"compared at {at_n:.4g} N instead of {wanted_n:.4g} N: not all runs have reached that"
         )
     notes += [
-        f"{each.run.name} has reached {each.found.peak_force_n:.4g} N only: at {at_n:.4g} N it is "
-        "extrapolated, and no difference is stated"
+        f"{each.run.name} has reached {each.found.peak_force_n:.4g} N only: its secant at "
+        f"{at_n:.4g} N is extrapolated"
         for each in runs
-        if each.found.peak_force_n < REACHED * at_n
+        if not each.reached(at_n)
     ]
     if len(runs) > 1:
         notes += _sharing_notes(runs)
-    if any(len(each.cycles) > 1 for each in runs):
-        notes.append(
-            "values within a run are its cycles: the first is the virgin contact, and a run-in "
-            "shows as spread"
-        )
-    if len(runs) > 1:
-        notes.append(
-            "errors that runs share (K_s, force calibration, kinematics of one pose) do not show "
-            "in their spread; in their difference they cancel as far as both feel them alike"
-        )
     if given is not None and given.modulus_pa is None and given.plate_pa is None:
         notes.append("the curve is compared as it is: no modulus was given to correct it by (V-A)")
-    if given is not None:
-        notes.append("the curve counts as exact: its own errors are not known here")
     return notes
 
 

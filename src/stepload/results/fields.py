@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from stepload.results.model import NOTHING, Field, data, finite, interval, named, number, quantity
+from stepload.units import change, percent
 
 if TYPE_CHECKING:
     from stepload.envelope.press import Term
@@ -69,11 +70,11 @@ FIT: tuple[Field[NamedFit], ...] = (
 BUDGET_LINE: tuple[Field[BudgetLine], ...] = (
     named("source", "source"),
     named("size", "size"),
-    Field(lambda line: line.ln_k, "sigma_ln_k", "u(K)/K", number(".2%")),
+    Field(lambda line: line.ln_k, "sigma_ln_k", "u(K)/K", percent),
     Field(lambda line: line.n, "sigma_n", "u(n)", number(".4f")),
     Field(
         lambda line: line.secant_relative,
-        "sigma_secant_relative", "u(secant)/secant", number(".2%"),
+        "sigma_secant_relative", "u(secant)/secant", percent,
     ),
 )  # fmt: skip
 
@@ -102,7 +103,9 @@ QUANTITY: tuple[Field[Quantity], ...] = (
     ),
     Field(_interval, "interval_n_per_m", "95 % interval", interval("N/m")),
     Field(
-        lambda each: finite(each.half_width), label="half width", show=lambda half: f"±{half:.1%}"
+        lambda each: finite(each.half_width),
+        label="half width",
+        show=lambda half: f"±{percent(half, 2)}",
     ),
     named("verdict", "verdict"),
     named("why"),
@@ -112,7 +115,7 @@ QUANTITY: tuple[Field[Quantity], ...] = (
 LINE: tuple[Field[Line], ...] = (
     named("source", "source"),
     named("size", "size"),
-    Field(lambda line: line.relative, "relative", "u(stiffness)/stiffness", number(".2%")),
+    Field(lambda line: line.relative, "relative", "u(stiffness)/stiffness", percent),
 )
 
 
@@ -121,7 +124,7 @@ SIGNS = {
     "gap_change": "the same, change from cycle 1 to 2",
     "set": "set",
     "reload": "second loading against the first",
-    "seat": "the foot of the next branch against the first loading",
+    "seat": "set at small force, next branch against the first loading",
     "creep": "creep over the loading",
     "rate": "holds against ramps at the same force",
 }
@@ -150,9 +153,7 @@ CYCLE: tuple[Field[Cycle], ...] = (
         lambda cycle: f"{cycle.loop_energy_j * 1e3:.3g} ± {cycle.loop_sigma_j * 1e3:.1g} mJ",
         label="loop energy",
     ),
-    Field(
-        lambda cycle: cycle.loop_energy_j / cycle.stored_energy_j, "", "of stored", number(".1%")
-    ),
+    Field(lambda cycle: cycle.loop_energy_j / cycle.stored_energy_j, "", "of stored", percent),
     *map(named, ("loop_energy_j", "loop_sigma_j", "stored_energy_j")),
 )
 
@@ -168,7 +169,7 @@ SYSTEM: tuple[Field[SystemStiffnessFit], ...] = (
     named("sigma_n_per_m", "standard uncertainty", quantity("N/m")),
     named("msde_m", "MSDE", quantity("m")),
     Field(
-        lambda fit: f"{fit.nonlinearity:+.2%} ± {fit.nonlinearity_sigma:.2%}",
+        lambda fit: f"{change(fit.nonlinearity)} ± {percent(fit.nonlinearity_sigma)}",
         label="nonlinearity",
     ),
 )

@@ -49,7 +49,7 @@ class FromFile(NamedTuple):
     peak_force_n: float | None = None
 
 
-def identify_file(path: Path, wishes: Stated) -> tuple[Identification, tuple[str, ...]]:
+def identify_file(path: Path, stated: Stated) -> tuple[Identification, tuple[str, ...]]:
     """Identify a payload from a record (.mcap) or a CSV curve; also returns the assumptions.
 
     Raises:
@@ -57,21 +57,21 @@ def identify_file(path: Path, wishes: Stated) -> tuple[Identification, tuple[str
     """
     with untrusted(path):
         if not is_record(path):
-            return identify_curve(read_curve(path), wishes)
-        return _identify_record(saved_run(path), wishes)
+            return identify_curve(read_curve(path), stated)
+        return _identify_record(saved_run(path), stated)
 
 
-def results_of_file(path: Path, wishes: Stated) -> FromFile:
+def results_of_file(path: Path, stated: Stated) -> FromFile:
     """The same with all further results of a record.
 
     Raises:
         BadInputError: the file is invalid, or has nothing to identify.
     """
     if not is_record(path):
-        return FromFile(*identify_file(path, wishes))
+        return FromFile(*identify_file(path, stated))
     with untrusted(path):
         run = saved_run(path)
-        found, notes = _identify_record(run, wishes)
+        found, notes = _identify_record(run, stated)
         try:
             before = touched_before(run.metadata)
             run_in = cycles_of_run(run.data, found, run.events, touched_before=before)
@@ -81,7 +81,7 @@ def results_of_file(path: Path, wishes: Stated) -> FromFile:
         return FromFile(found, notes, run_in, hysteresis, run.simulated, finite(run.peak_force_n))
 
 
-def _identify_record(run: SavedRun, wishes: Stated) -> tuple[Identification, tuple[str, ...]]:
+def _identify_record(run: SavedRun, stated: Stated) -> tuple[Identification, tuple[str, ...]]:
     notes = ("the record is partial",) if run.partial else ()
     if (stood := run.stood) is not None and stood.joints_rad:
         joints = ", ".join(f"{math.degrees(each):.1f}°" for each in stood.joints_rad)
@@ -89,7 +89,7 @@ def _identify_record(run: SavedRun, wishes: Stated) -> tuple[Identification, tup
             *notes,
             f"the arm stood at the joints {joints} ({run.conditions.pose or 'no name'})",
         )
-    found = identify_payload(run.data, wishes.applied(run.conditions))
+    found = identify_payload(run.data, stated.applied(run.conditions))
     until = loaded(run.events, found)
     return found, (*notes, until.text) if until is not None else notes
 
@@ -118,13 +118,13 @@ def system_results_of_file(path: Path) -> tuple[SystemStiffnessFit, bool]:
         return fit, False
 
 
-def identify_curve(curve: Curve, wishes: Stated) -> tuple[Identification, tuple[str, ...]]:
+def identify_curve(curve: Curve, stated: Stated) -> tuple[Identification, tuple[str, ...]]:
     """Identify a payload from a curve from elsewhere; also returns the assumptions.
 
     Raises:
         BadInputError: there is nothing in it to identify.
     """
-    prepared = prepare(curve, wishes)
+    prepared = prepare(curve, stated)
     found = identify(prepared.selected, prepared.run.conditions, prepared.run)
     return found if prepared.error_known else _without_errors(found), prepared.notes
 

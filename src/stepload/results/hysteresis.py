@@ -24,6 +24,7 @@ from stepload.estimators.missing import Missing
 from stepload.estimators.relaxation import HoldSamples, Relaxation, relaxation
 from stepload.estimators.unloading import OPINION, Unloading, unloading
 from stepload.evidence.identification import Identification
+from stepload.evidence.inelastic import NOT_REPEATED
 from stepload.record.rows import Phase
 from stepload.results.model import NOTHING, Field, Table, interval, named, number, quantity, table
 from stepload.results.press_data import LOADING, UNLOADING, PressData, holds_of
@@ -138,9 +139,12 @@ def _loss(data: PressData, deformation_m: FloatArray, found: Identification) -> 
     if not cycles:
         return Missing("no cycle was unloaded in steps: plan `unload: true`")
     mask = data.branch((*LOADING, *UNLOADING)) & np.isin(data.cycle, cycles)
+    sources = found.conditions.sources
     return loss(
         data.time_s[mask], deformation_m[mask], data.force_n[mask], data.cycle[mask],
-        lag_sigma_s=found.conditions.sources.lag_sigma_s,
+        lag_sigma_s=sources.lag_sigma_s,
+        travel_sigma_m=NOT_REPEATED * sources.smooth_error_m,
+        length_n=sources.smooth_length_n or 0.5 * float(data.force_n.max()),
     )  # fmt: skip
 
 

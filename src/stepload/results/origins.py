@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from stepload.estimators.origin import Origin
 from stepload.estimators.smooth import SHORTEST
+from stepload.evidence.origin import Origin
 from stepload.results.press_data import LOADING, PressData
 from stepload.results.pressed import sideways_of
 from stepload.results.saved import SavedRun

@@ -170,7 +170,7 @@ def _verdict(run: Evaluation) -> Verdict:
 def _identified(found: Identification) -> Verdict:
     verdict, headline = found.judgement.verdict, found.headline
     if headline is None:
-        return Verdict(MOOD[verdict], verdict.value, "The data bear no stiffness.")
+        return Verdict(MOOD[verdict], verdict.value, found.judgement.reasons[0])
     low, high = headline.interval_n_per_m
     known = f"95 % {interval('N/m')((low, high))}" if math.isfinite(high) else "no interval"
     return Verdict(

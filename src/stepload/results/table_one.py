@@ -6,12 +6,14 @@ import re
 from collections.abc import Sequence
 
 from stepload.estimators.fit import Fit
-from stepload.results.comparison import AgainstCurve, Comparison
+from stepload.evidence.quantity import Quantity
+from stepload.results.comparison import Comparison
+from stepload.results.comparison_curve import AgainstCurve
 from stepload.results.model import NOTHING, Table
 from stepload.units import format_quantity as f
 
 COLUMNS = {"rs_btls": "RS-BTLS", "rs_rtls": "RS-RTLS"}
-"""The paper's two estimators; the table shows the believed fit as well."""
+"""The paper's two estimators; the table shows the chord as well."""
 
 
 def table_one(found: Comparison) -> Table:
@@ -22,19 +24,15 @@ def table_one(found: Comparison) -> Table:
     columns = ["test", "run"]
     for name in COLUMNS.values():
         columns += [f"{name}: K [N/mⁿ]", "n", "secant [N/m]"]
-    columns += ["believed: secant [N/m]", "95 % interval"]
+    columns += ["chord [N/m]", "95 % interval"]
     rows, tests = [], dict[str, int]()
     names = [each.run.metadata.get("payload", "") or NOTHING for each in found.runs]
-    for each, payload in zip(found.runs, names, strict=True):
+    for place, (each, payload) in enumerate(zip(found.runs, names, strict=True)):
         tests[payload] = tests.get(payload, 0) + 1
         row = [f"{tests[payload]}", each.run.name]
         for name in COLUMNS:
             row += _three(each.found.fits.get(name))
-        row.append(f"{power_of_ten(each.found.fit.secant_n_per_m)} {each.found.believe}")
-        stated = each.found.budget
-        low, high = map(power_of_ten, stated.interval_secant_n_per_m if stated else (0.0, 0.0))
-        row.append(f"[{low}, {high}]" if stated else NOTHING)
-        rows.append(row)
+        rows.append([*row, *(_chord(found.chords[place]) if found.chords else [NOTHING] * 2)])
     rows += _curve_rows(found.curve, len(columns))
     if len(set(names)) > 1:
         columns.insert(0, "payload")
@@ -45,6 +43,11 @@ def table_one(found: Comparison) -> Table:
     notes += correction_notes(found.curve)
     title = "Results side by side, as Table I of the paper"
     return Table(title, columns, rows, notes, page_only=True)
+
+
+def _chord(figure: Quantity) -> list[str]:
+    low, high = map(power_of_ten, figure.interval_n_per_m)
+    return [power_of_ten(figure.value_n_per_m), f"[{low}, {high}]"]
 
 
 def _three(fit: Fit | None) -> list[str]:
@@ -61,12 +64,12 @@ def power_of_ten(value: float) -> str:
 def _curve_rows(curve: Sequence[AgainstCurve], columns: int) -> list[list[str]]:
     """The curve's secant, once for every force at which it was compared."""
     shown = [
-        f"{power_of_ten(each.secant_n_per_m)} at {f(each.result.to_n, 'N')}"
+        f"secant {power_of_ten(each.secant_n_per_m)} at {f(each.to_n, 'N')}"
         for each in curve
         if each.secant_n_per_m is not None
     ]
     left = [NOTHING] * (columns - 4)
-    return [[NOTHING, "imported curve", *left, each, NOTHING] for each in dict.fromkeys(shown)]
+    return [[NOTHING, "imported curve", *left, NOTHING, each] for each in dict.fromkeys(shown)]
 
 
 def correction_notes(curve: Sequence[AgainstCurve]) -> list[str]:

@@ -29,7 +29,7 @@ def cells(share: np.ndarray, seed: int, noise_m: float = 1e-6, points: int = 60)
     alike = smooth_correlation(grid, LENGTH_N) + 1e-8 * np.eye(60)
     error = np.interp(force, grid, noise_m * (np.linalg.cholesky(alike) @ rng.standard_normal(60)))
     travel = force / K_S + across @ C + CONTACT.deformation_m(force) - 2e-3 * rate + error
-    return Cells(force, travel + 1e-4 * rng.standard_normal(), rate, across)
+    return Cells(force, travel + 1e-4 * rng.standard_normal(), rate, across, rate >= 0.0)
 
 
 def fitted(*shares: np.ndarray, seed: int = 0, noise_m: float = 1e-6) -> AcrossFit:
@@ -129,7 +129,7 @@ def test_nothing_to_fit_is_an_error() -> None:
     with pytest.raises(DomainError, match="no run"):
         fit_across([], contacts=[])
     run = cells(DRY, 1)
-    turned = Cells(run.force_n, -run.displacement_m, run.rate_m_s, run.across_n)
+    turned = Cells(run.force_n, -run.displacement_m, run.rate_m_s, run.across_n, run.loading)
     with pytest.raises(DomainError, match="does not rise"):
         fit_across([turned], contacts=[None], length_n=8.0)
 

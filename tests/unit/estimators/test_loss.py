@@ -7,6 +7,7 @@ import pytest
 
 from stepload.estimators.loss import loss
 from stepload.estimators.missing import Missing
+from stepload.estimators.smooth import smooth_correlation
 
 K, N, TOP_N = 6.57e8, 1.5, 300.0
 
@@ -92,3 +93,17 @@ def test_what_has_no_loop_is_told():
     few = loss(t[:5], d[:5], f[:5], c[:5], lag_sigma_s=0.0)
     assert isinstance(few, Missing)
     assert "fewer than" in few.why
+
+
+def test_an_error_of_travel_that_differs_from_branch_to_branch_is_in_the_uncertainty():
+    t, d, f, c = cycles([0.05])
+    top, size_m, length_n = int(np.argmax(f)), 1e-6, 50.0
+    grid = np.linspace(0.0, TOP_N, 80)
+    root = np.linalg.cholesky(smooth_correlation(grid, length_n) + 1e-9 * np.eye(80))
+    rng, found = np.random.default_rng(5), []
+    for _ in range(60):
+        up, down = (np.interp(f, grid, size_m * root @ rng.standard_normal(80)) for _ in "12")
+        moved = d + np.where(np.arange(f.size) <= top, up, down)
+        each = loss(t, moved, f, c, lag_sigma_s=0.0, travel_sigma_m=size_m, length_n=length_n)
+        found.append((each.cycles[0].energy_j - true_j(0.05)) / each.cycles[0].sigma_j)
+    assert 0.75 < float(np.sqrt(np.mean(np.square(found)))) < 1.25

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from long_ones import long
@@ -10,7 +12,7 @@ from stepload.estimators.pool import pool
 from stepload.estimators.smooth import smooth_correlation
 from stepload.estimators.smooth_length import measure_length
 from stepload.estimators.system import SeriesContact, SystemStiffnessFit, fit_system_stiffness
-from stepload.estimators.table import LoadingCurve, MeasuredTable, loading_curve, measured_table
+from stepload.estimators.table import MeasuredTable, measured_table
 
 KS, CS, RATE_HZ = 3.49e6, 3.87e4, 100.0
 CONTACT = SeriesContact(5e10, 1.5, 0.1)
@@ -24,8 +26,8 @@ def soft_m(force_n: np.ndarray) -> np.ndarray:
 
 def run(
     seed: int, law=lambda force: force / KS, smooth_m: float = 1e-7, zero_m: float = 0.0
-) -> tuple[SystemStiffnessFit, LoadingCurve]:
-    """One loading in 30 N steps: fit and loading curve."""
+) -> SystemStiffnessFit:
+    """The fit of one loading in 30 N steps."""
     rng = np.random.default_rng(seed)
     time_s = np.arange(0.0, 30.0, 1 / RATE_HZ)
     inside = time_s % 3.0
@@ -37,16 +39,13 @@ def run(
     travel = zero_m + law(force) - CS / KS * rate / KS + CONTACT.deformation_m(force) + error
     travel = QUANTUM_M * np.floor(travel / QUANTUM_M + rng.random())
     piece = np.ones(force.size, int)
-    fit = fit_system_stiffness(
+    return fit_system_stiffness(
         time_s, travel, force, contact=CONTACT, piece=piece, resolution_m=QUANTUM_M, length_n=50.0
     )
-    curve = loading_curve(time_s, travel, force, piece, contact=CONTACT, fit=fit)
-    return fit, curve
 
 
-def table_of(*made: tuple[SystemStiffnessFit, LoadingCurve]) -> MeasuredTable:
-    fits, curves = [fit for fit, _ in made], [curve for _, curve in made]
-    return measured_table(curves, fits, pool(fits), resolution_m=QUANTUM_M)
+def table_of(*fits: SystemStiffnessFit) -> MeasuredTable:
+    return measured_table(fits, pool(fits), resolution_m=QUANTUM_M)
 
 
 def test_a_straight_load_path_gives_the_line_within_its_uncertainty() -> None:
@@ -70,7 +69,7 @@ def test_a_soft_beginning_is_in_the_table_which_no_line_tells() -> None:
     shape = table.at(force) - table.at(force[:1])
     truth = soft_m(force) - soft_m(force[:1])
     assert shape == pytest.approx(truth, abs=1.2e-6)
-    line = (force - force[0]) / pool([run(0, soft_m)[0]]).stiffness_n_per_m
+    line = (force - force[0]) / pool([run(0, soft_m)]).stiffness_n_per_m
     assert np.abs(line - truth).max() > 2.0 * np.abs(shape - truth).max()
 
 
@@ -79,7 +78,7 @@ def test_it_begins_at_zero_and_has_the_contact_in_common() -> None:
     assert found.table is not None
     assert found.table.at(np.zeros(1))[0] == 0.0
     assert found.table.deflection_m[0] == pytest.approx(found.table.force_n[0] / KS, abs=1.5e-6)
-    share = run(1)[0].contact_share
+    share = run(1).contact_share
     assert found.common == pytest.approx(0.1 * share, rel=0.05)
 
 
@@ -91,23 +90,36 @@ def test_more_runs_make_its_rows_surer() -> None:
 
 
 def test_runs_without_a_force_in_common_have_none() -> None:
-    fit, curve = run(1)
-    low = LoadingCurve(curve.force_n[curve.force_n < 100.0], curve.deflection_m[:0])
-    low = LoadingCurve(low.force_n, np.zeros(low.force_n.size))
-    high = LoadingCurve(
-        curve.force_n[curve.force_n > 200.0], curve.deflection_m[curve.force_n > 200.0]
-    )
-    found = measured_table([low, high], [fit, fit], pool([fit]), resolution_m=QUANTUM_M)
+    fit = run(1)
+    low, high = fit.loading_force_n < 100.0, fit.loading_force_n > 200.0
+    parts = [
+        replace(fit, loading_force_n=fit.loading_force_n[part], loading_m=fit.loading_m[part])
+        for part in (low, high)
+    ]
+    found = measured_table(parts, pool([fit]), resolution_m=QUANTUM_M)
     assert found.table is None
     assert "no force in common" in found.problem
 
 
 def test_what_does_not_rise_is_no_table() -> None:
-    fit, curve = run(1)
-    flat = LoadingCurve(curve.force_n, np.where(curve.force_n > 150.0, 4e-5, curve.deflection_m))
-    found = measured_table([flat], [fit], pool([fit]), resolution_m=QUANTUM_M)
+    fit = run(1)
+    flat = replace(fit, loading_m=np.where(fit.loading_force_n > 150.0, 4e-5, fit.loading_m))
+    found = measured_table([flat], pool([fit]), resolution_m=QUANTUM_M)
     assert found.table is None
     assert "must rise" in found.problem
+
+
+def test_a_table_is_of_the_loading_where_the_unloading_lies_elsewhere() -> None:
+    time_s = np.arange(0.0, 60.0, 0.01)
+    force = 305.0 - 300.0 * np.abs(time_s - 30.0) / 30.0
+    loading = time_s < 30.0
+    travel = force / KS + np.where(loading, 0.0, 5e-6 * np.sin(np.pi * force / 300.0))
+    fit = fit_system_stiffness(time_s, travel, force, contact=SeriesContact(5e20, 1.5, 0.1),
+                               loading=loading)  # fmt: skip
+    table = measured_table([fit], pool([fit]), resolution_m=0.0).table
+    assert table is not None
+    found = np.diff(table.deflection_m) * KS / np.diff(table.force_n)
+    assert found == pytest.approx(np.ones(found.size), rel=0.02)
 
 
 FORCE = np.linspace(9.0, 300.0, 60)

@@ -181,7 +181,7 @@ def test_a_roughness_that_is_known_less_well_costs_width_and_is_in_the_budget() 
     default, least, wide = (each.half_width for each in found)
     assert default == least
     assert wide > 1.1 * least
-    models = [line for line in found[2].lines if "roughness length known to ±60%" in line.size]
+    models = [line for line in found[2].lines if "roughness length known to ±60 %" in line.size]
     assert [line.source for line in models] == ["model (laws and zero)"]
 
 
@@ -209,7 +209,7 @@ def test_what_is_asked_for_decides() -> None:
     assert weigh(told(run, t=1.0 / (1.01 * half))).headline.verdict == "identified"
     assert weigh(told(run, t=1.0 / (0.99 * half))).headline.verdict == "marginal"
     [why] = weigh(told(run, t=1.0 / (half * (1.0 - 1e-6)))).headline.why
-    shown, most = (float(each) for each in re.findall(r"±([\d.]+)%", why))
+    shown, most = (float(each) for each in re.findall(r"±([\d.]+) %", why))
     assert shown > most
 
 

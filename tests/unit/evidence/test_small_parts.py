@@ -9,14 +9,23 @@ import numpy as np
 import pytest
 from pressed_runs import World, hertz, press, told
 
+from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.sources import Sources
 from stepload.evidence.answer import weigh
 from stepload.evidence.errors import dithered
-from stepload.evidence.expected import NAMED, expected_chord, narrowing
+from stepload.evidence.expected import (
+    NAMED,
+    Course,
+    expected_chord,
+    expected_run,
+    lower_force,
+    narrowing,
+)
 from stepload.evidence.jump import jump_of
 from stepload.evidence.lawfit import Whitened, fit_law
 from stepload.evidence.laws import POWER
+from stepload.evidence.pressed import Pressed
 from stepload.evidence.reading import read_of
 
 QUANTUM_M = 2e-6
@@ -118,3 +127,39 @@ def test_what_is_expected_is_of_the_branch_that_is_asked_for(branch: str) -> Non
     expected, measured = expected_chord(run), weigh(run).headline
     assert expected.kind == measured.kind
     assert expected.half_width == pytest.approx(measured.half_width, rel=0.05)
+
+
+def test_a_lower_force_narrows_where_the_rig_gives_way_more_than_the_payload() -> None:
+    """σ of K_s times K/K_s is its line, and K of a sphere falls as F^(1/3)."""
+
+    def planned(relative: float) -> Pressed:
+        sources = Sources(1e5, relative * 1e5, 1e-7, smooth_length_n=10.0, force_noise_n=1e-3,
+                          position_resolution_m=1e-8)  # fmt: skip
+        course = Course(np.linspace(10.0, 50.0, 5), 1.0, (1.0,) * 5, (1.0,) * 4, 2.0)
+        tracks = course.tracks(lambda force: (force / 4.5e6) ** (2.0 / 3.0) + force / 1e5)
+        return expected_run(Conditions(sources, 50.0, 1.0, 1e-8), tracks)
+
+    run = planned(0.1)
+    now = expected_chord(run)
+    way = lower_force(run, now)
+    assert way is not None
+    assert "17.5 N" in way.todo
+    assert way.half_width / now.half_width == pytest.approx(0.35 ** (1.0 / 3.0), rel=0.1)
+    exact = planned(1e-5)
+    assert lower_force(exact, expected_chord(exact)) is None
+
+
+@pytest.mark.parametrize("wrong", [-0.1, 0.1])
+@pytest.mark.parametrize("n", [1.3, 1.5])
+def test_the_shape_of_a_fit_does_not_tell_the_stiffness_of_the_system(
+    wrong: float, n: float
+) -> None:
+    """K_s known to 10 % and wrong by it: the chord is off by one standard uncertainty of it."""
+    sources = Sources(1e5, 1e4, 1e-7, smooth_length_n=10.0, force_noise_n=1e-3,
+                      position_resolution_m=1e-8)  # fmt: skip
+    course = Course(np.linspace(10.0, 50.0, 5), 1.0, (1.0,) * 5, (1.0,) * 4, 2.0)
+    k = 50.0 / 5e-4**n
+    tracks = course.tracks(lambda force: (force / k) ** (1.0 / n) + (1.0 + wrong) * force / 1e5)
+    found = expected_chord(expected_run(Conditions(sources, 50.0, 1.0, 1e-8), tracks))
+    true = 45.0 / ((50.0 / k) ** (1.0 / n) - (5.0 / k) ** (1.0 / n))
+    assert abs(math.log(found.value_n_per_m / true)) < 1.3 * found.relative

@@ -272,3 +272,14 @@ def test_the_touch_force_and_the_first_level_fit_each_other(
     procedure = load_plan(path).procedure
     assert procedure.touch_force_n == pytest.approx(touch_n, abs=0.01)
     assert procedure.levels_n[0] == first_n
+
+
+def test_the_uncertainty_of_a_stiffness_may_be_a_share_of_it(write_plan: WritePlan) -> None:
+    for text, sigma_n_per_m in (("2 %", 6e4), ("60 kN/m", 6e4), ("0.5 %", 1.5e4)):
+        override = f"rig: {{profile: stvf, system_stiffness: {{value: 3 MN/m, sigma: {text}}}}}"
+        stiffness = load_plan(write_plan(("rig: stvf", override))).rig.system_stiffness
+        assert stiffness.sigma_n_per_m == pytest.approx(sigma_n_per_m)
+    for text in ("0 %", "51 %", "-1 %"):
+        override = f"rig: {{profile: stvf, system_stiffness: {{sigma: {text}}}}}"
+        with pytest.raises(PlanError, match="sigma"):
+            load_plan(write_plan(("rig: stvf", override)))

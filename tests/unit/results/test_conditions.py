@@ -246,5 +246,5 @@ def test_an_interval_beyond_what_was_asked_for_is_told_as_beyond_it() -> None:
     asked = 0.99999 * headline.half_width
     reasons = identify_payload(data, replace(told, t=1.0 / asked)).judgement.reasons
     [why] = [each for each in reasons if each.startswith("the 95 % interval")]
-    shown, most = (float(each) for each in re.findall(r"±([\d.]+)%", why))
+    shown, most = (float(each) for each in re.findall(r"±([\d.]+) %", why))
     assert shown > most

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from stepload.estimators.difference import Agreement, difference
+from stepload.evidence.difference import Agreement, difference
 from stepload_verify.trials import compare
 from stepload_verify.trials.compare import World, _groups, tally
 
@@ -44,7 +42,7 @@ def test_errors_of_two_rigs_do_not_cancel() -> None:
     for _ in range(TRIALS):
         first, second = _groups(world, rng)
         said.append(difference(first, second, tolerance=0.2))
-        wrong = [replace(each, origin=first[0].origin) for each in second]
+        wrong = [each._replace(origin=first[0].origin) for each in second]
         believed_one.append(difference(first, wrong, tolerance=0.2))
     wrongly = [each.verdict is Agreement.DIFFER for each in said]
     assert np.mean(wrongly) <= 0.1

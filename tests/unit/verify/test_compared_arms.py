@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stepload.estimators.difference import Agreement
+from stepload.evidence.difference import Agreement
 from stepload_verify.trials.coupling import compared as trial
 from stepload_verify.trials.coupling.compared import PAIRS, SETTINGS, WAYS, compared
 

@@ -3,8 +3,8 @@
 Quasi-static: a payload F = K δ^1.5 is pressed to 300 N through a system whose believed K_s is 1 %
 off, with a force gain 0.5 % off and a smooth error of travel of 0.54 µm that belongs to the place
 of the travel; a tenth of its variance does not repeat. Every run has its own noise (0.2 µm, 0.7 N),
-quanta (2 µm, 1.5 N) and surface (± 1 µm). The runs go through the joint fit, its budget and
-`stepload.estimators.difference`.
+quanta (2 µm, 1.5 N) and surface (± 1 µm). Of every run the chord of its loading goes through
+`stepload.evidence.difference`.
 
 Required: the interval covers the true ratio in at least 93 of 100 (of 1,000 trials the count has a
 standard deviation of 0.7), equal payloads are called different in at most 7 of 100, and a payload
@@ -23,18 +23,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stepload.estimators.budget import budget
-from stepload.estimators.difference import Agreement, Difference, difference
+from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
-from stepload.estimators.inverse_law import joint
-from stepload.estimators.measured import Measured
-from stepload.estimators.origin import REPEATS, Origin
 from stepload.estimators.sources import Sources
+from stepload.evidence.difference import Agreement, Difference, Measured, difference
+from stepload.evidence.origin import REPEATS, Origin
+from stepload.evidence.path import Track
+from stepload.evidence.pressed import Pressed
+from stepload.evidence.reading import branch_chord, read_of
 
 N = 1.5
 K = 6.57e8
 TOP_N, TOUCH_N = 300.0, 4.0
-POINTS = 400
+POINTS, TIME_S = 400, 30.0
 REACH_M = 50.0 * (1.0 / 3.49e6 + 60e-6 / 300.0)
 SOURCES = Sources(
     3.49e6,
@@ -110,7 +111,7 @@ def press(
     unknown_sigma: float = 0.0,
     own_travel: float | None = None,
 ) -> Measured:
-    """One run: the secant of the joint fit with its budget.
+    """One run: the chord of its loading with its budget.
 
     Args:
         rig: the rig that presses.
@@ -140,18 +141,15 @@ def press(
     touch = int(np.argmax(read >= TOUCH_N))
     travel, read = travel[touch:], read[touch:]
     assert SOURCES.system_stiffness_n_per_m is not None
-    deformation = travel - travel[0] - read / SOURCES.system_stiffness_n_per_m
-    fit = joint(deformation, read, secant_force_n=TOP_N)
+    held = np.zeros(read.size, dtype=np.intp)
+    loading = Track(np.linspace(0.0, TIME_S, POINTS)[touch:], read, travel - travel[0], held)
+    told = Conditions(SOURCES, TOP_N, TOUCH_N, SOURCES.position_resolution_m)
+    run = Pressed([(1, loading, None)], told)
+    figure = branch_chord(run, read_of(run), "loading")
+    assert figure is not None
     return Measured(
         run=rig.name,
-        quantity="secant stiffness",
-        ln_value=math.log(fit.secant_n_per_m),
-        from_n=0.0,
-        to_n=TOP_N,
-        lines={
-            line.source: line.secant_relative
-            for line in budget(fit, deformation, read, SOURCES).lines
-        },
+        figure=figure,
         origin=Origin(
             rig=rig.name,
             arm=f"axis of {rig.name}",

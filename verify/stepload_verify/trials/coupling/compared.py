@@ -21,7 +21,7 @@ import numpy as np
 from stepload.errors import SteploadError
 from stepload.estimators.across import Across
 from stepload.estimators.conditions import Conditions
-from stepload.estimators.difference import Agreement
+from stepload.evidence.difference import Agreement
 from stepload.results.calibration import from_system_runs
 from stepload.results.comparison import compare
 from stepload.results.press_data import PressData

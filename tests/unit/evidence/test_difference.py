@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 import scipy.stats
 
 from stepload.errors import DomainError
-from stepload.estimators.difference import (
+from stepload.estimators.judge import ResultVerdict
+from stepload.evidence.difference import (
     REPEATABILITY,
     Agreement,
     Difference,
     DifferenceLine,
+    Measured,
     difference,
 )
-from stepload.estimators.measured import Measured, at_common_forces
-from stepload.estimators.origin import (
+from stepload.evidence.origin import (
     ACROSS_ALIKE,
     OF_CALIBRATION,
     OPEN,
@@ -28,7 +31,8 @@ from stepload.estimators.origin import (
     Origin,
     common,
 )
-from stepload.estimators.repeats import Scatter, scatter_of, within
+from stepload.evidence.quantity import Line, Quantity
+from stepload.evidence.repeats import Scatter, scatter_of, within
 
 KS, GAIN, SMOOTH, NOISE = (
     "system stiffness K_s", "force calibration", "smooth deformation error",
@@ -43,10 +47,15 @@ Z, POWER = 1.959964, 0.841621
 
 def run(value: float = 5e6, origin: Origin = HERE, **lines: float) -> Measured:
     names = {"ks": KS, "gain": GAIN, "smooth": SMOOTH, "noise": NOISE}
-    return Measured(
-        "run", "secant stiffness", math.log(value), 0.0, 300.0,
-        {names[key]: sigma for key, sigma in lines.items()}, origin,
-    )  # fmt: skip
+    return with_lines(value, origin, {names[key]: sigma for key, sigma in lines.items()})
+
+
+def with_lines(value: float, origin: Origin, lines: Mapping[str, float], **how: Any) -> Measured:
+    of = [Line(source, "", sigma) for source, sigma in lines.items()]
+    figure = Quantity(
+        "chord", value, (0.0, math.inf), 0.0, 300.0, tuple(of), ResultVerdict.IDENTIFIED, ()
+    )
+    return Measured("run", replace(figure, **how), origin)
 
 
 def line(found: Difference, source: str) -> DifferenceLine:
@@ -174,7 +183,7 @@ def test_what_friction_leaves_is_shared_as_far_as_it_points_the_same_way(
 
 def test_repeats_of_unknown_friction_do_not_average() -> None:
     def group() -> list[Measured]:
-        return [replace(run(), lines={FRICTION: 0.26}) for _ in range(3)]
+        return [with_lines(5e6, HERE, {FRICTION: 0.26}) for _ in range(3)]
 
     found = difference(group(), group(), tolerance=0.2)
     assert line(found, FRICTION).left == pytest.approx(0.26)
@@ -269,13 +278,13 @@ def test_a_smooth_error_of_each_run_is_as_large_as_it_scatters() -> None:
     seeds = repeats(*ln, smooth=0.02, kinematics="seed")
     found = difference(seeds, seeds, tolerance=0.2)
     # the runs of both groups have pairwise the same seeds here: part them
-    other = [replace(r, origin=replace(r.origin, kinematics=f"x{i}")) for i, r in enumerate(seeds)]
+    other = [r._replace(origin=replace(r.origin, kinematics=f"x{i}")) for i, r in enumerate(seeds)]
     parted = difference(seeds, other, tolerance=0.2)
     t = float(scipy.stats.t.isf(0.025, 4)) / Z
     assert line(parted, SMOOTH).left == pytest.approx(t * 0.002 * math.sqrt(2 / 3), rel=1e-4)
     assert "scatter" in line(parted, SMOOTH).common
     assert "scatter" not in line(found, SMOOTH).common
-    there = [replace(r, origin=replace(HERE, surface_m=6e-3)) for r in repeats(*ln, smooth=0.02)]
+    there = [r._replace(origin=replace(HERE, surface_m=6e-3)) for r in repeats(*ln, smooth=0.02)]
     grouped = difference(repeats(*ln, smooth=0.02), there, tolerance=0.2)
     assert line(grouped, SMOOTH).left > 0.02, "within a group it repeats and does not scatter"
 
@@ -296,13 +305,13 @@ def test_scatter_is_that_within_groups() -> None:
 def test_only_like_is_compared_with_like() -> None:
     one = run(noise=0.01)
     for other, said in (
-        (replace(one, to_n=200.0), "by definition"),
-        (replace(one, from_n=30.0), "by definition"),
-        (replace(one, quantity="chord stiffness"), "by definition"),
-        (replace(one, ln_value=math.nan), "no number"),
-        (replace(one, lines={}), "without a budget"),
-        (replace(one, lines={NOISE: -0.01}), "must be 0 or more"),
-        (replace(one, lines={NOISE: math.inf}), "must be 0 or more"),
+        (with_lines(5e6, HERE, {NOISE: 0.01}, to_n=200.0), "different definition"),
+        (with_lines(5e6, HERE, {NOISE: 0.01}, from_n=30.0), "different definition"),
+        (with_lines(5e6, HERE, {NOISE: 0.01}, kind="tangent"), "different definition"),
+        (with_lines(math.nan, HERE, {NOISE: 0.01}), "no number"),
+        (with_lines(5e6, HERE, {}), "without a budget"),
+        (with_lines(5e6, HERE, {NOISE: -0.01}), "must be 0 or more"),
+        (with_lines(5e6, HERE, {NOISE: math.inf}), "must be 0 or more"),
     ):
         with pytest.raises(DomainError, match=said):
             difference([one], [other], tolerance=0.2)
@@ -313,23 +322,8 @@ def test_only_like_is_compared_with_like() -> None:
         difference([one], [], tolerance=0.2)
 
 
-def test_runs_are_asked_at_forces_that_all_have() -> None:
-    def ask(top: float):
-        def chord(from_n: float, to_n: float) -> Measured:
-            assert to_n <= top
-            return replace(run(noise=0.01), quantity="chord", from_n=from_n, to_n=to_n)
-
-        return chord
-
-    values = at_common_forces([(30.0, 300.0), (25.0, 250.0)], [ask(300.0), ask(250.0)])
-    assert {(each.from_n, each.to_n) for each in values} == {(30.0, 250.0)}
-    assert difference(values[:1], values[1:], tolerance=0.2).to_n == 250.0
-    with pytest.raises(DomainError, match="no forces in common"):
-        at_common_forces([(30.0, 300.0), (1.0, 10.0)], [ask(300.0), ask(10.0)])
-
-
-def test_a_large_difference_is_told_with_its_own_interval() -> None:
+def test_a_difference_beyond_twice_is_told_as_a_ratio() -> None:
     found = apart(5e6, 3e5, noise=0.1)
-    low, high = (f"{bound:+.1%}" for bound in found.interval)
-    assert found.why.startswith(f"{found.relative:+.1%}, 95 % interval [{low}, {high}]")
-    assert found.interval[0] > -1.0
+    assert found.relative == pytest.approx(3e5 / 5e6 - 1.0)
+    assert found.why.startswith("× 0.06, 95 % interval [× 0.0455, × 0.0792]")
+    assert apart(5e6, 5.1e6, noise=0.001).why.startswith("+2 %, 95 % interval [+1.72 %, +2.28 %]")

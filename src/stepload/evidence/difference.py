@@ -22,14 +22,17 @@ import numpy as np
 
 from stepload.errors import DomainError
 from stepload.estimators.fit import FloatArray, IntArray
-from stepload.estimators.measured import Measured
-from stepload.estimators.origin import common
-from stepload.estimators.repeats import Scatter, normal, scatter_of, within
+from stepload.evidence.origin import Origin, common
+from stepload.evidence.quantity import Quantity
+from stepload.evidence.repeats import Scatter, normal, scatter_of, within
+from stepload.units import change, changes, percent
 
 SIGNIFICANCE = 0.05
 """Allowed probability of calling runs of equal payloads different."""
 POWER = 0.8
 """Probability of detecting a true difference of the smallest detectable size."""
+SAME_FORCE = 0.02
+"""Two forces count as one up to this share of the top force: levels are held that well."""
 SMOOTH = "smooth deformation error"
 REPEATABILITY = "repeatability beyond the budget"
 
@@ -40,6 +43,29 @@ class Agreement(StrEnum):
     AGREE = "agree"
     DIFFER = "differ"
     CANNOT_TELL = "cannot tell"
+
+
+class Measured(NamedTuple):
+    """A figure of a run: the run's displayed name, and where its errors come from."""
+
+    run: str
+    figure: Quantity
+    origin: Origin
+
+    @property
+    def ln_value(self) -> float:
+        """ln of the stiffness in N/m."""
+        return math.log(self.figure.value_n_per_m)
+
+    @property
+    def lines(self) -> dict[str, float]:
+        """Relative standard uncertainty by source."""
+        return {line.source: line.relative for line in self.figure.lines}
+
+    @property
+    def deformation_m(self) -> float:
+        """Deformation between the figure's two forces."""
+        return (self.figure.to_n - self.figure.from_n) / self.figure.value_n_per_m
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +95,7 @@ class Difference:
     """Difference of group 2 from group 1.
 
     Attributes:
-        quantity, from_n, to_n: what was compared, between which forces.
+        kind, from_n, to_n: of the figure that was compared.
         first, second: names of the runs of both groups.
         relative: S2/S1 − 1, geometric means.
         interval: its 95 % interval; wider where several groups are compared with the first.
@@ -85,7 +111,7 @@ class Difference:
         open_sources: sources for which the records do not show whether they are shared.
     """
 
-    quantity: str
+    kind: str
     from_n: float
     to_n: float
     first: tuple[str, ...]
@@ -142,7 +168,7 @@ class _Groups(NamedTuple):
     level: float
 
     def sigma(self, source: str) -> FloatArray:
-        return np.array([run.lines.get(source, 0.0) for run in self.runs])
+        return np.array([lines.get(source, 0.0) for lines in (run.lines for run in self.runs)])
 
 
 def difference(
@@ -175,22 +201,22 @@ def difference(
         _case(groups, dict(zip(known, case, strict=True)), known)
         for case in zip(*(each.cases(group) for each in known.values()), strict=True)
     ]
-    change, factor = float(weight @ value), normal(level)
+    log_change, factor = float(weight @ value), normal(level)
     widest = max(cases, key=lambda case: case.sigma)
     half = factor * widest.sigma
     smallest = math.expm1((factor + normal(POWER)) * widest.sigma)
     undecided = tuple(s for s, c in known.items() if c.open and np.any(groups.sigma(s) > 0.0))
-    verdict, why = _judge(change, [factor * case.sigma for case in cases], smallest, tolerance)
+    verdict, why = _judge(log_change, [factor * case.sigma for case in cases], smallest, tolerance)
     if undecided and verdict is Agreement.CANNOT_TELL:
         why += f"; the records do not tell whether the runs share {', '.join(undecided)}"
     return Difference(
-        quantity=runs[0].quantity,
-        from_n=runs[0].from_n,
-        to_n=runs[0].to_n,
+        kind=runs[0].figure.kind,
+        from_n=max(run.figure.from_n for run in runs),
+        to_n=min(run.figure.to_n for run in runs),
         first=tuple(run.run for run in first),
         second=tuple(run.run for run in second),
-        relative=math.expm1(change),
-        interval=(math.expm1(change - half), math.expm1(change + half)),
+        relative=math.expm1(log_change),
+        interval=(math.expm1(log_change - half), math.expm1(log_change + half)),
         half_width=half,
         smallest_detectable=smallest,
         tolerance=tolerance,
@@ -210,15 +236,18 @@ def _check(first: Sequence[Measured], second: Sequence[Measured], tolerance: flo
         raise DomainError("a group without a run cannot be compared")
     if not 0.0 < tolerance < math.inf:
         raise DomainError(f"tolerance is {tolerance:g}; it must be positive and finite")
-    kinds = {(run.quantity, run.from_n, run.to_n) for run in runs}
-    if len(kinds) > 1:
-        told = "; ".join(f"{what}, {low:g} to {top:g} N" for what, low, top in sorted(kinds))
+    kinds = sorted({run.figure.kind for run in runs})
+    low_n = [run.figure.from_n for run in runs]
+    top_n = [run.figure.to_n for run in runs]
+    if len(kinds) > 1 or max(np.ptp(low_n), np.ptp(top_n)) > SAME_FORCE * max(top_n):
+        told = ", ".join(kinds)
         raise DomainError(
-            f"what differs by definition is not compared: {told}",
+            f"figures of different definition are not compared: {told}, {min(low_n):g} to"
+            f" {max(low_n):g} N and {min(top_n):g} to {max(top_n):g} N",
             hint="evaluate the runs by one quantity between the same two forces",
         )
     for run in runs:
-        if not math.isfinite(run.ln_value):
+        if not 0.0 < run.figure.value_n_per_m < math.inf:
             raise DomainError(f"{run.run}: the stiffness is no number")
         if not run.lines:
             raise DomainError(f"{run.run}: a stiffness without a budget cannot be compared")
@@ -306,25 +335,26 @@ def _told(matrix: FloatArray, group: IntArray) -> str:
         return "within a group only"
     if np.all(pairs >= 1.0):
         return "by all"
-    return f"by all, {np.min(pairs):.0%} of it" if np.all(pairs > 0.0) else "by some"
+    return f"by all, {percent(float(np.min(pairs)), 2)} of it" if np.all(pairs > 0.0) else "by some"
 
 
 def _judge(
-    change: float, halves: Sequence[float], smallest: float, tolerance: float
+    log_change: float, halves: Sequence[float], smallest: float, tolerance: float
 ) -> tuple[Agreement, str]:
     """The verdict; every assumption about unknown correlations must lead to the same one."""
     half = max(halves)
-    low, high = math.expm1(change - half), math.expm1(change + half)
-    said = f"{math.expm1(change):+.1%}, 95 % interval [{low:+.1%}, {high:+.1%}]"
-    seen = f"smallest difference that these runs could have shown: {smallest:.1%}"
-    if all(abs(change) > each for each in halves):
+    ends = math.expm1(log_change - half), math.expm1(log_change + half)
+    said = f"{change(math.expm1(log_change))}, 95 % interval {changes(ends)}"
+    least = change(smallest).removeprefix("+")
+    seen = f"smallest difference that these runs could have shown: {least}"
+    if all(abs(log_change) > each for each in halves):
         return Agreement.DIFFER, f"{said}; {seen}"
-    if any(abs(change) > each for each in halves):
+    if any(abs(log_change) > each for each in halves):
         return Agreement.CANNOT_TELL, f"{said}, a difference only if they share more; {seen}"
     if smallest > tolerance:
-        return Agreement.CANNOT_TELL, f"{said}; {seen}, asked for is {tolerance:.1%}"
-    if math.expm1(abs(change) + half) > tolerance:
+        return Agreement.CANNOT_TELL, f"{said}; {seen}, asked for is {percent(tolerance)}"
+    if math.expm1(abs(log_change) + half) > tolerance:
         return Agreement.CANNOT_TELL, (
-            f"{said}: the interval reaches beyond the {tolerance:.1%} asked for; {seen}"
+            f"{said}: the interval reaches beyond the {percent(tolerance)} asked for; {seen}"
         )
-    return Agreement.AGREE, f"{said}, within the {tolerance:.1%} asked for; {seen}"
+    return Agreement.AGREE, f"{said}, within the {percent(tolerance)} asked for; {seen}"
