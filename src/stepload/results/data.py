@@ -11,11 +11,11 @@ from stepload.estimators.system import SystemStiffnessFit
 from stepload.evidence.identification import Identification
 from stepload.record.outcome import RunOutcome
 from stepload.results import fields
-from stepload.results.about import about
 from stepload.results.analyse import Evaluation
-from stepload.results.extras import extras_data
+from stepload.results.hysteresis import hysteresis_data
 from stepload.results.model import data
 from stepload.results.press_data import PressData
+from stepload.results.provenance import about
 from stepload.results.quality import quality_data
 from stepload.results.reasons import reasons_of
 from stepload.results.until import loaded
@@ -65,7 +65,7 @@ def _evidence_data(found: Identification) -> dict[str, Any]:
             "signs": [data(fields.PART, each) for each in evidence.inelastic.parts],
         },
         "laws": evidence.laws,
-        "narrowing": [dataclasses.asdict(each) for each in found.narrowing],
+        "narrowing": found.narrowing,
         "drift_m_per_s": evidence.drift_m_per_s,
         "remarks": evidence.notes,
     }
@@ -143,8 +143,8 @@ def run_data(run: Evaluation) -> dict[str, Any]:
         made["run_in"] = _run_in_data(run.run_in)
     if (until := loaded(run.recording.events, run.identification)) is not None:
         made["until"] = until
-    if run.extras is not None:
-        made |= extras_data(run.extras)
+    if run.hysteresis is not None:
+        made |= hysteresis_data(run.hysteresis)
     if resumed := run.recording.metadata.get("resumed"):
         made["resumed"] = resumed
     return made | {"reasons": [*filter(None, [run.problem]), *reasons_of(run)]}

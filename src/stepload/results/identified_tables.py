@@ -1,4 +1,4 @@
-"""What was identified, as tables: fits, evidence, budget, system stiffness, cycles."""
+"""What was identified, as tables: evidence, fits, system stiffness, cycles."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def _doubts(rows: Sequence[fields.NamedFit]) -> list[str]:
 
 
 def identification_tables(found: Identification) -> list[Table]:
-    """Fits and evidence of an identification."""
+    """Evidence and fits of an identification."""
     rows, others = fields.fits_of(found), fields.fits_of(found, reported=False)
     why = [f"best of the fits is {found.believe}: {line}" for line in found.why]
     if found.evidence is not None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Callable
 from functools import partial
 
@@ -17,15 +16,12 @@ from stepload.evidence.identification import REPORTED, Identification
 from stepload.record.rows import Phase
 from stepload.results import figures
 from stepload.results.analyse import Evaluation
+from stepload.results.certificate import other_elastic_limit
 from stepload.results.conditions import measured, planned
-from stepload.results.facts import other_elastic_limit
 from stepload.results.model import Figure
 from stepload.results.press_data import LOADING, UNLOADING
-from stepload.results.quality_figure import quality_figure
+from stepload.results.quality import quality_figure
 from stepload.units import format_quantity as f
-
-LARGEST_EXPONENT = 700.0
-CHI2_95_OF_TWO = 5.991465
 
 
 def _law(fit: Fit) -> Callable[[FloatArray], FloatArray]:
@@ -133,17 +129,8 @@ def figures_of(run: Evaluation) -> list[Figure]:
     ]  # fmt: skip
 
 
-def _outline(fit: Fit, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """ln K and n (90,) around the region that covers both with 95 %."""
-    value, vector = np.linalg.eigh(covariance[:2, :2])
-    angle = np.linspace(0.0, 2.0 * np.pi, 90)
-    axes = vector * np.sqrt(np.clip(value, 0.0, None) * CHI2_95_OF_TWO)
-    ring = axes @ np.stack([np.cos(angle), np.sin(angle)])
-    return math.log(fit.k) + ring[0], fit.n + ring[1]
-
-
 def _fit_figures(run: Evaluation) -> list[Figure]:
-    """Residuals of the fits, and the joint region of their parameters."""
+    """Residuals of the fits, and the lateral force."""
     made, found = [], run.identification
     if (system := run.system) is not None:
         made.append(
@@ -173,17 +160,4 @@ def _fit_figures(run: Evaluation) -> list[Figure]:
     )  # fmt: skip
     if not isinstance(contact := found.run.askew.quality, Missing):
         made.append(quality_figure(contact))
-    if (covariance := found.covariance) is not None:
-        ln_k, n = _outline(found.fit, covariance)
-        points = [(name, found.fits[name].k, found.fits[name].n) for name in laws]
-        if np.abs(ln_k).max() > LARGEST_EXPONENT:  # says nothing about K any more
-            return made
-        made.append(
-            Figure(
-                "ellipse", "What K and n can be together",
-                "K and n are strongly correlated: quote the secant, which is far better known.",
-                "joint confidence region of K and n",
-                partial(figures.ellipse, np.exp(ln_k), n, points),
-            )
-        )  # fmt: skip
     return made

@@ -15,9 +15,14 @@ from stepload.evidence.identification import Identification
 from stepload.record.lag import Lag
 from stepload.record.plain import json_text
 from stepload.record.rows import Phase
-from stepload.results import extras
+from stepload.results import hysteresis
 from stepload.results.analyse import identify_payload
-from stepload.results.extras import Extras, extras_data, extras_of, extras_tables
+from stepload.results.hysteresis import (
+    Hysteresis,
+    hysteresis_data,
+    hysteresis_of,
+    hysteresis_tables,
+)
 from stepload.results.press_data import PressData
 
 K, N, K_S = 6.57e8, 1.5, 3.49e6
@@ -82,15 +87,15 @@ def law(whole) -> Identification:
 
 
 @pytest.fixture(scope="module")
-def every(whole, law) -> Extras:
+def every(whole, law) -> Hysteresis:
     """All of them of a sphere; to be read only."""
-    return extras_of(whole, law)
+    return hysteresis_of(whole, law)
 
 
 @pytest.fixture
 def no_creep(monkeypatch):
     """Without the result that takes longest, where others are looked at."""
-    monkeypatch.setattr(extras, "_relaxation", lambda *_: Missing("left out"))
+    monkeypatch.setattr(hysteresis, "_relaxation", lambda *_: Missing("left out"))
 
 
 def test_a_run_of_two_cycles_has_them_all(every):
@@ -118,14 +123,14 @@ def test_the_table_of_the_system_is_taken_out_where_there_is_one(whole, every, n
     soft = replace(whole, travel_m=whole.travel_m + joints(whole.force_n))
     known = replace(CONDITIONS, sources=replace(CONDITIONS.sources, **table))
     expected = every
-    found = extras_of(soft, identify_payload(soft, known))
+    found = hysteresis_of(soft, identify_payload(soft, known))
     for one, other in zip(found.loss.cycles, expected.loss.cycles, strict=True):
         assert one.stored_j == pytest.approx(other.stored_j, rel=0.01)
 
 
 def test_creep_in_the_holds_is_seen():
     data = run(creep=0.1)
-    found = extras_of(data, identified(data)).relaxation
+    found = hysteresis_of(data, identified(data)).relaxation
     assert found.resolved
     assert all(each.resolved for each in found.holds if each.loading and each.force_n > 90.0)
     # 1 − exp(−t/τ) over the hold after the skip.
@@ -133,12 +138,12 @@ def test_creep_in_the_holds_is_seen():
 
 
 def test_json_says_null_and_why(every):
-    made = extras_data(every)
+    made = hysteresis_data(every)
     assert set(made) == {"missing", "relaxation", "loss"}
     assert made["missing"] == {}
     assert json.loads(json_text(made))["loss"]["cycles"][0]["stored_j"] > 0.0
     one_way = run(cycles=1, down=False, hold=0.3)
-    made = extras_data(extras_of(one_way, identified(one_way)))
+    made = hysteresis_data(hysteresis_of(one_way, identified(one_way)))
     for name in ("relaxation", "loss"):
         assert made[name] is None
         assert made["missing"][name]
@@ -147,8 +152,8 @@ def test_json_says_null_and_why(every):
 
 def test_every_result_or_its_reason_is_on_the_page(every):
     one_way = run(cycles=1, down=False, hold=0.3)
-    for found in (every, extras_of(one_way, identified(one_way))):
-        tables = extras_tables(found)
+    for found in (every, hysteresis_of(one_way, identified(one_way))):
+        tables = hysteresis_tables(found)
         rows = tables[0].rows
         assert len(rows) == 2
         assert all(len(row) == 3 and row[2] for row in rows)
@@ -164,7 +169,7 @@ def test_a_record_cut_anywhere_is_told_and_raises_nothing(whole, law):
                 for name in ("time_s", "force_n", "travel_m", "phase", "cycle")
             },
         )
-        made = extras_data(extras_of(part, law))
+        made = hysteresis_data(hysteresis_of(part, law))
         for name in ("relaxation", "loss"):
             assert (made[name] is None) == (name in made["missing"])
 
@@ -178,5 +183,5 @@ def test_the_change_of_the_loss_has_two_digits_of_its_uncertainty(every):
         (0.01, 0.0, "+1.0% ± 0.0%"),
     ):
         loss = replace(found.loss, change=change, change_sigma=sigma)
-        cells = [c for t in extras_tables(replace(found, loss=loss)) for r in t.rows for c in r]
+        cells = [c for t in hysteresis_tables(replace(found, loss=loss)) for r in t.rows for c in r]
         assert any(f"last minus first {told}" in str(cell) for cell in cells)

@@ -8,20 +8,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, fields
 from itertools import pairwise
 from typing import Any, TypeVar
 
 import numpy as np
 
 from stepload.errors import DomainError
-from stepload.estimators.cycles import CycleLoss, Loss, loss
+from stepload.estimators.cycles import Loss, loss
 from stepload.estimators.fit import FloatArray, Missing
-from stepload.estimators.relaxation import HoldChange, HoldSamples, Relaxation, relaxation
+from stepload.estimators.relaxation import HoldSamples, Relaxation, relaxation
 from stepload.evidence.identification import Identification
 from stepload.evidence.inelastic import NOT_REPEATED
 from stepload.record.rows import Phase
-from stepload.results.model import NOTHING, Field, Table, named, quantity, table
+from stepload.results.model import NOTHING, Table
 from stepload.results.press_data import LOADING, UNLOADING, PressData, holds_of
 from stepload.units import format_quantity as f
 
@@ -29,33 +29,28 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
-class Extras:
-    """Further results of a run; `Missing` where there is none.
-
-    Attributes:
-        relaxation: creep compliance from the holds.
-        loss: loops of the cycles.
-    """
+class Hysteresis:
+    """Creep compliance from the holds, loops of the cycles; `Missing` where there is none."""
 
     relaxation: Relaxation | Missing
     loss: Loss | Missing
 
 
-def extras_of(data: PressData, found: Identification) -> Extras:
-    """Compute all further results of a run.
+def hysteresis_of(data: PressData, found: Identification) -> Hysteresis:
+    """Compute both.
 
     Args:
         data: of the run.
         found: its identification: the law, K_s and the uncertainty sources.
     """
     deformation_m = data.travel_m - found.conditions.bend(data.force_n)
-    return Extras(
-        relaxation=_told(lambda: _relaxation(data, deformation_m, found)),
-        loss=_told(lambda: _loss(data, deformation_m, found)),
+    return Hysteresis(
+        _or_missing(lambda: _relaxation(data, deformation_m, found)),
+        _or_missing(lambda: _loss(data, deformation_m, found)),
     )
 
 
-def _told(compute: Callable[[], T | Missing]) -> T | Missing:
+def _or_missing(compute: Callable[[], T | Missing]) -> T | Missing:
     """The result of `compute`; a numerical error becomes a `Missing` with the reason."""
     try:
         return compute()
@@ -106,52 +101,20 @@ def _loss(data: PressData, deformation_m: FloatArray, found: Identification) -> 
     )  # fmt: skip
 
 
-def extras_data(extras: Extras) -> dict[str, Any]:
+def hysteresis_data(found: Hysteresis) -> dict[str, Any]:
     """The object for programs: null where there is no result; `missing` says why."""
-    made: dict[str, Any] = {"missing": {}}
-    for name in ("relaxation", "loss"):
-        found = getattr(extras, name)
-        if isinstance(found, Missing):
-            made[name] = None
-            made["missing"][name] = found.why
-        else:
-            made[name] = asdict(found)
-    return made
+    parts = {each.name: getattr(found, each.name) for each in fields(found)}
+    missing = {name: each.why for name, each in parts.items() if isinstance(each, Missing)}
+    return parts | dict.fromkeys(missing) | {"missing": missing}
 
 
-_HOLD: tuple[Field[HoldChange], ...] = (
-    named("force_n", "force", quantity("N")),
-    Field(lambda hold: "up" if hold.loading else "down", label="way"),
-    named("lasted_s", "over", quantity("s")),
-    named("force_change_n", "ΔF", lambda value: f"{value:+.3g} N"),
-    Field(
-        lambda hold: f"{hold.deformation_change_m * 1e6:+.3g} ± {hold.sigma_m * 1e6:.2g} µm",
-        label="Δδ at constant force",
-    ),
-    named("relative", "of δ", lambda value: f"{value:+.2%}"),
-    named("resolved", "resolved", lambda value: "yes" if value else "no"),
-)
-_LOSS: tuple[Field[CycleLoss], ...] = (
-    named("cycle", "cycle"),
-    Field(lambda row: f"{row.energy_j * 1e3:.3g} ± {row.sigma_j * 1e3:.2g} mJ", label="lost"),
-    Field(lambda row: f"{row.stored_j * 1e3:.3g} mJ", label="stored"),
-    Field(lambda row: f"{row.share:.1%} ± {row.share_sigma:.1%}", label="of stored"),
-    named("resolved", "resolved", lambda value: "yes" if value else "no"),
-)
-
-
-def extras_tables(extras: Extras) -> list[Table]:
-    """Tables for people: one of all results, and the figures behind each."""
+def hysteresis_tables(found: Hysteresis) -> list[Table]:
+    """The table for people."""
     rows = [
-        _row("relaxation in the holds", extras.relaxation, _relaxed),
-        _row("loss per cycle", extras.loss, _lost),
+        _row("relaxation in the holds", found.relaxation, _relaxed),
+        _row("loss per cycle", found.loss, _lost),
     ]
-    tables = [Table("Beside the law", ("result", "value", "what it is worth"), rows)]
-    if isinstance(extras.relaxation, Relaxation):
-        tables.append(table("Holds", _HOLD, extras.relaxation.holds, page_only=True))
-    if isinstance(extras.loss, Loss):
-        tables.append(table("Loss per cycle", _LOSS, extras.loss.cycles, page_only=True))
-    return tables
+    return [Table("Beside the law", ("result", "value", "what it is worth"), rows)]
 
 
 def _row(

@@ -9,8 +9,8 @@ import pytest
 
 from stepload.errors import BadInputError
 from stepload.results.data import identification_data
-from stepload.results.from_file import Wishes, identify_file
-from stepload.results.wishes import laws_of
+from stepload.results.from_file import Stated, identify_file
+from stepload.results.stated import laws_of
 
 KS, K = 3.49e6, 6.57e8
 
@@ -31,7 +31,7 @@ def curve(tmp_path: Path) -> Path:
 
 
 def sizes(curve: Path, **stated: float) -> dict[str, str]:
-    found, _ = identify_file(curve, Wishes(system_stiffness_n_per_m=KS, **stated))
+    found, _ = identify_file(curve, Stated(system_stiffness_n_per_m=KS, **stated))
     assert found.headline is not None
     return {line.source: line.size for line in found.headline.lines}
 
@@ -67,10 +67,10 @@ def test_a_law_nobody_knows_is_refused_with_the_list(texts: list[str]) -> None:
 
 
 def test_the_choice_of_laws_reaches_a_curve_and_replaces_that_of_a_record(curve: Path) -> None:
-    given = Wishes(system_stiffness_n_per_m=KS, smooth_error_m=5e-7, laws=("hertz",))
+    given = Stated(system_stiffness_n_per_m=KS, smooth_error_m=5e-7, laws=("hertz",))
     found, _ = identify_file(curve, given)
     assert found.run.conditions.laws == ("hertz",)
     assert found.conditions.laws == ("hertz",)
     assert identification_data(found)["laws_chosen"] == ("hertz",)
-    assert Wishes(laws=()).applied(found.conditions).laws == ()
-    assert Wishes().applied(found.conditions).laws == ("hertz",)
+    assert Stated(laws=()).applied(found.conditions).laws == ()
+    assert Stated().applied(found.conditions).laws == ("hertz",)
