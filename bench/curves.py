@@ -18,12 +18,12 @@ from pathlib import Path
 import numpy as np
 
 from stepload.record.curves import read_curve
-from stepload.results.from_curve import prepare
-from stepload.results.wishes import Wishes
+from stepload.results.curve import prepare
+from stepload.results.stated import Stated
 
 ROWS = 1_000_000
 LARGEST_S, LARGEST_RATIO = 5.0, 4.0
-RIG = Wishes(system_stiffness_n_per_m=3.49e6, system_stiffness_sigma_n_per_m=70e3)
+RIG = Stated(system_stiffness_n_per_m=3.49e6, system_stiffness_sigma_n_per_m=70e3)
 
 
 def write(path: Path) -> None:

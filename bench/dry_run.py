@@ -45,7 +45,7 @@ def measure(hours: float, path: Path = PLAN, mount: bool = False) -> dict[str, f
     from stepload.plan.load import load_plan
     from stepload.plan.mounting import Mounting
     from stepload.results.from_file import results_of_file
-    from stepload.results.wishes import Wishes
+    from stepload.results.stated import Stated
     from stepload.session import experiment
 
     plan = load_plan(path)
@@ -78,7 +78,7 @@ def measure(hours: float, path: Path = PLAN, mount: bool = False) -> dict[str, f
         runner_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
         size = (done.directory / "run.mcap").stat().st_size
         begin_cpu_s = time.process_time()
-        results_of_file(done.directory / "run.mcap", Wishes())
+        results_of_file(done.directory / "run.mcap", Stated())
         identify_cpu_s = time.process_time() - begin_cpu_s
     virtual_s = done.outcome.end_s - done.outcome.start_s
     return {

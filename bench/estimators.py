@@ -31,7 +31,7 @@ from scipy.optimize import least_squares
 
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.inverse_law import joint
-from stepload.estimators.ls import rs_btls
+from stepload.estimators.ls import rs_btls, smallest_direction
 from stepload.estimators.recursive import RsRtls
 
 SAMPLES = 300_000
@@ -190,7 +190,7 @@ def against_eigh(x: FloatArray, y: FloatArray) -> tuple[Row, Row]:
         recursive = RsRtls(0.999, rest_band_n=-1.0)
         for deformation_m, force_n in pairs:
             recursive.update(deformation_m, force_n)
-            _, ends["estimate"] = recursive.estimate()
+            _, ends["estimate"] = smallest_direction(recursive.triangle())[:2]
 
     def outer_and_eigh() -> None:
         gram = np.zeros((3, 3))

@@ -36,9 +36,8 @@ from stepload.errors import DomainError
 from stepload.estimators.fit import Fit, FloatArray
 from stepload.estimators.inverse_law import inverse_ls, joint
 from stepload.estimators.ls import log_ls, log_tls, mixed_ls_tls, rs_btls
-from stepload.estimators.odr import odr
-from stepload.estimators.sampling import uniform_in_force
-from stepload.estimators.weighted import ew_tls
+from stepload.estimators.selection import uniform_in_force
+from stepload.estimators.weighted import ew_tls, odr
 
 SYSTEM_STIFFNESS_N_PER_M = 3.49e6
 PAYLOADS = {"plastic": 6.57e8, "pyramid": 1.32e8, "alu": 8.87e9}

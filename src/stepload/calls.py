@@ -22,7 +22,7 @@ from stepload.plan.model import Plan
 from stepload.plan.tags import tagged
 from stepload.record.curves import MIN_ROWS, Curve
 from stepload.results.from_file import identify_curve
-from stepload.results.wishes import Wishes
+from stepload.results.stated import Stated
 from stepload.session.experiment import run_plan
 
 
@@ -110,7 +110,7 @@ def identify(
         position_m: travel of the machine, shape (N,), from which the deflection F/K_s is
             subtracted: state `system_stiffness_n_per_m`.
         time_s: times that do not fall, shape (N,).
-        known: what else is known, by the names of `stepload.results.wishes.Wishes`:
+        known: what else is known, by the names of `stepload.results.stated.Stated`:
             `system_stiffness_n_per_m`, `elastic_limit_n`, `force_noise_n`, `position_noise_m`,
             `secant_force_n`, `laws` and others.
 
@@ -121,11 +121,11 @@ def identify(
     if (deformation_m is None) == (position_m is None):
         raise BadInputError("give one of deformation_m and position_m")
     try:
-        wishes = Wishes(**known)
+        stated = Stated(**known)
     except TypeError as error:
         raise BadInputError(
             f"identify: {str(error).rpartition(') ')[2]}",
-            hint=f"known may be {', '.join(Wishes.__dataclass_fields__)}",
+            hint=f"known may be {', '.join(Stated.__dataclass_fields__)}",
         ) from None
     columns = {
         "force_n": force_n,
@@ -147,7 +147,7 @@ def identify(
         force_n=arrays["force_n"],
     )
     with np.errstate(all="ignore"):
-        return Identified(*identify_curve(curve, wishes))
+        return Identified(*identify_curve(curve, stated))
 
 
 def _plan(plan: Plan | str | Path) -> Plan:

@@ -15,9 +15,9 @@ from scipy.signal import lfilter
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.sources import Sources
-from stepload.evidence.path import Track
+from stepload.evidence.lateral import Sideways
+from stepload.evidence.loops import Track
 from stepload.evidence.pressed import Pressed, Touch
-from stepload.evidence.sideways import Sideways
 
 Law = Callable[[FloatArray], FloatArray]
 HERTZ_K = 6.57e8

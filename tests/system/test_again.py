@@ -17,7 +17,7 @@ from stepload.errors import BadInputError
 from stepload.plan.load import load_plan
 from stepload.plan.tags import tagged
 from stepload.record.reader import Event, read_recording
-from stepload.results import reading
+from stepload.results import saved
 from stepload.results.stored import evaluation_of, outcome_of
 from stepload.session import again
 from stepload.session.again import results_again
@@ -33,8 +33,8 @@ def test_a_record_gives_the_results_of_its_run_again(cycles_run: Path, cycles_ag
 def test_a_very_long_record_is_read_alike_by_all(
     quick_plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(reading, "WHOLE_TICKS", 1000)
-    monkeypatch.setattr(reading, "MEAN_TICKS", 3000)
+    monkeypatch.setattr(saved, "WHOLE_TICKS", 1000)
+    monkeypatch.setattr(saved, "MEAN_TICKS", 3000)
     run = tmp_path / "run"
     done = in_process("run", quick_plan, "--dry-run", "--quiet", "--out", run)
     assert done.returncode == 0, done.stderr
@@ -45,7 +45,7 @@ def test_a_very_long_record_is_read_alike_by_all(
     levels = [level.deformation_m for level in stepload.open(run).levels]
     assert levels == [level["deformation_m"] for level in told["levels"]]
     assert len(evaluation_of(run).recording.ticks.time_s) < told["lateness"]["ticks"]
-    monkeypatch.setattr(reading, "WHOLE_TICKS", 10**6)
+    monkeypatch.setattr(saved, "WHOLE_TICKS", 10**6)
     assert results_again(run)[0]["headline"] != told["headline"]
 
 

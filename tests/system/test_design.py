@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from real_runs import ROOT, in_process
 
-from stepload.design import grid, written
+from stepload.design import plan_design, plan_report
 from stepload.plan import room_to_write
 from stepload.plan.load import load_plan
 
@@ -21,8 +21,8 @@ SMALL = ("design", SPHERE, "stvf")
 @pytest.fixture(autouse=True)
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """A grid of few plans."""
-    monkeypatch.setattr(grid, "STEPS", (4,))
-    monkeypatch.setattr(grid, "HOLDS_S", (1.0, 5.0))
+    monkeypatch.setattr(plan_design, "STEPS", (4,))
+    monkeypatch.setattr(plan_design, "HOLDS_S", (1.0, 5.0))
 
 
 def test_a_plan_is_designed_written_and_promises_what_preflight_does(tmp_path: Path) -> None:
@@ -55,14 +55,14 @@ def test_a_plan_is_designed_written_and_promises_what_preflight_does(tmp_path: P
 
 def test_a_file_is_named_from_where_the_plan_lies(tmp_path: Path) -> None:
     for named, way in (("my rig.yaml", "../my rig.yaml"), ("plans/rig.yaml", "./rig.yaml")):
-        assert written._file(tmp_path / named, tmp_path / "plans" / "a.yaml") == f'"{way}"'
+        assert plan_report._file(tmp_path / named, tmp_path / "plans" / "a.yaml") == f'"{way}"'
 
 
 def test_a_rig_file_is_named_from_where_the_plan_lies(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(grid, "STEPS", (4,))
-    monkeypatch.setattr(grid, "HOLDS_S", (5.0,))
+    monkeypatch.setattr(plan_design, "STEPS", (4,))
+    monkeypatch.setattr(plan_design, "HOLDS_S", (5.0,))
     (tmp_path / "plans").mkdir()
     (tmp_path / "my rig.yaml").write_text("profile: stvf\nname: mine\n")
     said = in_process(
@@ -117,7 +117,7 @@ def test_bad_options_are_told_before_anything_is_simulated(tmp_path: Path) -> No
 
 
 def test_a_plan_that_preflight_refuses_does_not_stay(tmp_path: Path) -> None:
-    from stepload.design.written import write
+    from stepload.design.plan_report import write
     from stepload.errors import RefusedError
 
     file = tmp_path / "bold.yaml"

@@ -18,7 +18,8 @@ import jsonschema
 import pytest
 from real_runs import QUICK, ROOT, in_process, stepload
 
-from stepload.design import atlas, grid, points
+from stepload.design import map as cells
+from stepload.design import plan_design
 
 EXPECTED = Path(__file__).parent / "json_version_1"
 PAYLOADS = ROOT / "procedures" / "payloads"
@@ -95,13 +96,13 @@ def objects(directory: Path) -> dict[str, Any]:
     )  # fmt: skip
     verb("pose", "pose", "ur5e", "--radius", "300 mm to 360 mm", "--height", "0 mm")
     with pytest.MonkeyPatch.context() as few:
-        few.setattr(points, "PANELS", ("exponent",))
-        few.setattr(points, "EXPONENTS", (1.5,))
-        few.setattr(points, "COLUMNS", 2)
-        few.setattr(atlas, "shipped_payloads", lambda: [PAYLOADS / "plastic-cone.yaml"])
+        few.setattr(cells, "PANELS", ("exponent",))
+        few.setattr(cells, "EXPONENTS", (1.5,))
+        few.setattr(cells, "COLUMNS", 2)
+        few.setattr(cells, "shipped_payloads", lambda: [PAYLOADS / "plastic-cone.yaml"])
         verb("map", "map", "stvf", "--payload", SPHERE)
-        few.setattr(grid, "STEPS", (4,))
-        few.setattr(grid, "HOLDS_S", (5.0,))
+        few.setattr(plan_design, "STEPS", (4,))
+        few.setattr(plan_design, "HOLDS_S", (5.0,))
         verb("design", "design", SPHERE, "stvf")
     verb("bad_input", "identify", "nothing.csv")
     return made

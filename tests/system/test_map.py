@@ -10,7 +10,7 @@ import pytest
 from real_runs import ROOT, in_process
 
 from stepload.data import columns
-from stepload.design import atlas, points
+from stepload.design import map as cells
 from stepload.plan import room_to_write
 
 SMALL = ("map", "stvf")
@@ -20,10 +20,10 @@ SMALL = ("map", "stvf")
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """A map of few cells."""
     payloads = [ROOT / "procedures" / "payloads" / f"plastic-{n}.yaml" for n in ("sphere", "cone")]
-    monkeypatch.setattr(atlas, "shipped_payloads", lambda: payloads)
-    monkeypatch.setattr(points, "PANELS", ("exponent",))
-    monkeypatch.setattr(points, "EXPONENTS", (1.5,))
-    monkeypatch.setattr(points, "COLUMNS", 2)
+    monkeypatch.setattr(cells, "shipped_payloads", lambda: payloads)
+    monkeypatch.setattr(cells, "PANELS", ("exponent",))
+    monkeypatch.setattr(cells, "EXPONENTS", (1.5,))
+    monkeypatch.setattr(cells, "COLUMNS", 2)
 
 
 def test_a_map_is_drawn_told_and_written(tmp_path: Path) -> None:

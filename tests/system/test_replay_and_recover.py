@@ -40,8 +40,8 @@ def test_replay_says_which_rule_when_and_by_how_much(finished: Path) -> None:
      ("model_tolerance_m = 1 um", "R7"), ("identical_counts=1", "R4")],
 )  # fmt: skip
 def test_any_threshold_can_be_another(finished: Path, limit: str, rule: str) -> None:
-    wishes = [limit, "cross_relative=0"] if rule == "R5" else [limit]
-    options = [text for wish in wishes for text in ("--limit", wish)]
+    stated = [limit, "cross_relative=0"] if rule == "R5" else [limit]
+    options = [text for wish in stated for text in ("--limit", wish)]
     found = json.loads(in_process("replay", finished, *options, "--json").stdout)
     assert found["cause"]["rule"] == rule
     assert found["cause"]["time_s"] >= found["start_s"]

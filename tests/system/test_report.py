@@ -10,7 +10,7 @@ import pytest
 
 from stepload.results.provenance import UNFINISHED
 
-FIGURES = ["law", "residuals", "ellipse", "time", "limit"]
+FIGURES = ["law", "residuals", "time", "limit"]
 
 
 @pytest.mark.browser

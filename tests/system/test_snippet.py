@@ -63,11 +63,8 @@ def test_what_cannot_be_said_is_refused(run: Path, words: tuple[str, ...]) -> No
     assert done.stdout == ""
 
 
-def test_the_page_shows_the_results_and_the_parameters(run: Path) -> None:
-    page = (run / "report.html").read_text()
-    assert "Beside the law" in page
-    for name in ("mujoco", "drake", "drake-python"):
-        assert f"contact parameters: {name}" in page
+def test_the_page_shows_the_results_beside_the_law(run: Path) -> None:
+    assert "Beside the law" in (run / "report.html").read_text()
     told = results(run)
-    assert told["unloading"] is told["loss"] is None
-    assert set(told["missing"]) >= {"unloading", "loss", "relaxation"}
+    assert told["loss"] is None
+    assert set(told["missing"]) >= {"loss", "relaxation"}

@@ -9,8 +9,14 @@ import pytest
 
 from stepload.errors import BadInputError, ExitCode
 from stepload.estimators.fit import Flag
-from stepload.explain import words
-from stepload.explain.codes import GROUPS, explained, explanations, page, thresholds_called
+from stepload.explain.codes import (
+    GROUPS,
+    explained,
+    explanations,
+    glossary,
+    page,
+    thresholds_called,
+)
 from stepload.results.fields import SIGNS
 from stepload.rig.faults import FaultCode
 
@@ -94,7 +100,9 @@ def test_a_word_or_symbol_is_explained_as_the_glossary_does() -> None:
     assert (told.code, told.group, told.do) == ("F_c, elastic limit", "word", "")
     assert explained("f_c") == (told,)
     assert {each.group for each in explained("sigma")} == {"key", "word"}
-    assert (ROOT / "docs" / "glossary.md").read_text() == words.page(), "stepload.explain.words"
+    assert (ROOT / "docs" / "glossary.md").read_text() == glossary(), (
+        "python -m stepload.explain.codes glossary"
+    )
 
 
 def test_the_page_is_generated() -> None:

@@ -33,8 +33,8 @@ def map(
     Example: stepload map stvf --payload procedures/payloads/plastic-sphere.yaml --out map
     """
     from stepload.data.columns import check_parquet, write_columns
-    from stepload.design import atlas
-    from stepload.design import atlas_tables as tables
+    from stepload.design import map_report as report
+    from stepload.design.map import make, shipped_payloads
     from stepload.plan.room_to_write import check_room
     from stepload.units import parse_quantity
 
@@ -44,22 +44,22 @@ def map(
         check_room("--parquet", parquet)
     if out is not None:
         check_sheet(out, "map")
-    found = atlas.make(
+    found = make(
         rig,
         payload or [],
-        shipped=atlas.shipped_payloads(),
+        shipped=shipped_payloads(),
         top_n=parse_quantity(top_force, "N") if top_force is not None else None,
         on_start=lambda cells: output.line(f"{cells} cells"),
     )
-    said = tables.data(found)
+    said = report.data(found)
     output.line(f"{found.rig.name} at {found.rig.top_n:.4g} N: {found.rig.note}")
-    output.tables(tables.payload_table(found), tables.reach_table(found))
+    output.tables(report.payload_table(found), report.reach_table(found))
     for sentence in said["answers"]:
         output.line(sentence)
     if out is not None:
-        from stepload.design import atlas_picture as picture
+        from stepload.design.map_picture import drawn
 
-        output.line(write_sheet(out, "map", lambda: picture.drawn(found), said))
+        output.line(write_sheet(out, "map", lambda: drawn(found), said))
     if parquet is not None:
         cells = said["cells"]
         write_columns({name: [each[name] for each in cells] for name in cells[0]}, parquet)

@@ -38,7 +38,8 @@ def design(
 
     Example: stepload design procedures/payloads/plastic-sphere.yaml stvf --time "3 min"
     """
-    from stepload.design import make, tables, words, written
+    from stepload.design import plan_report as report
+    from stepload.design.plan_design import design as designed
     from stepload.plan.room_to_write import check_new, check_room
     from stepload.units import format_quantity
 
@@ -47,14 +48,14 @@ def design(
     surface = format_quantity(_positive("--surface-distance", surface_distance, "m"), "m", 6)
     check_new("--out", out)
     check_room("--out", out)
-    found = make.design(rig, payload, within_s=within_s, surface=surface)
+    found = designed(rig, payload, within_s=within_s, surface=surface)
     typed = ["stepload", "design", str(payload), rig, "--time", time, "--surface-distance",
              surface_distance]  # fmt: skip
-    text = written.text_of(found, out, payload, rig, surface, shlex.join(typed))
-    written.write(out, text)
-    said = tables.data(found)
-    output.tables(tables.curve_table(found))
-    for sentence in words.sentences(found):
+    text = report.text_of(found, out, payload, rig, surface, shlex.join(typed))
+    report.write(out, text)
+    said = report.data(found)
+    output.tables(report.curve_table(found))
+    for sentence in report.sentences(found):
         output.line(sentence)
     output.line(f"written: {out}; look at it next with: stepload preflight {shlex.quote(str(out))}")
     output.result({**said, "path": out, "plan": text})

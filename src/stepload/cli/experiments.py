@@ -88,20 +88,16 @@ def _show_end(finished: Finished, out: Output, *, quiet: bool) -> None:
         where = f"in cycle {outcome.cycle}" if outcome.cycle else "before the first cycle"
         word = f"STOPPED by {cause.rule}"
         text = f" {where}, {cause.time_s - outcome.start_s:.1f} s: {cause.message}"
-    out.line(wrapped(f"{word}{text}", "  "), word=word, mood="bad")
+    out.line(wrapped(f"{word}{text}", 2), word=word, mood="bad")
     if quiet:
         return
     limit = f(envelope.theory.elastic_limit_n, "N")
     rest = outcome.why.removeprefix(first).strip()
-    out.line(
-        wrapped(f"  {rest} Largest force {f(outcome.peak_force_n, 'N')} of F_c = {limit}.", "  ")
-    )
+    out.line(wrapped(f"  {rest} Largest force {f(outcome.peak_force_n, 'N')} of F_c = {limit}.", 2))
     about = [each.do for each in explanations() if each.group == "stop" and cause is not None
              and each.code == cause.rule and not cause.planned]  # fmt: skip
     for do in about:
-        out.line(
-            wrapped(f"  -> {do.partition('. ')[0].rstrip('.')}; report, How it ended", "     ")
-        )
+        out.line(wrapped(f"  -> {do.partition('. ')[0].rstrip('.')}; report, How it ended", 5))
 
 
 def press(

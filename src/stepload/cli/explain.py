@@ -42,14 +42,14 @@ def explain(
     if code:
         for each in found:
             output.line(f"{each.code} ({(GROUPS | OTHERS)[each.group]})")
-            output.line(f"  {each.means}", hang="  ")
+            output.line(f"  {each.means}")
             if each.do:
-                output.line(f"  What to do: {each.do}", hang="  ")
+                output.line(f"  What to do: {each.do}")
             output.line(f"  More: docs/{each.page}")
     else:
         for group, title in GROUPS.items():
             words = [each.code for each in found if each.group == group]
-            output.line(f"{title}: {', '.join(words)}", hang="  ")
+            output.line(f"{title}: {', '.join(words)}")
         output.line("keys of a plan: docs/plan.md, or stepload explain KEY")
         output.line("words and symbols: docs/glossary.md, or stepload explain WORD")
     output.result({"codes": [asdict(each) for each in found]})

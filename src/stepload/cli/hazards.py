@@ -50,7 +50,7 @@ def hazards(
     found = hazards_of(plan.rig)
     out.line(f"Hazards of {plan.rig.name} ({read_words(plan)})\n")
     for line in _lines(plan):
-        out.line(line, hang="    ")
+        out.line(line, hang=4)
     out.line("\nTo sign, below `rig:` in the rig file or plan:")
     rows = rows_of(read_by("NAME", date.today()))
     for row in rows if names_a_file(rig) else [f"profile: {rig}", *rows]:

@@ -17,7 +17,7 @@ from stepload.results.terminal import AsJson, Output
 
 if TYPE_CHECKING:
     from stepload.data.again import Again
-    from stepload.results.wishes import Wishes
+    from stepload.results.stated import Stated
 
 EVERY_S = 10.0
 
@@ -91,17 +91,17 @@ def identify(
 
     Example: stepload identify runs/20260801-101500-demo --out again
     """
-    from stepload.results.about import about
     from stepload.results.data import identification_data, system_data
     from stepload.results.from_file import is_record, results_of_file, system_results_of_file
+    from stepload.results.provenance import about
     from stepload.results.run_document import identification_document, system_document
-    from stepload.results.wishes import Wishes, laws_of, wishes_of_payload
+    from stepload.results.stated import Stated, laws_of, with_payload
     from stepload.units import parse_quantity
 
     def quantity(text: str | None, unit: str) -> float | None:
         return None if text is None else parse_quantity(text, unit)
 
-    wishes = Wishes(
+    stated = Stated(
         system_stiffness_n_per_m=quantity(system_stiffness, "N/m"),
         system_stiffness_sigma_n_per_m=_sigma(system_stiffness_sigma, system_stiffness),
         smooth_error_m=quantity(msde, "m"),
@@ -116,14 +116,14 @@ def identify(
         tared=tared,
     )
     if payload is not None:
-        wishes = wishes_of_payload(payload, wishes)
+        stated = with_payload(payload, stated)
     out = Output(as_json=as_json)
     if every:
         if kind != "payload" or write_to is not None:
             raise BadInputError(
                 "--all with --out or another --kind", hint="--all lists payloads; --json is whole"
             )
-        _show_all(file, wishes, processes, out)
+        _show_all(file, stated, processes, out)
         return
     if processes is not None:
         raise BadInputError("--processes without --all", hint="one file is one process")
@@ -132,7 +132,7 @@ def identify(
         document = system_document(fit, simulated=simulated)
         data = {"simulated": simulated, **system_data(fit)}
     elif kind == "payload":
-        told = results_of_file(file, wishes)
+        told = results_of_file(file, stated)
         document = identification_document(told)
         data = {"simulated": told.simulated, **identification_data(told.found)}
         data |= {"notes": told.notes}
@@ -145,7 +145,7 @@ def identify(
         from stepload.session.again import results_again, write_new
 
         whole = {**about({}, {}), **data}, document
-        report = write_new(write_to, *(results_again(file, wishes) if is_record(file) else whole))
+        report = write_new(write_to, *(results_again(file, stated) if is_record(file) else whole))
         out.line(f"report: {report}")
     out.result(data)
 
@@ -164,7 +164,7 @@ def _sigma(text: str | None, stiffness: str | None) -> float | None:
     return parse_quantity(text, "%") * parse_quantity(stiffness, "N/m")
 
 
-def _show_all(directory: Path, wishes: Wishes, processes: int | None, output: Output) -> None:
+def _show_all(directory: Path, stated: Stated, processes: int | None, output: Output) -> None:
     """Identify every record in a directory and below, and show one row for each.
 
     Raises:
@@ -181,7 +181,7 @@ def _show_all(directory: Path, wishes: Wishes, processes: int | None, output: Ou
             print(f"{done} of {of} records", file=sys.stderr, flush=True)
 
     with Pool(processes) as pool:
-        found = identify_all(directory, wishes, pool, on_done)
+        found = identify_all(directory, stated, pool, on_done)
     other = [row for row in found if row.differs]
     output.table(
         f"{_counted(found)} in {directory}, identified again",

@@ -298,7 +298,7 @@ def schema(
     Example: stepload schema --results
     """
     if results:
-        from stepload.results.about import schema_text
+        from stepload.results.provenance import schema_text
 
         print(schema_text(), end="")
     else:

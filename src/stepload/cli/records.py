@@ -95,11 +95,11 @@ def replay(
     from stepload.results.saved import record_in
 
     output = Output(as_json=as_json)
-    wishes = {} if force_limit is None else {"force_limit_n": force_limit}
+    stated = {} if force_limit is None else {"force_limit_n": force_limit}
     for text in limit or ():
         name, _, value = text.partition("=")
-        wishes[name.strip()] = value.strip()
-    judged = replay_file(record_in(file), wishes)
+        stated[name.strip()] = value.strip()
+    judged = replay_file(record_in(file), stated)
     found = judged.replayed
     cause = found.cause
     for note in judged.notes:

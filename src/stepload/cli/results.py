@@ -230,7 +230,7 @@ def compare(
     from stepload.results.comparison import compare as compare_runs
     from stepload.results.comparison_curve import CurveGiven
     from stepload.results.comparison_document import comparison_data, comparison_document
-    from stepload.results.from_curve import deformation_curve
+    from stepload.results.curve import deformation_curve
     from stepload.results.page import render
     from stepload.results.provenance import sealed_runs
     from stepload.results.saved import saved_run

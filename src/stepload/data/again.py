@@ -10,7 +10,7 @@ from stepload.data.catalog import RunRow, rows
 from stepload.errors import BadInputError
 from stepload.results.from_file import results_of_file
 from stepload.results.model import finite
-from stepload.results.wishes import Wishes
+from stepload.results.stated import Stated
 from stepload.runner.digest import product_digest
 from stepload.runner.jobs import run_in_order
 from stepload.runner.pool import Pool
@@ -51,7 +51,7 @@ class Again:
 class Reidentify:
     """Settings with which all records of a directory are identified."""
 
-    wishes: Wishes
+    stated: Stated
 
     @property
     def digest(self) -> str:
@@ -65,7 +65,7 @@ class Reidentify:
         try:
             if job.problem:
                 raise BadInputError(job.problem)
-            found = results_of_file(Path(job.path), self.wishes).found
+            found = results_of_file(Path(job.path), self.stated).found
             verdict = found.judgement.verdict.value
             if (headline := found.headline) is not None:
                 value = finite(headline.value_n_per_m)
@@ -80,7 +80,7 @@ class Reidentify:
 
 def identify_all(
     directory: Path,
-    wishes: Wishes,
+    stated: Stated,
     pool: Pool,
     on_done: Callable[[int, int], None] | None = None,
 ) -> list[Again]:
@@ -88,7 +88,7 @@ def identify_all(
 
     Args:
         directory: where the records are.
-        wishes: what the user states, the same for all.
+        stated: what the user states, the same for all.
         pool: the worker pool; it must see the same files.
         on_done: called with the number of finished records and of all records.
 
@@ -99,7 +99,7 @@ def identify_all(
     if not jobs:
         raise BadInputError(f"{directory}: no record in it", hint="the directory that holds runs")
     found: list[Again] = []
-    for batch in run_in_order(Reidentify(wishes), jobs, pool, AT_ONCE):
+    for batch in run_in_order(Reidentify(stated), jobs, pool, AT_ONCE):
         found += batch
         if on_done is not None:
             on_done(len(found), len(jobs))

@@ -17,7 +17,7 @@ from stepload.data.table import Table
 from stepload.errors import BadInputError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.contact_quality import ContactQuality
-from stepload.estimators.missing import Missing
+from stepload.estimators.fit import Missing
 from stepload.plan.model import Plan
 from stepload.record.reader import Event, Recording, read_recording
 from stepload.record.rows import Phase
@@ -27,8 +27,7 @@ from stepload.results.conditions import from_attachments, measured
 from stepload.results.levels import Level, levels_of
 from stepload.results.press_data import LOADING, UNLOADING, PressData, TouchPoint, press_data
 from stepload.results.quality import quality_of
-from stepload.results.reading import condensed, read_to_evaluate, told_ticks
-from stepload.results.saved import record_in
+from stepload.results.saved import condensed, read_to_evaluate, record_in, told_ticks
 from stepload.results.stored import plan_of
 
 

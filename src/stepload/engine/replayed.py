@@ -114,7 +114,7 @@ class Judged:
     notes: tuple[str, ...]
 
 
-def _others(limits: RunLimits, wishes: Mapping[str, str]) -> dict[str, Any]:
+def _others(limits: RunLimits, stated: Mapping[str, str]) -> dict[str, Any]:
     """Other thresholds by name, read from text with units.
 
     Raises:
@@ -122,7 +122,7 @@ def _others(limits: RunLimits, wishes: Mapping[str, str]) -> dict[str, Any]:
     """
     units = {term.name: term.unit for term in limits.terms}
     others: dict[str, Any] = {}
-    for name, text in wishes.items():
+    for name, text in stated.items():
         if name not in units:
             near = get_close_matches(name, units, n=1)
             guess = f"did you mean {near[0]}? " if near else ""
@@ -187,12 +187,12 @@ def _whole_ticks(recording: Recording) -> int:
     return int(np.searchsorted(ticks.time_s, min(ends_s), side="right"))
 
 
-def replay_file(path: Path, wishes: Mapping[str, str] | None = None) -> Judged:
+def replay_file(path: Path, stated: Mapping[str, str] | None = None) -> Judged:
     """Judge a record tick by tick.
 
     Args:
         path: the record.
-        wishes: other thresholds than the run's: values with units by name of `RunLimits.terms`.
+        stated: other thresholds than the run's: values with units by name of `RunLimits.terms`.
 
     Raises:
         BadInputError: not a record of stepload, nothing in it to judge, or an invalid limit.
@@ -207,7 +207,7 @@ def replay_file(path: Path, wishes: Mapping[str, str] | None = None) -> Judged:
         changes = _changes(recording, limits)
     except (KeyError, TypeError, ValueError, DomainError):
         raise BadInputError(f"{path}: tares or limits in the record have no numbers") from None
-    others = _others(limits, wishes or {})
+    others = _others(limits, stated or {})
     limits = replace(limits, **others)
     changes = [(time_s, replace(changed, **others)) for time_s, changed in changes]
     with untrusted(path):

@@ -11,8 +11,7 @@ from stepload.envelope.stiffness import known_stiffness
 from stepload.envelope.theory import Theory
 from stepload.estimators.across import Across
 from stepload.estimators.conditions import ROUGH_LENGTH_SIGMA, UNKNOWN_OFFSET_M, Conditions
-from stepload.estimators.linearity import ASSUMED_NONLINEARITY
-from stepload.estimators.sources import Sources
+from stepload.estimators.sources import ASSUMED_NONLINEARITY, Sources
 from stepload.plan.model import (
     DisplacementSpec,
     Payload,

@@ -12,8 +12,7 @@ from stepload.envelope.conditions import across_of, gauge_offset_of
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import Theory
 from stepload.estimators.smooth import NORMAL_95
-from stepload.evidence.askew import TURN_RAD_PER_N
-from stepload.evidence.sideways import UNKNOWN_FRICTION
+from stepload.evidence.lateral import TURN_RAD_PER_N, UNKNOWN_FRICTION
 from stepload.plan.model import Plan, Provenance, Structure
 from stepload.units import format_quantity
 

@@ -9,7 +9,7 @@ this for any friction (six axes, item 1)::
 δ_s is the deflection as it was measured, at the shares t₀ of force across over force along. With t₀
 = 0 this is the plain δ = s − c·F. t₀ are the shares of the calibration, since only there the errors
 of δ_s and of c are uncorrelated: σ(K_s) and the 2 x 2 covariance of c are then the whole 3 x 3
-covariance.
+covariance. c is fitted to runs against a block under several frictions (`across_fit`).
 """
 
 from __future__ import annotations

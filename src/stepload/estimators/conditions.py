@@ -50,11 +50,10 @@ class Conditions:
         gauge_offset_m: lateral distance from the contact at which a gauge on a serial arm measures;
             0 without one.
         arm_sources: the sources of the arm's travel where a gauge measures beside it; None without
-            a gauge, and in records of earlier versions.
+            a gauge.
         second_share: how far, as a share of the force, a sound second force channel may differ;
             None without one.
         branch: whose chord is the headline: loading, unloading or reloading.
-        structure_note: remark on `arm` where it is not stated; "" where it is.
     """
 
     sources: Sources
@@ -81,7 +80,6 @@ class Conditions:
     misalignment_rad: float = 0.0
     yields_m_per_n: float = 0.0
     gauge_offset_m: float = 0.0
-    structure_note: str = ""
     branch: str = "loading"
     second_share: float | None = None
     arm_sources: Sources | None = None

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stepload.estimators.curve_parts import white_noise
+from stepload.estimators.curve_channels import white_noise
 from stepload.estimators.fit import FloatArray
 
 TURN = 0.15

@@ -10,15 +10,12 @@ from functools import partial
 import numpy as np
 
 from stepload.errors import DomainError
-from stepload.estimators.finish import finish, force_rms_n
-from stepload.estimators.fit import Doubt, Fit, Flag, FloatArray
+from stepload.estimators.fit import Doubt, Fit, Flag, force_rms_n
 from stepload.estimators.inverse_law import inverse_ls, joint
-from stepload.estimators.ls import log_ls, log_tls, mixed_ls_tls, rs_btls, smallest_direction
-from stepload.estimators.odr import odr
-from stepload.estimators.points import positive
+from stepload.estimators.ls import log_ls, log_tls, mixed_ls_tls, rs_btls
 from stepload.estimators.recursive import RsRtls
 from stepload.estimators.selection import Selected
-from stepload.estimators.weighted import ew_tls
+from stepload.estimators.weighted import ew_tls, odr
 
 RECURSIVE_FORGETTING = 0.999
 
@@ -113,24 +110,12 @@ def recursive_fit(selected: Selected, secant_force_n: float) -> Fit:
     """
     fit = RsRtls(RECURSIVE_FORGETTING, secant_force_n, rest_band_n=selected.rest_band_n)
     given = selected.samples(selected.recursive)
-    for x, y in zip(given.deformation_m.tolist(), given.force_n.tolist(), strict=True):
-        fit.update(x, y)
+    both = zip(given.deformation_m.tolist(), given.force_n.tolist(), strict=True)
+    used = np.array([fit.update(x, y) for x, y in both], dtype=bool)
     result = fit.fit()
     if not 0.0 < result.k < math.inf:
         return result
-    used = selected.samples(selected.recursive_used)
-    residual = force_rms_n(used.deformation_m, used.force_n, math.log(result.k), result.n, 0.0)
-    return dataclasses.replace(result, force_rms=residual)
-
-
-def recursive_as_batch(deformation: FloatArray, force: FloatArray, secant_force_n: float) -> Fit:
-    """The result of `recursive_fit` for samples that all enter it, computed as one decomposition.
-
-    Fast, for the many calls of a numerical sensitivity.
-    """
-    points = positive(deformation, force, at_least=3)
-    x, y = points.deformation_m, points.force_n
-    age = np.arange(x.size - 1, -1, -1)
-    rows = np.stack([np.ones_like(x), np.log(x), np.log(y)]) * x * RECURSIVE_FORGETTING ** (age / 2)
-    log_k, n, _ = smallest_direction(np.asarray(np.linalg.qr(rows.T, mode="r")))
-    return finish("rs_rtls", points, log_k, n, secant_force_n=secant_force_n)
+    residual = force_rms_n(
+        given.deformation_m[used], given.force_n[used], math.log(result.k), result.n, 0.0
+    )
+    return dataclasses.replace(result, force_rms_n=residual)

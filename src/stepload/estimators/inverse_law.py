@@ -14,9 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stepload.errors import DomainError
-from stepload.estimators.finish import finish
-from stepload.estimators.fit import Doubt, Fit, Flag, FloatArray
-from stepload.estimators.points import Points, loaded
+from stepload.estimators.fit import Doubt, Fit, Flag, FloatArray, Points, finish, loaded
 
 _POWERS = np.geomspace(0.12, 4.0, 48)
 _GRID_POINTS = 300

@@ -17,25 +17,19 @@ import math
 import numpy as np
 
 from stepload.errors import DomainError
-from stepload.estimators.finish import log_secant, unlawful
-from stepload.estimators.fit import BoolArray, Doubt, Fit, Flag, FloatArray
+from stepload.estimators.fit import (
+    FEW_POINTS,
+    Doubt,
+    Fit,
+    Flag,
+    FloatArray,
+    log_secant,
+    unlawful,
+)
 from stepload.estimators.ls import smallest_direction
-from stepload.estimators.points import FEW_POINTS
 
 MEMORY_SHARE = 0.25
 """A memory spanning less than this share of the force range is flagged HOLD_WINDUP."""
-
-_INFINITE = math.inf
-
-
-def moving(deformation_m: FloatArray, force_n: FloatArray, rest_band_n: float) -> BoolArray:
-    """Mask (L,) of the samples that `RsRtls.update` uses: in contact, and not at rest."""
-    used, last_n = [], math.nan
-    for deformation, force in zip(deformation_m.tolist(), force_n.tolist(), strict=True):
-        takes = deformation > 0.0 and force > 0.0 and not abs(force - last_n) <= rest_band_n
-        last_n = force if takes else last_n
-        used.append(takes)
-    return np.array(used, dtype=np.bool_)
 
 
 class RsRtls:
@@ -72,7 +66,6 @@ class RsRtls:
         self._secant_force_n = secant_force_n
         self._rest_band_n = rest_band_n
         self._r11 = self._r12 = self._r13 = self._r22 = self._r23 = self._r33 = 0.0
-        self._v1, self._v2, self._v3 = 1.0, 1.0, 1.0
         self._weight = self._mean_n = self._spread_n2 = 0.0
         self._low_n, self._high_n = math.inf, -math.inf
         self._last_n = math.nan
@@ -84,7 +77,7 @@ class RsRtls:
         Raises:
             DomainError: a number is not finite.
         """
-        if not (0.0 < deformation_m < _INFINITE and 0.0 < force_n < _INFINITE):
+        if not (0.0 < deformation_m < math.inf and 0.0 < force_n < math.inf):
             if not (math.isfinite(deformation_m) and math.isfinite(force_n)):
                 raise DomainError(f"sample ({deformation_m} m, {force_n} N) is not finite")
             self._not_positive += 1
@@ -120,27 +113,15 @@ class RsRtls:
         self._used += 1
         return True
 
-    def estimate(self, sweeps: int = 3) -> tuple[float, float]:
-        """(ln K, n) now, by inverse iteration from the last estimate: for every tick.
-
-        Each sweep gains the factor (σ3/σ2)², 1e-2 or better for usable data. (nan, nan) before
-        three different samples.
-        """
-        r11, r12, r13 = self._r11, self._r12, self._r13
-        r22, r23, r33 = self._r22, self._r23, self._r33
-        if not (r22 > 0.0 and r33 > 0.0):
-            return math.nan, math.nan
-        v1, v2, v3 = self._v1, self._v2, self._v3
-        for _ in range(sweeps):
-            w1 = v1 / r11
-            w2 = (v2 - r12 * w1) / r22
-            v3 = (v3 - r13 * w1 - r23 * w2) / r33 / r33
-            v2 = (w2 - r23 * v3) / r22
-            v1 = (w1 - r12 * v2 - r13 * v3) / r11
-            scale = 1.0 / math.sqrt(v1 * v1 + v2 * v2 + v3 * v3)
-            v1, v2, v3 = v1 * scale, v2 * scale, v3 * scale
-        self._v1, self._v2, self._v3 = v1, v2, v3
-        return (-v1 / v3, -v2 / v3) if v3 else (math.nan, math.nan)
+    def triangle(self) -> FloatArray:
+        """(3, 3) upper triangle of the samples in memory, of the rows δ·[1, ln δ, ln F]."""
+        return np.array(
+            [
+                [self._r11, self._r12, self._r13],
+                [0.0, self._r22, self._r23],
+                [0.0, 0.0, self._r33],
+            ]
+        )
 
     def fit(self) -> Fit:
         """The fit of all samples in memory, by singular value decomposition of the triangle.
@@ -156,13 +137,7 @@ class RsRtls:
                 "least 3 different ones",
                 hint="check the sign of the channels, and the rest band against the force range",
             )
-        triangle = np.array(
-            [
-                [self._r11, self._r12, self._r13],
-                [0.0, self._r22, self._r23],
-                [0.0, 0.0, self._r33],
-            ]
-        )
+        triangle = self.triangle()
         log_k, n, doubts = smallest_direction(triangle)
         residual = triangle @ (log_k, n, -1.0)
         relative = float(np.linalg.norm(residual)) / self._r11
@@ -175,7 +150,7 @@ class RsRtls:
             secant_n_per_m=math.exp(min(log_secant(log_k, n, self._secant_force_n), 709.0)),
             secant_force_n=self._secant_force_n,
             covariance=None,
-            force_rms=relative * math.sqrt(mean_square),
+            force_rms_n=relative * math.sqrt(mean_square),
             points=self._used,
             doubts=doubts + self._doubts() + unlawful(log_k, n),
         )

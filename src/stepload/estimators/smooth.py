@@ -7,14 +7,12 @@ correlation exp(−½ (ΔF/length)²), it has a covariance, and a linear estimat
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from stepload.errors import DomainError
-from stepload.estimators.finite import finite
-from stepload.estimators.fit import FloatArray, IntArray
+from stepload.estimators.fit import Fit, FloatArray, IntArray, finite, law_compliance
 
 SHORTEST, LONGEST = 1.0 / 12.0, 1.0 / 1.5
 """Range of an unknown correlation length, as shares of the peak force. A shorter error averages
@@ -26,7 +24,7 @@ NORMAL_95, CHI2_95 = 1.959964, 3.841459
 
 
 _CELLS_PER_LENGTH = 20.0
-_RANK = 1e-10
+_LEAST_CELLS = 6
 
 
 def smooth_correlation(force_n: FloatArray, length_n: float) -> FloatArray:
@@ -52,34 +50,6 @@ def smooth_lengths(length_n: float | None, peak_force_n: float) -> tuple[float, 
     return tuple(float(x) for x in np.geomspace(SHORTEST, LONGEST, _LENGTHS) * peak_force_n)
 
 
-def worst_of(covariances: Sequence[FloatArray]) -> FloatArray:
-    """A covariance (P, P) that is an upper bound of each of these in every direction.
-
-    The worst length differs between the parameters and their combinations. Two matrices are both
-    diagonal in the basis that makes their sum the unit matrix; the larger entries of both are taken
-    there (an upper bound in the Loewner order).
-    """
-    worst = covariances[0]
-    for other in covariances[1:]:
-        both = worst + other
-        scale = np.sqrt(np.diag(both))
-        used = scale > 0.0
-        if not used.any():
-            continue
-        unit = scale[used]
-        value, vector = np.linalg.eigh(both[np.ix_(used, used)] / np.outer(unit, unit))
-        kept = value > _RANK * value[-1]
-        root = vector[:, kept] * np.sqrt(value[kept])
-        whiten = vector[:, kept] / np.sqrt(value[kept])
-        share, basis = np.linalg.eigh(
-            whiten.T @ (worst[np.ix_(used, used)] / np.outer(unit, unit)) @ whiten
-        )
-        corner = unit[:, None] * (root @ basis)
-        worst = np.zeros_like(both)
-        worst[np.ix_(used, used)] = (corner * np.maximum(share, 1.0 - share)) @ corner.T
-    return worst
-
-
 class ForceCells(NamedTuple):
     """Points gathered into narrow cells of force within which a smooth error is one number.
 
@@ -95,19 +65,6 @@ def force_cells(force_n: FloatArray, length_n: float) -> ForceCells:
     width = max(length_n / _CELLS_PER_LENGTH, float(np.ptp(force_n)) / 400.0)
     keys, index = np.unique(np.round(force_n / width), return_inverse=True)
     return ForceCells(index, keys * width)
-
-
-def propagate_smooth(sensitivity: FloatArray, force_n: FloatArray, length_n: float) -> FloatArray:
-    """Return (P, P): covariance of P estimates for a smooth error of unit variance.
-
-    `sensitivity` (P, N) holds the derivatives of the estimates with respect to each point.
-    Cost is linear in N.
-    """
-    cells = force_cells(force_n, length_n)
-    gathered = np.stack(
-        [np.bincount(cells.cell, row, minlength=cells.force_n.size) for row in sensitivity]
-    )
-    return np.asarray(gathered @ smooth_correlation(cells.force_n, length_n) @ gathered.T)
 
 
 class LinearFit(NamedTuple):
@@ -196,3 +153,53 @@ def few_degrees(degrees: float | None) -> float:
     from scipy.special import stdtrit
 
     return float(stdtrit(max(degrees, 1.0), 0.975)) / NORMAL_95
+
+
+class Leftover(NamedTuple):
+    """Size in m (sd) of a smooth error, estimated with `degrees` degrees of freedom."""
+
+    smooth_error_m: float
+    degrees: float
+
+
+def smooth_leftover(
+    fit: Fit,
+    deformation_m: FloatArray,
+    force_n: FloatArray,
+    *,
+    white_sd_m: float = 0.0,
+    length_n: float | None = None,
+) -> Leftover | None:
+    """Estimate the smooth error from the residuals of a joint fit.
+
+    Args:
+        fit: fit of K, n and zero.
+        deformation_m, force_n: (N,) the points it was made from, forces positive.
+        white_sd_m: white noise of a point; its part in the means is not counted as smooth.
+        length_n: correlation length of the smooth error; None: not known, its size is taken at the
+            middle of the lengths that it may have.
+
+    Returns:
+        None where there are too few data, or their range of force is too small.
+    """
+    lengths = smooth_lengths(length_n, float(force_n.max()))
+    length_n = lengths[len(lengths) // 2]
+    cells = force_cells(force_n, length_n)
+    count = np.bincount(cells.cell)
+    if count.size < _LEAST_CELLS:
+        return None
+    shape = (force_n / fit.k) ** (1.0 / fit.n)
+    residual = np.bincount(cells.cell, deformation_m - fit.zero_m - shape) / count
+    force = np.bincount(cells.cell, force_n) / count
+    compliance = law_compliance(fit, force)
+    columns = np.stack(
+        [np.ones_like(force), force * compliance, force * compliance * np.log(force / fit.k)],
+        axis=1,
+    )
+    try:
+        found = fit_with_smooth_error(
+            columns, residual, force, length_n, white_sd=white_sd_m / float(np.sqrt(count.mean()))
+        )
+    except DomainError:
+        return None
+    return Leftover(found.smooth_sd, max(found.degrees, 1.0))

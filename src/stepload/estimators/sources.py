@@ -1,23 +1,38 @@
-"""Sources of error of a press run, and the effect of each on (ln K, n, δ0)."""
+"""Sources of error of a press run."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from stepload.estimators.deflection import DeflectionTable
-from stepload.estimators.fit import Fit, FloatArray
-from stepload.estimators.linearity import linearity_errors
-from stepload.estimators.sensitivity import law_compliance
-from stepload.estimators.smooth import few_degrees, propagate_smooth, smooth_lengths, worst_of
+from stepload.estimators.fit import FloatArray
 
+ASSUMED_NONLINEARITY = 0.005
+"""Nonlinearity assumed where none is stated; a common figure of data sheets."""
+_S_PEAK = math.sqrt(3.0) / 36.0
 LEAST_SIGMA = 1e-6
 """Least noise assumed for a channel without noise in a fit of both, as a share of its range."""
 HARMONICS = 200
 """So many of the error of a quantum are counted."""
+
+
+def linearity_errors(force_n: FloatArray, nonlinearity: float) -> FloatArray:
+    """Errors (2, N) in N of the reading at forces (N,), each with a standard normal size.
+
+    A bow and an S, zero at no force and at the largest one (what errs there is the gain). A largest
+    departure is the half width of a rectangle (GUM 4.3.7), shared evenly by the two shapes.
+
+    Args:
+        force_n: forces of at least 0.
+        nonlinearity: largest departure from a line, as a share of the largest force.
+    """
+    top_n = float(force_n.max(initial=0.0))
+    x = force_n / top_n if top_n > 0.0 else np.zeros_like(force_n)
+    shapes = np.stack([4.0 * x * (1.0 - x), x * (x - 0.5) * (x - 1.0) / _S_PEAK])
+    return np.asarray(nonlinearity / math.sqrt(6.0) * top_n * shapes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,10 +52,7 @@ class Sources:
         force_noise_n, position_noise_m: white noise of a single point given to the fit.
         force_resolution_n, position_resolution_m: quanta. The error of position is constant while
             the travel stays within a quantum.
-        zero_sigma_m: uncertainty of δ = 0. Two-parameter fits take the zero as given, so it must
-            hold the deformation at the touch threshold; a joint fit, which fits it, ignores it.
         lag_sigma_s: uncertainty of the time between force and position after alignment.
-        force_rate_n_per_s: force rate at each point (N,), or one for all.
         gain_sigma: relative uncertainty of the force calibration.
         zero_drift_n_per_s: largest drift of the force's zero that is stated; it counts where the
             zero was not looked at again after the contact.
@@ -65,9 +77,7 @@ class Sources:
     force_resolution_n: float = 0.0
     position_noise_m: float = 0.0
     position_resolution_m: float = 0.0
-    zero_sigma_m: float | None = None
     lag_sigma_s: float = 0.0
-    force_rate_n_per_s: FloatArray | float = 0.0
     gain_sigma: float = 0.0
     zero_drift_n_per_s: float = 0.0
     nonlinearity: float = 0.0
@@ -97,17 +107,21 @@ class Sources:
 
     @property
     def quantum_left_m(self) -> float:
-        """Standard deviation of what noise leaves of the position's quantum in a mean.
+        """Standard deviation of what noise leaves of the position's quantum in a mean."""
+        return quantum_left(self.position_resolution_m, self.position_noise_m)
 
-        Noise of σ leaves (q/πk) exp(−2π²k²σ²/q²) of each harmonic of the error, which is a sawtooth
-        over the travel (Carbone and Petri 1994); without noise it is q/√12.
-        """
-        if self.position_resolution_m <= 0.0:
-            return 0.0
-        k = np.arange(1, HARMONICS + 1)
-        noise = self.position_noise_m / self.position_resolution_m
-        left = np.exp(-2.0 * (math.pi * noise * k) ** 2) / (math.pi * k)
-        return self.position_resolution_m * math.sqrt(0.5 * float(left @ left))
+
+def quantum_left(quantum: float, noise: float) -> float:
+    """Standard deviation of what noise of σ leaves of the error of a quantum in a mean.
+
+    (q/πk) exp(−2π²k²σ²/q²) of each harmonic of the error, which is a sawtooth over the true value
+    (Carbone and Petri 1994); without noise it is q/√12.
+    """
+    if quantum <= 0.0:
+        return 0.0
+    k = np.arange(1, HARMONICS + 1)
+    left = np.exp(-2.0 * (math.pi * noise / quantum * k) ** 2) / (math.pi * k)
+    return quantum * math.sqrt(0.5 * float(left @ left))
 
 
 def white_sigmas(
@@ -124,137 +138,3 @@ def white_sigmas(
 
 def _least(values: FloatArray) -> float:
     return max(LEAST_SIGMA * float(np.abs(values).max(initial=0.0)), math.ulp(0.0))
-
-
-class Part(NamedTuple):
-    """Contribution of one source: name, size in words, (3, 3) covariance of (ln K, n, δ0)."""
-
-    source: str
-    size: str
-    covariance: FloatArray
-
-
-def parts(
-    fit: Fit,
-    deformation_m: FloatArray,
-    force_n: FloatArray,
-    sources: Sources,
-    sensitivity: FloatArray,
-) -> list[Part]:
-    """Every source propagated through `sensitivity` (3, N).
-
-    The list has the same sources in the same order for every fit.
-    """
-    return [
-        *_noise(fit, force_n, deformation_m, sources, sensitivity),
-        *_systematic(fit, force_n, sources, sensitivity),
-        _zero(fit, sources, sensitivity),
-        *_whole_run(force_n, sources, sensitivity),
-    ]
-
-
-def _noise(
-    fit: Fit,
-    force_n: FloatArray,
-    deformation_m: FloatArray,
-    sources: Sources,
-    sensitivity: FloatArray,
-) -> list[Part]:
-    """Errors that differ from point to point, or from quantum to quantum."""
-    rigid = sources.system_m_per_n
-    per_newton = sensitivity * (law_compliance(fit, force_n) + rigid)
-    force_variance = sources.force_noise_n**2 + sources.force_resolution_n**2 / 12.0
-    position = sources.position_noise_m**2 * sensitivity @ sensitivity.T
-    quantum = sources.position_resolution_m
-    if quantum > 0.0:
-        travel = deformation_m + force_n * rigid
-        _, place = np.unique(np.floor(travel / quantum), return_inverse=True)
-        gathered = np.stack([np.bincount(place, row) for row in sensitivity])
-        position = position + quantum**2 / 12.0 * gathered @ gathered.T
-    return [
-        Part(
-            "force noise and quantum",
-            f"{sources.force_noise_n:.3g} N, {sources.force_resolution_n:.3g} N",
-            force_variance * per_newton @ per_newton.T,
-        ),
-        Part(
-            "position noise and quantum",
-            f"{sources.position_noise_m * 1e6:.3g} µm, {quantum * 1e6:.3g} µm",
-            position,
-        ),
-    ]
-
-
-def _systematic(
-    fit: Fit, force_n: FloatArray, sources: Sources, sensitivity: FloatArray
-) -> list[Part]:
-    """Errors of the deformation that are a curve over force."""
-    degrees = sources.smooth_degrees
-    widening = few_degrees(degrees)
-    lengths = smooth_lengths(sources.smooth_length_n, float(force_n.max()))
-
-    def carried(size: FloatArray | float) -> FloatArray:
-        return worst_of([propagate_smooth(sensitivity * size, force_n, n) for n in lengths])
-
-    smooth = (widening * sources.smooth_error_m) ** 2 * carried(1.0)
-    over = " to ".join(f"{length:.3g} N" for length in dict.fromkeys((lengths[0], lengths[-1])))
-    smooth_size = f"{sources.smooth_error_m * 1e6:.3g} µm over {over}"
-    if sources.smooth_length_n is None:
-        smooth_size += " (length not known)"
-    if degrees is not None:
-        smooth_size += f", × {widening:.2f} for {degrees:.2g} degrees of freedom"
-    stiffness = sources.system_stiffness_n_per_m
-    bend, rigid, size = np.zeros(3), sources.system_m_per_n, "no K_s in the chain"
-    if stiffness is not None:
-        relative = sources.system_stiffness_sigma_n_per_m / stiffness
-        bend = sensitivity @ (force_n * rigid) * relative
-        size = f"{100 * relative:.3g} %"
-        if sources.system_stiffness_note:
-            size += f", {sources.system_stiffness_note}"
-    own = np.outer(bend, bend)
-    if (table := sources.deflection()) is not None:
-        row_m = table.sigma_at(force_n)
-        own = own + carried(row_m)
-        size = f"table of this pose, rows {float(row_m.max()) * 1e6:.3g} µm, common {size}"
-    late = sensitivity @ (sources.force_rate_n_per_s * (law_compliance(fit, force_n) + rigid))
-    late = late * sources.lag_sigma_s
-    bent = linearity_errors(force_n, sources.nonlinearity)
-    crooked = sensitivity @ (bent * (law_compliance(fit, force_n) + rigid)).T
-    return [
-        Part(
-            "smooth deformation error",
-            smooth_size,
-            smooth,
-        ),
-        Part("system stiffness K_s", size, own),
-        Part("force linearity", f"{100 * sources.nonlinearity:.3g} %", crooked @ crooked.T),
-        Part("alignment lag", f"{sources.lag_sigma_s * 1e3:.3g} ms", np.outer(late, late)),
-    ]
-
-
-def _zero(fit: Fit, sources: Sources, sensitivity: FloatArray) -> Part:
-    """The zero of deformation: fitted, or taken as given."""
-    name = "zero of deformation"
-    if fit.estimator == "joint":
-        return Part(name, "fitted; its price is in the other lines", np.zeros((3, 3)))
-    sigma = sources.zero_sigma_m or 0.0
-    shift = -sensitivity.sum(axis=1)
-    shift[2] += 1.0
-    return Part(name, f"{sigma * 1e6:.3g} µm, as given", sigma**2 * np.outer(shift, shift))
-
-
-def _whole_run(force_n: FloatArray, sources: Sources, sensitivity: FloatArray) -> list[Part]:
-    """Errors that scale or tilt the whole run."""
-    elapsed = np.linspace(0.0, 1.0, force_n.size)
-    growth = sources.temperature_sigma_k * sources.position_m_per_k * (sensitivity @ elapsed)
-    in_k = np.array([1.0, 0.0, 0.0])
-    softer = sources.temperature_sigma_k * sources.modulus_per_k * in_k
-    gain = sources.gain_sigma * in_k
-    return [
-        Part("force calibration", f"{100 * sources.gain_sigma:.3g} %", np.outer(gain, gain)),
-        Part(
-            "temperature",
-            f"{sources.temperature_sigma_k:.3g} K",
-            np.outer(growth, growth) + np.outer(softer, softer),
-        ),
-    ]

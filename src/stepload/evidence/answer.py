@@ -10,14 +10,14 @@ from functools import cache
 from stepload.contact.law_names import LAW_NAMES
 from stepload.errors import DomainError
 from stepload.estimators.conditions import BRANCHES
+from stepload.estimators.fit import FloatArray
 from stepload.estimators.smooth import NORMAL_95
 from stepload.evidence import figures
 from stepload.evidence.chord import Chord
-from stepload.evidence.elastic import Elastic
+from stepload.evidence.elastic import Elastic, jump_of, usual_creep
 from stepload.evidence.errors import Component, middle, total
 from stepload.evidence.gauge import against_arm
 from stepload.evidence.inelastic import Inelastic
-from stepload.evidence.jump import jump_of, usual_creep
 from stepload.evidence.lawfit import (
     CANNOT_TELL,
     LawFit,
@@ -68,6 +68,8 @@ class Evidence:
         laws: the laws that were tried, the best first.
         drift_m_per_s: drift that was subtracted; None where it is not known, or without times.
         notes: what this run cannot show, and what was assumed.
+        covariance: (3, 3) of (ln K, n, δ0) of a power law through the loading, all errors in it;
+            None where no power law fits, or nothing is known of the errors.
     """
 
     headline: Quantity
@@ -77,6 +79,7 @@ class Evidence:
     laws: tuple[LawRow, ...]
     drift_m_per_s: float | None
     notes: tuple[str, ...]
+    covariance: FloatArray | None = None
 
     @property
     def elastic(self) -> bool:
@@ -154,6 +157,7 @@ def weigh(run: Pressed) -> Evidence:
         laws=_rows(laws, chosen[here], data),
         drift_m_per_s=read.drift.rate_m_per_s if read.drift is not None and run.timed else None,
         notes=tuple(notes),
+        covariance=(None if power is None else figures.parameter_covariance(run, read_from, power)),
     )
 
 

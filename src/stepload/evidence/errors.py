@@ -8,13 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from stepload.estimators.fit import FloatArray
-from stepload.estimators.linearity import linearity_errors
 from stepload.estimators.smooth import few_degrees, smooth_correlation
-from stepload.estimators.sources import Sources
+from stepload.estimators.sources import Sources, linearity_errors
 from stepload.evidence.drift import Drift
 from stepload.evidence.elastic import Elastic
-from stepload.evidence.loops import Branch
-from stepload.evidence.path import Path
+from stepload.evidence.loops import Branch, Path
 from stepload.evidence.pressed import Pressed
 
 SYSTEM = "system stiffness K_s"

@@ -17,13 +17,12 @@ from stepload.errors import DomainError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
 from stepload.evidence import figures
-from stepload.evidence.askew import askew_of
 from stepload.evidence.changes import narrower
-from stepload.evidence.path import Track
+from stepload.evidence.lateral import askew_of, expected_sideways
+from stepload.evidence.loops import Track
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Quantity
 from stepload.evidence.reading import branch_chord, no_branch, read_of
-from stepload.evidence.sideways import expected_sideways
 from stepload.units import format_quantity
 
 SAMPLES_HZ = 200.0

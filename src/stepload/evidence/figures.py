@@ -11,17 +11,22 @@ import numpy as np
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.decide import EXPONENT_HALF_WIDTH
 from stepload.estimators.fit import FloatArray
-from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.smooth import CHI2_95, NORMAL_95
 from stepload.evidence.chord import Chord, Smooth, chord
-from stepload.evidence.errors import Component, middle
-from stepload.evidence.lawfit import CANNOT_TELL, LawFit
+from stepload.evidence.errors import Component, middle, total
+from stepload.evidence.lawfit import CANNOT_TELL, LawFit, Read, at_point, union
 from stepload.evidence.laws import BILINEAR, POWER, ROUGH
-from stepload.evidence.loops import Branch
-from stepload.evidence.path import Path
+from stepload.evidence.loops import Branch, Path
 from stepload.evidence.pressed import Pressed
-from stepload.evidence.quantity import Exponent, Line, Quantity, combined, log_interval, wider
-from stepload.evidence.union import Read, at_point, union
+from stepload.evidence.quantity import (
+    Exponent,
+    Line,
+    Quantity,
+    ResultVerdict,
+    combined,
+    log_interval,
+    wider,
+)
 from stepload.units import beside_limit, percent
 
 OPEN = 5.0
@@ -72,13 +77,12 @@ class Reading:
     exponent_doubts: Sequence[str] = ()
 
 
-def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
-    """Every stiffness by kind; the chord always, the others where there is a law."""
-    main, errors = read_from.main, read_from.errors
-    law_sets = read_from.law_sets
-    told, doubts, q = run.conditions, read_from.doubts, read_from.power
-    sources, accuracy, secant_force_n = told.sources, 1.0 / told.t, told.secant_force_n
+def _shared(run: Pressed, read_from: Reading) -> list[Line]:
+    """Lines that every figure has: what scales the force, and what the run itself shows."""
+    main, q, told = read_from.main, read_from.power, run.conditions
+    sources = told.sources
     bend = float(np.diff(told.bend(np.array([main.from_n, main.to_n])))[0])
+    sideways = run.sideways.relative * abs(bend) / main.span_m
     scale = [
         Line("force calibration", f"{sources.gain_sigma:.2%}", q * sources.gain_sigma),
         Line(
@@ -87,14 +91,21 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
             q * sources.temperature_sigma_k * sources.modulus_per_k,
         ),
     ]
-    scale = [line for line in scale if line.relative > 0.0]
-
-    sideways = run.sideways.relative * abs(bend) / main.span_m
-    common = [
+    return [
+        *(line for line in scale if line.relative > 0.0),
         Line("lateral force", run.sideways.size, sideways),
         *run.askew.lines(q, main.from_n, main.to_n, main.span_m),
         *read_from.lines,
     ]
+
+
+def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
+    """Every stiffness by kind; the chord always, the others where there is a law."""
+    main, errors = read_from.main, read_from.errors
+    law_sets = read_from.law_sets
+    told, doubts = run.conditions, tuple(read_from.doubts)
+    accuracy, secant_force_n = 1.0 / told.t, told.secant_force_n
+    shared = _shared(run, read_from)
     beyond: tuple[str, ...] = ()
     at_n = secant_force_n
     if secant_force_n > main.to_n:
@@ -115,7 +126,7 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
         more: Sequence[Line] = (), remarks: Sequence[str] = (),
     ) -> Quantity:  # fmt: skip
         own = max((_lines(parts, weights, length_m) for parts in errors), key=combined)
-        lines = [*own, *scale, *common, *more]
+        lines = [*own, *shared, *more]
         lines += _of_looks(run, combined(lines))
         value = (to_n - from_n or 1.0) / length_m
         interval = log_interval(value, lines)
@@ -140,7 +151,7 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
             found[kind] = _open(kind, at_n, law_blocked)
             continue
         stiffness, low, high, own = made
-        rest = [*scale, *common]
+        rest = list(shared)
         if read_from.seat_m > 0.0:
             size_m = read_from.seat_m / math.sqrt(3.0)
             rest.append(Line(SEAT, f"{size_m * 1e6:.2g} µm", size_m * stiffness / at_n))
@@ -159,6 +170,27 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
             beyond,
         )
     return found
+
+
+def parameter_covariance(run: Pressed, read_from: Reading, power: LawFit) -> FloatArray:
+    """Covariance (3, 3) of (ln K, n, δ0) of least squares of δ0 + (F/K)^(1/n), every line in it.
+
+    Args:
+        run: the run.
+        read_from: its loading.
+        power: the power law through it.
+    """
+    q = power.best.shape
+    shape = power.best.coefficients[1] * (read_from.branch.path.force_n / power.top_n) ** q
+    columns = np.stack([-q * shape, -q * shape * np.log(shape), np.ones_like(shape)], axis=1)
+    norm = np.linalg.norm(columns, axis=0)
+    estimator = np.linalg.pinv(columns / norm) / norm[:, None]
+    found = max(
+        (estimator @ total(parts) @ estimator.T for parts in read_from.errors),
+        key=lambda each: float(each[1, 1]),
+    )
+    found[0, 0] += (combined(_shared(run, read_from)) / q) ** 2
+    return np.asarray(found)
 
 
 def _of_looks(run: Pressed, relative: float) -> list[Line]:

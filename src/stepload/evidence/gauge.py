@@ -13,13 +13,12 @@ import numpy as np
 
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
-from stepload.estimators.linearity import linearity_errors
 from stepload.estimators.smooth import few_degrees
-from stepload.evidence.askew import TURN_RAD_PER_N
+from stepload.estimators.sources import linearity_errors
 from stepload.evidence.chord import Chord
-from stepload.evidence.path import Path, path_of
+from stepload.evidence.lateral import GUIDED_COMPLIANCE, TURN_RAD_PER_N, UNKNOWN_FRICTION
+from stepload.evidence.loops import Path, path_of
 from stepload.evidence.pressed import Pressed
-from stepload.evidence.sideways import GUIDED_COMPLIANCE, UNKNOWN_FRICTION
 from stepload.units import beside_limit, format_quantity
 
 SIGMAS = 3.0

@@ -4,31 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property, partial
-
-import numpy as np
+from dataclasses import dataclass
+from functools import cached_property
 
 from stepload.errors import BadInputError, DomainError
-from stepload.estimators.budget import Budget, budget
 from stepload.estimators.conditions import Conditions
-from stepload.estimators.decide import decide
+from stepload.estimators.decide import decide, secant_sigma
 from stepload.estimators.fit import Fit, FloatArray
-from stepload.estimators.fit_all import fit_all, recursive_as_batch
+from stepload.estimators.fit_all import fit_all
 from stepload.estimators.identifiability import identifiability
-from stepload.estimators.judge import Judgement, ResultVerdict
 from stepload.estimators.selection import Selected
+from stepload.estimators.smooth import NORMAL_95
 from stepload.estimators.sources import white_sigmas
 from stepload.evidence.answer import Evidence, weigh
 from stepload.evidence.expected import Narrowing, narrowing
 from stepload.evidence.loops import LEAST_STRETCHES
 from stepload.evidence.pressed import Pressed
-from stepload.evidence.quantity import Quantity
+from stepload.evidence.quantity import Judgement, Quantity, ResultVerdict
 from stepload.units import beside_limit, format_quantity
 
 REPORTED = ("rs_btls", "rs_rtls", "joint")
 """Always reported: the paper's two fits and the one with a fitted zero."""
-BUDGETED = (*REPORTED, "odr", "inverse_ls")
 LEAST_SAMPLES = LEAST_STRETCHES
 """Least number of points of a loading in contact; fewer have no local stiffness."""
 
@@ -47,7 +43,6 @@ class Identification:
     believe: str
     why: tuple[str, ...]
     comparable_with_paper: bool
-    budgets: Mapping[str, Budget]
     judgement: Judgement
     peak_force_n: float
     conditions: Conditions
@@ -77,49 +72,22 @@ class Identification:
         return self.fits[self.believe]
 
     @property
-    def budget(self) -> Budget | None:
-        """The believed fit's budget, None where it has none."""
-        return self.budgets.get(self.believe)
+    def covariance(self) -> FloatArray | None:
+        """(3, 3) of (ln K, n, δ0), all errors in it; None where they are not known."""
+        return self.evidence.covariance if self.evidence is not None else None
 
+    @property
+    def secant_sigma(self) -> float | None:
+        """Relative standard uncertainty of the believed fit's secant stiffness."""
+        return None if self.covariance is None else secant_sigma(self.fit, self.covariance)
 
-def _zero_sigma(fits: Mapping[str, Fit], conditions: Conditions) -> float:
-    """Error of the zero that the fits take as given: the travel up to the touch threshold, or the
-    distance of a fitted zero from the touch if larger. 0 where the zero is given."""
-    fit, touch_n = fits.get("joint") or next(iter(fits.values())), conditions.touch_force_n
-    if touch_n <= 0.0 or not 0.0 < fit.k < math.inf:
-        return 0.0
-    stiffness = conditions.sources.system_stiffness_n_per_m
-    at_touch_m = math.exp(math.log(touch_n / fit.k) / fit.n)
-    return max(at_touch_m + (touch_n / stiffness if stiffness else 0.0), abs(fit.zero_m))
-
-
-def _budgets(
-    fits: Mapping[str, Fit], selected: Selected, conditions: Conditions
-) -> dict[str, Budget]:
-    """The budgets of all fits that have one."""
-    zero_sigma_m = _zero_sigma(fits, conditions)
-    batch = selected.samples(selected.batch)
-    recursive = selected.samples(selected.recursive_used)
-    found = {}
-    for name in BUDGETED:
-        if (fit := fits.get(name)) is None:
-            continue
-        samples, estimate = batch, None
-        if name == "rs_rtls":
-            samples = recursive
-            estimate = partial(recursive_as_batch, secant_force_n=fit.secant_force_n)
-        sources = replace(
-            conditions.sources,
-            force_rate_n_per_s=samples.force_rate_n_per_s,
-            zero_sigma_m=None if name == "joint" else zero_sigma_m,
-        )
-        try:
-            found[name] = budget(
-                fit, samples.deformation_m, samples.force_n, sources, estimate=estimate
-            )
-        except (DomainError, np.linalg.LinAlgError):
-            continue
-    return found
+    @property
+    def interval_secant_n_per_m(self) -> tuple[float, float] | None:
+        """95 % interval of the believed fit's secant stiffness."""
+        if self.secant_sigma is None:
+            return None
+        factor = math.exp(min(NORMAL_95 * self.secant_sigma, 700.0))
+        return self.fit.secant_n_per_m / factor, self.fit.secant_n_per_m * factor
 
 
 def identify(selected: Selected, conditions: Conditions, run: Pressed) -> Identification:
@@ -152,22 +120,17 @@ def identify(selected: Selected, conditions: Conditions, run: Pressed) -> Identi
         sigma_n=sigma_n,
     )
     batch = selected.samples(selected.batch)
-    budgets = _budgets(fits, selected, conditions)
-    decision = decide(
-        fits,
-        sigma_n={name: each.sigma_n for name, each in budgets.items()},
-        roughness_m=conditions.roughness_m,
-    )
     try:
         evidence, problem = weigh(run), ""
     except DomainError as error:
         evidence, problem = None, error.message
+    covariance = None if evidence is None else evidence.covariance
+    decision = decide(fits, covariance=covariance, roughness_m=conditions.roughness_m)
     return Identification(
         fits=decision.fits,
         believe=decision.believe,
         why=decision.why,
         comparable_with_paper=decision.comparable_with_paper,
-        budgets=budgets,
         judgement=_judged(evidence, problem, conditions, peak_n),
         peak_force_n=peak_n,
         conditions=conditions,

@@ -19,8 +19,7 @@ from stepload.evidence.elastic import Elastic
 from stepload.evidence.errors import dithered
 from stepload.evidence.loops import BETWEEN, Branch, Hold, Loop
 from stepload.evidence.pressed import Pressed
-from stepload.evidence.rate import rate_sign
-from stepload.evidence.signs import Sign, signs_of
+from stepload.evidence.signs import Sign, rate_sign, signs_of
 
 NOT_REPEATED = 0.2
 """Share of the smooth deformation error that is another one in every branch."""

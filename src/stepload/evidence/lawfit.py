@@ -1,9 +1,13 @@
-"""Fits of all laws to one loading, weighted with the covariance of its errors."""
+"""Fits of all laws to one loading, weighted with the covariance of its errors.
+
+A length that laws give has as interval the union of the profile-likelihood intervals of all laws
+that the data cannot distinguish: they prefer none of them.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,6 +15,7 @@ import numpy as np
 
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
+from stepload.estimators.smooth import CHI2_95
 from stepload.evidence.laws import (
     ADHESIVE,
     BILINEAR,
@@ -171,3 +176,49 @@ def alike(fits: Sequence[LawFit]) -> tuple[LawFit, ...]:
     """The laws that the data cannot distinguish, the best first."""
     ordered = sorted(fits, key=lambda fit: fit.chi2)
     return tuple(fit for fit in ordered if fit.chi2 <= ordered[0].chi2 + CANNOT_TELL)
+
+
+Read = Callable[[LawFit, float], FloatArray]
+"""From a law and its shape parameter to the gradient of a length over the coefficients."""
+
+
+def _profile(fit: LawFit, read: Read) -> tuple[float, float] | None:
+    """The profile-likelihood interval (95 %) of the logarithm of a length under one law; None where
+    the length may be 0."""
+    low, high = math.inf, -math.inf
+    for point in fit.points:
+        beyond = point.chi2 - fit.chi2
+        if beyond > CHI2_95:
+            continue
+        found = at_point(fit, point, read)
+        if found is None:
+            return None
+        value, sigma = found
+        reach = math.sqrt(CHI2_95 - beyond) * sigma
+        low, high = min(low, value - reach), max(high, value + reach)
+    return low, high
+
+
+def at_point(fit: LawFit, point: Point, read: Read) -> tuple[float, float] | None:
+    """Logarithm of a length at one point of a law, and its standard uncertainty."""
+    gradient = read(fit, point.shape)
+    length = float(gradient @ point.coefficients)
+    if not length > 0.0:
+        return None
+    return math.log(length), math.sqrt(
+        max(float(gradient @ point.covariance @ gradient), 0.0)
+    ) / length
+
+
+def union(law_sets: Sequence[Sequence[LawFit]], read: Read) -> tuple[float, float] | None:
+    """The interval of the logarithm of a length over the laws that the data cannot distinguish, in
+    each of several sets (one per assumption about the errors); None where one of them leaves the
+    length undetermined."""
+    low, high = math.inf, -math.inf
+    for laws in law_sets:
+        for fit in alike(laws):
+            found = _profile(fit, read)
+            if found is None:
+                return None
+            low, high = min(low, found[0]), max(high, found[1])
+    return (low, high) if low <= high else None

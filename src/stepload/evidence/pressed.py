@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from stepload.estimators.conditions import Conditions
-from stepload.evidence.askew import Askew
-from stepload.evidence.path import Track
-from stepload.evidence.sideways import Sideways
+from stepload.evidence.lateral import Askew, Sideways
+from stepload.evidence.loops import Track
 
 
 class Touch(NamedTuple):

@@ -5,14 +5,35 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from enum import StrEnum
 
-from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.smooth import NORMAL_95
 
 NO_ERRORS = (
     "there is no interval and no K_max: the numbers have neither noise nor steps, so they do not "
     "tell how well they were measured; state --force-noise, --position-noise or --msde"
 )
+
+
+class ResultVerdict(StrEnum):
+    """What the data have shown about the payload: the possible verdicts."""
+
+    IDENTIFIED = "identified"
+    MARGINAL = "marginal"
+    NOT_IDENTIFIABLE = "not identifiable"
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """The verdict on the data, and its reasons.
+
+    `k_max_n_per_m` is (34) in N/m with the force that was reached; NaN where the position
+    resolution is neither stated nor seen in the data.
+    """
+
+    verdict: ResultVerdict
+    reasons: tuple[str, ...]
+    k_max_n_per_m: float
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,8 +15,7 @@ from stepload.evidence.drift import Drift, drift_of, largest_in_holds, without_d
 from stepload.evidence.elastic import Elastic, elastic_of
 from stepload.evidence.errors import SYSTEM, errors_of, middle, total
 from stepload.evidence.inelastic import Inelastic, inelastic_of
-from stepload.evidence.loops import LEAST_STRETCHES, Branch, Loop, loops_of
-from stepload.evidence.path import Path
+from stepload.evidence.loops import LEAST_STRETCHES, Branch, Loop, Path, loops_of
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Line, Quantity
 from stepload.units import format_quantity

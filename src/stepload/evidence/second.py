@@ -13,7 +13,7 @@ import numpy as np
 
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.smooth import NORMAL_95
-from stepload.evidence.path import Track, path_of
+from stepload.evidence.loops import Track, path_of
 from stepload.evidence.pressed import Pressed
 from stepload.units import percent
 

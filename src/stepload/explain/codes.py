@@ -4,6 +4,7 @@ plan and the limits themselves."""
 from __future__ import annotations
 
 import difflib
+import sys
 import tomllib
 from dataclasses import dataclass, fields
 from functools import cache
@@ -12,7 +13,6 @@ from importlib import resources
 from stepload.declaration.sections import Key, keys_below
 from stepload.envelope.limits import RunLimits
 from stepload.errors import BadInputError
-from stepload.explain.words import words
 from stepload.plan.model import Plan
 
 GROUPS = {
@@ -133,5 +133,19 @@ def page() -> str:
     return "\n".join(lines) + "\n"
 
 
+def words() -> list[tuple[list[str], str, str]]:
+    """Names, meaning and page of each, in the order of the page."""
+    text = (resources.files("stepload.explain") / "words.toml").read_text(encoding="utf-8")
+    return [(each["names"], each["means"], each["page"]) for each in tomllib.loads(text)["word"]]
+
+
+def glossary() -> str:
+    """The page of docs/ that holds the glossary, as Markdown."""
+    lines = ["# Glossary", "", "`stepload explain WORD` prints what stands here."]
+    for names, means, place in words():
+        lines += ["", f"**{', '.join(names)}**: {means} [More]({place})"]
+    return "\n".join(lines) + "\n"
+
+
 if __name__ == "__main__":
-    print(page(), end="")
+    print(glossary() if "glossary" in sys.argv else page(), end="")

@@ -3,30 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stepload.envelope.domains import payload_doubts
 from stepload.envelope.envelope import Envelope
-from stepload.envelope.ranges import beyond_range
 from stepload.errors import BadInputError
 from stepload.estimators.conditions import Conditions
-from stepload.estimators.runin import STEADY_CYCLES, RunIn, run_in
+from stepload.estimators.cycles import STEADY_CYCLES, RunIn, run_in
 from stepload.estimators.selection import select
 from stepload.estimators.system import SeriesContact, SystemStiffnessFit, fit_system_stiffness
 from stepload.evidence.identification import Identification, identify
-from stepload.plan.model import Plan
 from stepload.record.outcome import RunOutcome
 from stepload.record.reader import Event, Recording
 from stepload.results.conditions import measured, planned
-from stepload.results.extras import Extras, extras_of
+from stepload.results.hysteresis import Hysteresis, hysteresis_of
 from stepload.results.levels import Level, levels_of
-from stepload.results.press_data import LOADING, UNLOADING, PressData, number, press_data
+from stepload.results.press_data import LOADING, UNLOADING, PressData, event_number, press_data
 from stepload.results.pressed import pressed
-from stepload.results.until import levels_to_load
 
 CONTACT_MODULUS_SIGMA = 0.1
 """Relative uncertainty of a series contact computed from handbook moduli."""
@@ -44,7 +40,7 @@ class Evaluation:
     identification: Identification | None = None
     system: SystemStiffnessFit | None = None
     run_in: RunIn | None = None
-    extras: Extras | None = None
+    hysteresis: Hysteresis | None = None
     levels: tuple[Level, ...] = ()
     problem: str = ""
 
@@ -106,7 +102,7 @@ def pieces(data: PressData) -> NDArray[np.intp]:
     return np.asarray(data.cycle * (len(data.touches) + 1) + data.contact, dtype=np.intp)
 
 
-def whole_cycles(events: Sequence[Event], levels: int) -> list[int]:
+def whole_cycles(events: Sequence[Event]) -> list[int]:
     """Cycles with every level held on the way up, and the lowest held on the way down.
 
     A cycle is incomplete after a pause on the way down, at the end of a run that ended early, and
@@ -116,53 +112,31 @@ def whole_cycles(events: Sequence[Event], levels: int) -> list[int]:
     down = set()
     for event in events:
         if event.kind == "held":
-            cycle, step = int(number(event, "cycle")), int(number(event, "step"))
+            cycle, step = int(event_number(event, "cycle")), int(event_number(event, "step"))
             if event.data.get("loading"):
                 up.setdefault(cycle, set()).add(step)
             elif step <= 1:
                 down.add(cycle)
-    every = set(range(1, levels + 1))
+    every = set(range(1, max((max(steps) for steps in up.values()), default=0) + 1))
     return sorted(cycle for cycle, steps in up.items() if cycle in down and every <= steps)
 
 
-def _cycles(
-    plan: Plan, recording: Recording, data: PressData, found: Identification
-) -> RunIn | None:
-    """Evaluation of the complete cycles of a plan; see `cycles_of_run`."""
-    procedure = plan.procedure
-    if not procedure.unload:
-        return None
-    return cycles_of_run(
-        data, found,
-        whole=whole_cycles(recording.events, levels_to_load(procedure, recording.events)),
-        cycles=procedure.cycles, lift_off=procedure.lift_off,
-        touched_before=recording.metadata.get("touched_before") == "true",
-    )  # fmt: skip
-
-
 def cycles_of_run(
-    data: PressData,
-    found: Identification,
-    *,
-    whole: Sequence[int],
-    cycles: int,
-    lift_off: bool,
-    touched_before: bool,
+    data: PressData, found: Identification, events: Sequence[Event], *, touched_before: bool
 ) -> RunIn | None:
-    """Evaluate the complete cycles; None for one planned cycle, or two with none complete.
+    """Evaluate the complete cycles; None for one cycle, or two with none complete.
 
     Args:
         data: of the run.
         found: its identification: the deflection to take out, the force of the secants.
-        whole: numbers of the whole cycles.
-        cycles: how many were meant to be.
-        lift_off: whether the contact was to be parted between them.
+        events: of the run; its holds say which cycles are whole.
         touched_before: whether an earlier part of this run has touched the payload.
 
     Raises:
         BadInputError: what the cycles are to be compared with is missing.
     """
-    if cycles < 2:
+    whole, cycles = whole_cycles(events), int(data.cycle.max())
+    if cycles < 2 or not data.branch(UNLOADING).any():
         return None
     if not whole and cycles < STEADY_CYCLES:
         return None  # no run-in was asked for; what the cycles cannot show is reported separately
@@ -172,6 +146,7 @@ def cycles_of_run(
             if not touched_before
             else "no run-in: no cycle of this record was pressed and unloaded to its last step"
         )
+    lift_off = any(touch.purpose == "cycle" for touch in data.touches)
     opened = touched_before or any(touch.purpose == "resume" for touch in data.touches)
     if not lift_off and opened:
         raise BadInputError(
@@ -200,6 +175,11 @@ def cycles_of_run(
     )
 
 
+def touched_before(metadata: Mapping[str, str]) -> bool:
+    """Whether an earlier part of a resumed run has touched the payload."""
+    return metadata.get("touched_before") == "true"
+
+
 def evaluate(run: Evaluation, conditions: Conditions | None = None) -> Evaluation:
     """Evaluate the recording of a run; missing parts are None, and `problem` says why.
 
@@ -216,21 +196,9 @@ def evaluate(run: Evaluation, conditions: Conditions | None = None) -> Evaluatio
             return replace(run, system=identify_system(data, conditions))
         found = identify_payload(data, conditions)
         run = replace(run, identification=found)
-        run = replace(run, extras=extras_of(data, found, plan.payload.geometry))
-        return replace(run, run_in=_cycles(plan, run.recording, data, found))
+        run = replace(run, hysteresis=hysteresis_of(data, found))
+        before = touched_before(run.recording.metadata)
+        run_in = cycles_of_run(data, found, run.recording.events, touched_before=before)
+        return replace(run, run_in=run_in)
     except BadInputError as error:
         return replace(run, problem=error.message)
-
-
-def beyond_theory(run: Evaluation) -> tuple[str, ...]:
-    """Doubts about theory at the forces that were reached, as sentences."""
-    headline = run.identification.headline if run.identification is not None else None
-    if headline is None:
-        return ()
-    envelope = run.envelope
-    doubts = payload_doubts(envelope.plan.payload, envelope.theory, headline.from_n, headline.to_n)
-    ends = headline.interval_n_per_m
-    return (
-        *beyond_range(envelope.theory, ends, headline.from_n, headline.to_n),
-        *(doubt.message for doubt in doubts if not doubt.harmless),
-    )

@@ -233,8 +233,6 @@ def _origin(runs: Sequence[SavedRun], valid_days: int) -> dict[str, Any]:
 
 
 def _structure(run: SavedRun) -> str:
-    if run.conditions.structure_note:
-        return "not told by a record of an earlier version"
     return str(Structure.ARM if run.conditions.arm else Structure.MACHINE)
 
 

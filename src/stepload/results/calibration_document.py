@@ -12,10 +12,9 @@ from stepload.plan.calibration import CalibrationRecord
 from stepload.results import fields
 from stepload.results.calibration import Calibration
 from stepload.results.calibration_figures import SHEET, figures_of
-from stepload.results.certificate import few
+from stepload.results.certificate import NOT_STATED, Facts, few, shared, short, stated
 from stepload.results.data import system_data
 from stepload.results.equations import equation_table
-from stepload.results.facts import NOT_STATED, Facts, shared, short, stated
 from stepload.results.model import (
     Certificate,
     Document,
@@ -46,7 +45,6 @@ def calibration_document(found: Calibration, file: Path) -> Document:
     reasons.append(_table_told(found))
     if record.across_told:
         reasons.append(record.across_told)
-    reasons += dict.fromkeys(filter(None, (run.conditions.structure_note for run in found.runs)))
     if found.spheres is not None:
         reasons.append(
             f"the contacts deform {found.spheres.contact_scale:.3f} ± "

@@ -3,16 +3,214 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from datetime import date, datetime
 
+from stepload.contact.materials import (
+    BluntTip,
+    FlatPunch,
+    Geometry,
+    Material,
+    SharpCone,
+    Sphere,
+)
+from stepload.envelope.envelope import Envelope
+from stepload.envelope.stiffness import known_stiffness
 from stepload.evidence.identification import Identification
+from stepload.plan.model import Payload, Plan, SystemStiffness
+from stepload.record.reader import Recording
 from stepload.results import fields
 from stepload.results.analyse import Evaluation
-from stepload.results.facts import Facts, rig_facts, short, specimen_facts
-from stepload.results.level_tables import sheet_table
-from stepload.results.levels import Level
+from stepload.results.levels import Level, sheet_table
 from stepload.results.model import Certificate, Figure, Table
 from stepload.results.quality import summary
+from stepload.units import format_quantity as f
+
+NOT_STATED = "not stated"
+LONGEST = 100
+"""Largest number of characters of a value on the first sheet; the run's table has all of it."""
+
+Facts = list[tuple[str, str]]
+
+
+def short(text: str, longest: int = LONGEST) -> str:
+    """`text` on one line, cut with an ellipsis where it is too long for the first sheet.
+
+    It is cut between words where that leaves most of it.
+    """
+    line = " ".join(text.split())
+    if len(line) <= longest:
+        return line
+    cut = line[: longest - 1]
+    words = cut.rpartition(" ")[0]
+    return f"{words if len(words) > longest // 2 else cut}…"
+
+
+def stated(text: str) -> str:
+    """`text` for the first sheet, or a note that it was not stated."""
+    return short(text) or NOT_STATED
+
+
+def shared(texts: Iterable[str]) -> str:
+    """The value that several runs have in common, or all their values, each once."""
+    return stated(", ".join(dict.fromkeys(filter(None, texts))))
+
+
+def other_elastic_limit(envelope: Envelope, found: Identification | None) -> float | None:
+    """The F_c used for a result, in N, where it differs from the plan's; else None."""
+    used_n = None if found is None else found.conditions.elastic_limit_n
+    if used_n is None or math.isclose(used_n, envelope.theory.elastic_limit_n, rel_tol=1e-6):
+        return None
+    return used_n
+
+
+def specimen_facts(
+    envelope: Envelope, recording: Recording, found: Identification | None = None
+) -> Facts:
+    """What was pressed and against what; `found` provides the F_c of the result."""
+    told, payload = recording.metadata, envelope.plan.payload
+    counted, limit_n = envelope.theory.counted, envelope.theory.elastic_limit_n
+    limit = f"{f(limit_n, 'N')}, {counted.equation}"
+    if counted.lower_n < limit_n:
+        limit += f", F_c used {f(counted.lower_n, 'N')}"
+    if (used_n := other_elastic_limit(envelope, found)) is not None:
+        limit = f"{f(used_n, 'N')}, taken for this result; by the plan {limit}"
+    return [
+        ("Specimen", stated(told.get("specimen", ""))),
+        ("Batch", stated(told.get("batch", ""))),
+        ("Tags", stated(", ".join(filter(None, told.get("tags", "").split("\n"))))),
+        ("Payload", short(payload.name)),
+        ("Geometry", geometry(payload.geometry)),
+        ("Material", material(payload.material)),
+        ("Plate", material(payload.plate)),
+        ("Roughness", _roughness(payload)),
+        ("Elastic limit F_c", limit),
+        ("Force limit", f"{f(envelope.force_limit_n, 'N')}, at which the supervisor stops"),
+    ]
+
+
+def rig_facts(
+    envelope: Envelope, recording: Recording, found: Identification | None = None
+) -> Facts:
+    """Rig and operator; `found` provides the K_s that was subtracted, the plan's or another."""
+    plan, told = envelope.plan, recording.metadata
+    devices = (("Arm", "arm"), ("Force sensor", "force_sensor"))
+    facts = [("Rig", short(plan.rig.name))]
+    facts += [(name, short(told[role])) for name, role in devices if told.get(role)]
+    facts += _stiffness_facts(plan, told, found)
+    if plan.identify.temperature_c is not None:
+        facts.append(("Temperature", f"{plan.identify.temperature_c:g} °C"))
+    return [*facts, *((name, stated(told.get(name.lower(), ""))) for name in ("Operator", "Notes"))]
+
+
+def _stiffness_facts(plan: Plan, told: Mapping[str, str], found: Identification | None) -> Facts:
+    """The K_s that was subtracted from the travel, with its standard uncertainty and origin."""
+    if plan.rig.displacement is not None:
+        gauge = told.get("displacement_sensor", plan.rig.displacement.driver)
+        across = "not in the result: travel is measured across the contact"
+        return [("Gauge", stated(gauge)), ("K_s", across)]
+    if plan.identify.kind == "system":
+        return [("K_s", "what this run measures")]
+    stiffness, known = plan.rig.system_stiffness, known_stiffness(plan)
+    value: float | None = stiffness.stiffness_n_per_m
+    sigma = known.sigma_n_per_m
+    origin = source_of(stiffness, started_on(told.get("started", "")))
+    table = ", and a table of the deflection" if known.table is not None else ""
+    if found is not None:
+        sources = found.conditions.sources
+        used = sources.system_stiffness_n_per_m, sources.system_stiffness_sigma_n_per_m
+        if used != (value, sigma):
+            (value, sigma), table = used, ""
+            origin = "stated when the record was identified again, not by the plan"
+    if value is None:
+        return [("K_s", "none was taken out of the travel"), ("K_s from", origin)]
+    size = f"{f(value, 'N/m')} ± {f(sigma, 'N/m')} (standard uncertainty){table}"
+    return [("K_s", size), ("K_s from", origin)]
+
+
+def started_on(text: str) -> date | None:
+    """The day of a time stamp of a record; None where it is invalid."""
+    try:
+        return datetime.fromisoformat(text).date()
+    except ValueError:
+        return None
+
+
+def source_of(stiffness: SystemStiffness, day: date | None) -> str:
+    """Origin of K_s, and its age on the day of the run."""
+    told = [str(stiffness.provenance)]
+    if stiffness.record is not None:
+        told.append(f"record {stiffness.record.name}")
+    if (measured := stiffness.measured_on) is None:
+        told.append("day of the measurement not stated, so its age is not known")
+    else:
+        told.append(f"measured on {measured}")
+        if day is not None:
+            told.append(_age((day - measured).days))
+    if stiffness.valid_until is not None:
+        told.append(f"valid until {stiffness.valid_until}")
+    if stiffness.simulated:
+        told.append("made in a dry run")
+    if stiffness.validity_problem:
+        told.append(stiffness.validity_problem)
+    return short(", ".join(told))
+
+
+def _age(days: int) -> str:
+    if days == 0:
+        return "on the day of the run"
+    number = abs(days)
+    when = "before" if days > 0 else "after"
+    return f"{number} day{'s' if number > 1 else ''} {when} the run"
+
+
+def _pm(value: float, sigma: float | None, unit: str) -> str:
+    text = f(value, unit)
+    return text if sigma is None else f"{text} ± {f(sigma, unit)}"
+
+
+def geometry(shape: Geometry) -> str:
+    """The shape with its sizes."""
+    if isinstance(shape, Sphere):
+        text = f"sphere, radius {_pm(shape.radius_m, shape.radius_sigma_m, 'm')}"
+        if shape.counter_radius_m is not None:
+            other = _pm(shape.counter_radius_m, shape.counter_radius_sigma_m, "m")
+            text += f", on a sphere of radius {other}"
+        return text
+    if isinstance(shape, BluntTip):
+        return f"{shape.kind}, radius of the tip {_pm(shape.radius_m, shape.radius_sigma_m, 'm')}"
+    if isinstance(shape, SharpCone):
+        return f"sharp cone, {f(shape.slope_rad, 'rad')} between flank and plate"
+    if isinstance(shape, FlatPunch):
+        return f"flat punch, radius {_pm(shape.radius_m, shape.radius_sigma_m, 'm')}"
+    return f"gap in proportion to r^{shape.exponent:g}"
+
+
+def material(body: Material) -> str:
+    """A material with the numbers that theory takes."""
+    text = f"{short(body.name)}: E "
+    if ends_pa := body.youngs_modulus_ends_pa:
+        text += f"{f(ends_pa[0], 'Pa')} to {f(ends_pa[1], 'Pa')}, not known better"
+    else:
+        text += _pm(body.youngs_modulus_pa, body.youngs_modulus_sigma_pa, "Pa")
+    if ratios := body.poisson_ratio_ends:
+        text += f", ν {ratios[0]:g} to {ratios[1]:g}"
+    else:
+        text += f", ν {body.poisson_ratio:g}"
+    if body.poisson_ratio_sigma is not None:
+        text += f" ± {body.poisson_ratio_sigma:g}"
+    if body.yield_strength_pa is not None:
+        text += f", Y {_pm(body.yield_strength_pa, body.yield_strength_sigma_pa, 'Pa')}"
+    return text
+
+
+def _roughness(payload: Payload) -> str:
+    if payload.roughness_m is None:
+        return NOT_STATED
+    if payload.roughness_m == 0.0:
+        return "declared smooth"
+    return f"σ_eq {_pm(payload.roughness_m, payload.roughness_sigma_m, 'm')} (8)"
+
 
 MOST_REMARKS, LONGEST_REMARK = 3, 170
 """Largest number of reasons on the first sheet; all of them are on the next."""
@@ -53,7 +251,7 @@ def run_certificate(
         if envelope.plan.identify.kind == "system"
         else "Test report: contact stiffness of a payload",
         facts=(
-            specimen_facts(envelope, recording, run.identification),
+            [*specimen_facts(envelope, recording, run.identification), _largest(run)],
             [*rig_facts(envelope, recording, run.identification), *_contact(run.identification)],
         ),
         tables=tables,
@@ -63,6 +261,13 @@ def run_certificate(
         signatures=(("Operator", operator), ("Checked by", "")),
         foot=f"stepload {told.get('stepload', '')} · run {told.get('run_id') or 'without an id'}",
     )
+
+
+def _largest(run: Evaluation) -> tuple[str, str]:
+    """The largest measured force, also as a share of the F_c of the result."""
+    peak_n, limit_n = run.outcome.peak_force_n, run.envelope.theory.counted.lower_n
+    used_n = other_elastic_limit(run.envelope, run.identification) or limit_n
+    return "Largest force", f"{f(peak_n, 'N')}, {peak_n / used_n:.0%} of the F_c used"
 
 
 def _contact(found: Identification | None) -> Facts:

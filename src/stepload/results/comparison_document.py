@@ -10,13 +10,12 @@ import stepload
 from stepload.estimators.compare import Spread
 from stepload.evidence.difference import Agreement, Difference, DifferenceLine
 from stepload.results import fields
-from stepload.results.certificate import few
+from stepload.results.certificate import Facts, few, shared
 from stepload.results.comparison import Comparison, Pair
 from stepload.results.comparison_curve import AgainstCurve
 from stepload.results.comparison_figures import LAWS, figures_of
 from stepload.results.data import fits_data
 from stepload.results.equations import equation_table
-from stepload.results.facts import Facts, shared
 from stepload.results.model import (
     NOTHING,
     Card,
@@ -236,6 +235,7 @@ def comparison_data(found: Comparison) -> dict[str, Any]:
                 },
                 "believe": each.found.believe,
                 "fits": fits_data(fields.fits_of(each.found)),
+                "interval_secant_n_per_m": each.found.interval_secant_n_per_m,
                 "cycles": [
                     {"cycle": number}
                     | {

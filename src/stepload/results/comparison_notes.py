@@ -38,11 +38,6 @@ def run_notes(runs: Sequence[ComparedRun], given: CurveGiven | None, at_n: float
         notes.append(f"a simulated run is compared with a measured one; simulated: {simulated}")
     notes += [f"{each.run.name} did not come to its end: {each.run.cut}"
               for each in runs if each.run.cut]  # fmt: skip
-    notes += [
-        f"{each.run.name}: {each.run.conditions.structure_note}"
-        for each in runs
-        if each.run.conditions.structure_note
-    ]
     payloads = sorted({each.run.metadata.get("payload", "") for each in runs})
     if len(payloads) > 1:
         notes.append(f"different payloads: {', '.join(payloads)}")

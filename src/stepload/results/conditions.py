@@ -5,25 +5,20 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, replace
-from typing import Any
+from dataclasses import asdict, is_dataclass, replace
+from types import NoneType, UnionType
+from typing import Any, TypeVar, cast, get_args, get_origin, get_type_hints
 
 from stepload.contact.law_names import LAW_NAMES
-from stepload.envelope.conditions import ARM_MISALIGNMENT_RAD, conditions_of
+from stepload.envelope.conditions import conditions_of
 from stepload.envelope.envelope import Envelope
 from stepload.errors import BadInputError
-from stepload.estimators.across import Across
-from stepload.estimators.conditions import BRANCHES, UNKNOWN_OFFSET_M, Conditions
+from stepload.estimators.conditions import BRANCHES, Conditions
 from stepload.estimators.deflection_rows import table_problem
-from stepload.estimators.linearity import ASSUMED_NONLINEARITY
-from stepload.estimators.sources import Sources
 from stepload.results.press_data import PressData
 
 FILE = "conditions.json"
-UNTOLD_STRUCTURE = (
-    "the record is of an earlier version and does not say whether a serial arm pressed or a guided "
-    "axis: it counts as an arm of which nothing is known; press again to have it told"
-)
+T = TypeVar("T")
 
 
 def planned(envelope: Envelope) -> Conditions:
@@ -59,120 +54,75 @@ def from_attachments(attachments: Mapping[str, bytes]) -> Conditions:
     """Read a record's conditions; the content of the record is not trusted.
 
     Raises:
-        BadInputError: they are missing or invalid.
+        BadInputError: they are missing, invalid, or of another version.
     """
     raw = attachments.get(FILE)
     if raw is None:
         raise BadInputError(f"the record has no {FILE}", hint="it was not made by stepload run")
     try:
-        data = _as_arm(json.loads(raw))
-        data.pop("stuck_ratio", None)  # of records that have it
-        laws = tuple(data.get("laws", ()))
-        across = _across(data.get("across"))
-        sources = _sources(data["sources"])
-        beside = data.get("arm_sources")
-        arm_sources = None if beside is None else _sources(beside)
-        made = {"sources": sources, "laws": laws, "across": across, "arm_sources": arm_sources}
-        found = Conditions(**{**data, **made})
+        found = _read(Conditions, json.loads(raw))
         _check(found)
-        if arm_sources is not None:
-            _check(replace(found, sources=arm_sources, arm_sources=None))
-    except (ValueError, TypeError, KeyError, RecursionError) as error:
+    except (ValueError, TypeError, RecursionError) as error:
         raise BadInputError(f"{FILE} in the record is damaged: {error}") from None
     return found
 
 
-_NO_NUMBERS = ("sources", "kind", "laws", "pose", "temperature_c", "system_stiffness_note",
-               "across", "arm", "structure_note", "arm_sources", "branch")  # fmt: skip
-_TABLE = ("deflection_force_n", "deflection_m", "deflection_sigma_m")
-
-
-def _as_arm(data: dict[str, Any]) -> dict[str, Any]:
-    """Conservative defaults for a record that does not state what pressed, or how well an arm was
-    aligned: a serial arm whose plan states nothing."""
-    told = "arm" in data
-    if not (data.get("arm", True) and ("misalignment_rad" not in data or not told)):
-        return data
-    stiffness = data["sources"]["system_stiffness_n_per_m"]
-    careful = {
-        "misalignment_rad": ARM_MISALIGNMENT_RAD,
-        "yields_m_per_n": 1.0 / stiffness if stiffness else data.get("yields_m_per_n", 0.0),
-        "gauge_offset_m": 0.0 if stiffness else UNKNOWN_OFFSET_M,
-    }
-    if not told:
-        careful |= {"arm": True, "structure_note": UNTOLD_STRUCTURE}
-    return data | careful
-
-
-def _sources(data: dict[str, Any]) -> Sources:
-    """The sources of a record. Older records without a table have a K_s without one, and older
-    records without the force sensor's linearity get the assumed one.
-
-    The smooth length of a record without a table is dropped: it was a constant of 50 N, not a
-    measurement.
-    """
+def _read(kind: type[T], data: Any) -> T:
+    """A dataclass from its JSON object, which must have all its keys: no default is safe."""
+    hints = get_type_hints(kind)
     if not isinstance(data, dict):
-        raise TypeError(f"sources are {data!r}")
-    rows = {name: tuple(map(float, data.get(name, ()))) for name in _TABLE}
-    sources = Sources(**{"nonlinearity": ASSUMED_NONLINEARITY, **data, **rows})
-    if _TABLE[0] in data:
-        return sources
-    return replace(sources, smooth_length_n=None)
+        raise ValueError(f"{kind.__name__} is {data!r}")
+    if missing := hints.keys() - data.keys():
+        raise ValueError(f"it lacks {', '.join(sorted(missing))}; another version has written it")
+    return kind(**{name: _value(name, hints[name], data[name]) for name in hints})
 
 
-def _across(data: Any) -> Across:
-    """Knowledge of lateral force in a record; none in earlier versions."""
-    if data is None:
-        return Across()
-    told: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in data.items()}
-    found = Across(**told)
-    pairs = found.per_newton_m, found.sigma_m_per_n, found.at_share
-    if any(pair is not None and len(pair) != 2 for pair in pairs):
-        raise ValueError("two numbers are needed for the lateral force")
-    numbers = [*(v for pair in pairs for v in pair or ()), found.correlation, found.reach]
-    if not all(isinstance(v, int | float) and math.isfinite(v) for v in numbers):
-        raise ValueError("a number of the lateral force is not finite")
-    if not isinstance(found.stated, bool):
-        raise ValueError(f"stated is {found.stated!r}")
-    if min(*found.sigma_m_per_n, found.reach, 1.0 - abs(found.correlation)) < 0.0:
-        raise ValueError("an uncertainty of the lateral force is impossible")
-    return found
+def _value(name: str, hint: Any, value: Any) -> Any:
+    """A value of JSON as the type of its field; every number finite."""
+    kinds = get_args(hint) if isinstance(hint, UnionType) else (hint,)
+    if value is None and NoneType in kinds:
+        return None
+    if is_dataclass(kinds[0]):
+        return _read(cast(type, kinds[0]), value)
+    if get_origin(kinds[0]) is tuple:
+        if not isinstance(value, list):
+            raise ValueError(f"{name} is {value!r}, not a list")
+        item, *others = get_args(kinds[0])
+        if others not in ([Ellipsis], [item] * (len(value) - 1)):
+            raise ValueError(f"{name} has {len(value)} numbers")
+        return tuple(_value(name, item, each) for each in value)
+    if kinds[0] in (str, bool):
+        valid = type(value) is kinds[0]
+    else:
+        valid = isinstance(value, int | float) and math.isfinite(value)
+    if not valid:
+        raise ValueError(f"{name} is {value!r}")
+    return value
+
+
+_POSITIVE = {
+    "secant_force_n", "p", "s", "t", "system_stiffness_n_per_m", "elastic_limit_n",
+    "position_resolution_m", "smooth_length_n", "theory_k", "theory_n", "modulus_pa",
+    "plate_pa", "rough_length_sigma",
+}  # fmt: skip
 
 
 def _check(found: Conditions) -> None:
+    """Refuse values that no run can have."""
     if found.branch not in BRANCHES:
         raise ValueError(f"branch {found.branch!r}")
     if found.kind not in ("payload", "system"):
         raise ValueError(f"kind {found.kind!r}")
-    if not isinstance(found.arm, bool):
-        raise ValueError(f"arm is {found.arm!r}")
-    if not isinstance(found.structure_note, str):
-        raise ValueError(f"structure_note {found.structure_note!r}")
-    if not isinstance(found.pose, str):
-        raise ValueError(f"pose {found.pose!r}")
     if unknown := [word for word in found.laws if word not in LAW_NAMES]:
         raise ValueError(f"laws {unknown!r}")
-    celsius = found.temperature_c
-    if celsius is not None and not (isinstance(celsius, int | float) and math.isfinite(celsius)):
-        raise ValueError(f"temperature_c is {celsius!r}")
-    if not isinstance(found.sources.system_stiffness_note, str):
-        raise ValueError(f"system_stiffness_note {found.sources.system_stiffness_note!r}")
-    rows = [getattr(found.sources, name) for name in _TABLE]
-    if any(rows) and (problem := table_problem(rows[0], rows[1], rows[2])):
-        raise ValueError(problem)
-    numbers = {**asdict(found.sources), **asdict(found)}
-    optional = {"system_stiffness_n_per_m", "zero_sigma_m", "elastic_limit_n", "roughness_m",
-                "rough_length_m", "smooth_length_n", "smooth_degrees", "theory_k", "theory_n",
-                "modulus_pa", "plate_pa", "lever_m", "second_share"}  # fmt: skip
-    positive = {"secant_force_n", "p", "s", "t", "system_stiffness_n_per_m", "elastic_limit_n",
-                "position_resolution_m", "smooth_length_n", "theory_k", "theory_n", "modulus_pa",
-                "plate_pa", "rough_length_sigma"}  # fmt: skip
-    for name, value in numbers.items():
-        if name in _NO_NUMBERS or name in _TABLE:
-            continue
-        if value is None and name in optional:
-            continue
-        if not isinstance(value, int | float) or not 0.0 <= value < math.inf:
-            raise ValueError(f"{name} is {value!r}, must be finite and not negative")
-        if name in positive and value == 0.0:
-            raise ValueError(f"{name} is 0, must be positive")
+    across = found.across
+    if min(*across.sigma_m_per_n, across.reach, 1.0 - abs(across.correlation)) < 0.0:
+        raise ValueError("an uncertainty of the lateral force is impossible")
+    for sources in filter(None, (found.sources, found.arm_sources)):
+        rows = sources.deflection_force_n, sources.deflection_m, sources.deflection_sigma_m
+        if any(rows) and (problem := table_problem(*rows)):
+            raise ValueError(problem)
+        for name, value in {**asdict(found), **asdict(sources)}.items():
+            least = math.ulp(0.0) if name in _POSITIVE else 0.0
+            if isinstance(value, int | float) and value < least and name != "temperature_c":
+                raise ValueError(f"{name} is {value!r}, which is too small")

@@ -7,8 +7,6 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
-from stepload.envelope.hazards import hazards_of
-from stepload.plan.hazards import read_words
 from stepload.results import fields
 from stepload.results.model import NOTHING, Show, Table, number, quantity, table
 from stepload.units import format_quantity as f
@@ -18,7 +16,6 @@ if TYPE_CHECKING:
     from stepload.envelope.envelope import Envelope
     from stepload.evidence.quantity import Quantity
     from stepload.record.outcome import RunOutcome
-    from stepload.record.reader import Recording
     from stepload.results.analyse import Evaluation
     from stepload.results.press_data import PressData
 
@@ -42,46 +39,37 @@ def predicted_table(run: Evaluation) -> Table:
             return figure(theory.softest), figure(theory.stiffest)
         return figure(theory.law)
 
+    data, limits = run.data, envelope.limits
     rows: list[tuple[str, Show, float | tuple[float, float], float]] = [
         ("duration [s]", number(".0f"), envelope.duration_s, outcome.end_s - outcome.start_s),
         (
             "levels held on the way up", number(".0f"),
             len(procedure.levels_n) * procedure.cycles, outcome.levels_done,
         ),
-        ("largest force", newton, envelope.plan.procedure.top_force_n, outcome.peak_force_n),
+        ("largest force", newton, procedure.top_force_n, outcome.peak_force_n),
     ]  # fmt: skip
-    if run.data is not None:
-        planned_n = envelope.limits.noise_n if envelope.limits else envelope.bounds.noise_n
-        rows.append(
-            ("noise of the force, with its resolution", newton, planned_n, run.data.noise_n)
-        )
-        rows.append(
-            ("shift of the force's zero, at the most", newton, procedure.max_drift_n,
-             abs(run.data.zero_shift_n))
-        )  # fmt: skip
-        if envelope.limits and envelope.limits.cross_check:
-            rows.append(
-                ("shift of the second channel's zero, at the most", newton,
-                 envelope.limits.second_zero_n, abs(run.data.second_zero_shift_n))
-            )  # fmt: skip
-    if found is not None:
-        rows.append(
-            ("deformation at the largest force", quantity("m"),
-             by_law(lambda law: law.deformation(found.peak_force_n)),
-             float(found.deformation_m.max()))
-        )  # fmt: skip
+    if data is not None:
+        planned_n = limits.noise_n if limits else envelope.bounds.noise_n
+        shift_n = abs(data.zero_shift_n)
         rows += [
-            (
-                f"{fields.KINDS[each.kind]}, {newton(each.from_n)} to "
-                f"{newton(each.to_n)}",
-                stiffness, by_law(partial(_smooth, each)), each.value_n_per_m,
-            )
-            for each in found.quantities.values()
-            if each.kind in ("chord", "secant_from_touch")
-        ]  # fmt: skip
+            ("noise of the force, with its resolution", newton, planned_n, data.noise_n),
+            ("shift of the force's zero, at the most", newton, procedure.max_drift_n, shift_n),
+        ]
+        if limits and limits.cross_check:
+            second = "shift of the second channel's zero, at the most"
+            rows.append((second, newton, limits.second_zero_n, abs(data.second_zero_shift_n)))
+    if found is not None:
+        deepest = by_law(lambda law: law.deformation(found.peak_force_n))
+        most_m = float(found.deformation_m.max())
+        rows.append(("deformation at the largest force", quantity("m"), deepest, most_m))
+        for each in found.quantities.values():
+            if each.kind in ("chord", "secant_from_touch"):
+                label = f"{fields.KINDS[each.kind]}, {newton(each.from_n)} to {newton(each.to_n)}"
+                smooth = by_law(partial(_smooth, each))
+                rows.append((label, stiffness, smooth, each.value_n_per_m))
         if seen is not None:
-            reached = found.judgement.k_max_n_per_m
-            rows.append(("K_max (34)", stiffness, seen.k_max_n_per_m, reached))
+            k_max = found.judgement.k_max_n_per_m
+            rows.append(("K_max (34)", stiffness, seen.k_max_n_per_m, k_max))
     texts = [(label, _shown(show, one), _shown(show, other)) for label, show, one, other in rows]
     columns = ("figure", "predicted", "measured")
     verdict = (
@@ -107,13 +95,6 @@ def preflight_table(envelope: Envelope) -> Table:
     rows = [(r.severity.value, r.code, r.message, r.remedy) for r in envelope.reasons]
     columns = ("severity", "code", "finding", "remedy")
     return Table("Preflight", columns, rows, page_only=True)
-
-
-def hazards_table(envelope: Envelope) -> Table:
-    """The hazards of the rig, and who has read them."""
-    rows = [(each.message, each.remedy) for each in hazards_of(envelope.plan.rig)]
-    read = f"{read_words(envelope.plan)} {envelope.plan.rig.hazards_read_by}".strip()
-    return Table(f"Hazards of this rig ({read})", ("hazard", "what helps"), rows, page_only=True)
 
 
 def health_tables(run: Evaluation) -> list[Table]:
@@ -153,13 +134,3 @@ def ending_table(outcome: RunOutcome) -> Table:
         rows.append(("signal", f"{outcome.signal_number}"))
     rows += [("error on the way", error) for error in outcome.errors]
     return Table("How it ended", ("what", "which"), rows, page_only=True)
-
-
-def rig_table(recording: Recording) -> Table:
-    """The record's metadata of the run, unchanged."""
-    rows = [
-        (key, value)
-        for key, value in sorted(recording.metadata.items())
-        if value and not key.startswith(("sha256", "clock_offset"))
-    ]
-    return Table("Run", ("what", "value"), rows, page_only=True)

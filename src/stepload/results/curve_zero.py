@@ -10,17 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepload.errors import BadInputError
-from stepload.estimators.curve_cycles import CycleParts, cycles_of
-from stepload.estimators.curve_parts import (
+from stepload.estimators.curve_channels import (
     LEAST_SLOPE,
     FreeAir,
     first_touch,
     free_air,
+    signs,
+    spikes,
     white_noise,
 )
-from stepload.estimators.curve_signs import signs
-from stepload.estimators.curve_spikes import spikes
+from stepload.estimators.curve_cycles import CycleParts, cycles_of
 from stepload.estimators.fit import FloatArray
+from stepload.evidence.loops import Track
 from stepload.record.curves import Curve
 from stepload.units import format_quantity
 
@@ -34,57 +35,29 @@ LIGHT_TOUCH = 0.1
 """A first press below this share of the largest force, which is released again, is a touch."""
 ADHESION = 0.02
 """Least pull before the touch that counts as adhesion, as a share of the peak."""
+NEAR_TOP = 0.5
+"""Least share of the largest force at which the lateral force is evaluated."""
 LEAST_SPAN = 0.3
 """Least range of force of a loading, as a share of the peak."""
 
 
-@dataclass(frozen=True, slots=True)
-class Branch:
-    """Samples (L,) in the order of time: tared force, travel from the common zero.
+Tracks = list[tuple[int, Track, Track | None]]
+"""Number, loading with its hold, and unloading of each cycle."""
 
-    `lateral_n` is the size of the lateral force, tared, `time_s` the time; None where the file has
-    none. `row` is the number of the sample among all that are used.
+
+@dataclass(frozen=True, slots=True)
+class Zeroed:
+    """Whole channels (N,), turned, tared and zeroed; where the touch is and which force found it.
+
+    `lateral_n` is the size of the lateral force, `time_s` the time; None where the file has none.
+    `touch_n` is 0 and `begin` 0 where the zero of the file is kept; `seen_free` says whether free
+    air before the touch shows the zero of the force.
     """
 
     time_s: FloatArray | None
     travel_m: FloatArray
     force_n: FloatArray
     lateral_n: FloatArray | None
-    row: FloatArray
-
-    def part(self, index: slice | NDArray[np.intp]) -> Branch:
-        """Some of its samples."""
-        return Branch(
-            None if self.time_s is None else self.time_s[index],
-            self.travel_m[index],
-            self.force_n[index],
-            None if self.lateral_n is None else self.lateral_n[index],
-            self.row[index],
-        )
-
-
-@dataclass(frozen=True, slots=True)
-class CurveCycle:
-    """One cycle; `hold` may be empty, `unloading` is None where the data end before it.
-
-    The loading of the first cycle begins at the touch.
-    """
-
-    number: int
-    loading: Branch
-    hold: Branch
-    unloading: Branch | None
-
-
-@dataclass(frozen=True, slots=True)
-class Zeroed:
-    """Whole channels, turned, tared and zeroed; where the touch is and which force found it.
-
-    `touch_n` is 0 and `begin` 0 where the zero of the file is kept; `seen_free` says whether free
-    air before the touch shows the zero of the force.
-    """
-
-    whole: Branch
     parts: tuple[CycleParts, ...]
     begin: int
     touch_n: float
@@ -93,6 +66,47 @@ class Zeroed:
     adhesion_n: float
     notes: tuple[str, ...]
     seen_free: bool
+
+    @property
+    def loadings(self) -> list[slice]:
+        """The loading of every cycle without its hold; the first begins at the touch."""
+        first = self.parts[0].loading
+        begin = max(first.start, min(self.begin, first.stop - 1))
+        return [slice(begin, first.stop), *(part.loading for part in self.parts[1:])]
+
+    def tracks(self, loading: NDArray[np.intp], growing: int) -> Tracks:
+        """The cycles; of growing ones the first loading, and the unloading from its top."""
+        if growing > 1:
+            return [(1, self._track(loading), self._unloading(self.parts[growing - 1]))]
+        return [
+            (number, self._track(np.arange(up.start, part.hold.stop)), self._unloading(part))
+            for number, (up, part) in enumerate(zip(self.loadings, self.parts, strict=True), 1)
+        ]
+
+    def _track(self, index: NDArray[np.intp]) -> Track:
+        # Without a time the rows of the whole file stand for it: those of a branch begin where the
+        # one before has ended.
+        time_s = np.arange(self.force_n.size, dtype=float) if self.time_s is None else self.time_s
+        held = np.zeros(self.force_n.size, dtype=np.intp)
+        for part in self.parts:
+            held[part.hold] = 1
+        return Track(time_s[index], self.force_n[index], self.travel_m[index], held[index])
+
+    def _unloading(self, part: CycleParts) -> Track | None:
+        way = part.unloading
+        return None if way is None else self._track(np.arange(way.start, way.stop))
+
+    @property
+    def lateral_share(self) -> float | None:
+        """The largest share of the lateral force near the top of a loading."""
+        if self.lateral_n is None:
+            return None
+        shares = []
+        for up in self.loadings:
+            force_n = self.force_n[up]
+            high = force_n > NEAR_TOP * float(force_n.max())
+            shares.append(float(np.median(self.lateral_n[up][high]) / np.mean(force_n[high])))
+        return max(shares)
 
 
 def zero(curve: Curve, *, keep_zero: bool) -> Zeroed:
@@ -148,13 +162,10 @@ def zero(curve: Curve, *, keep_zero: bool) -> Zeroed:
     if first.start:
         notes.append(f"the first {first.start} samples hold touches only: left out")
     return Zeroed(
-        Branch(
-            curve.time_s,
-            travel_m,
-            force_n,
-            _lateral(curve.lateral_n, begin),
-            np.arange(force_n.size, dtype=np.float64),
-        ),
+        curve.time_s,
+        travel_m,
+        force_n,
+        _lateral(curve.lateral_n, begin),
         tuple(parts),
         max(begin, first.start),
         touch_n,
@@ -199,13 +210,13 @@ def _without_glitches(curve: Curve) -> tuple[Curve, list[str]]:
     ]
 
 
-def first_loading(zeroed: Zeroed) -> tuple[NDArray[np.intp], list[str]]:
-    """Indices of the first loading, and notes on the rest.
+def first_loading(zeroed: Zeroed) -> tuple[NDArray[np.intp], int, list[str]]:
+    """Indices of the first loading, of how many growing cycles it is, and notes on the rest.
 
     Raises:
         BadInputError: the data hold no loading.
     """
-    force_n, parts = zeroed.whole.force_n, zeroed.parts
+    force_n, parts = zeroed.force_n, zeroed.parts
     total, notes = len(force_n), []
     top_n = float(force_n.max())
     chosen, reached_n = [], -math.inf
@@ -235,23 +246,7 @@ def first_loading(zeroed: Zeroed) -> tuple[NDArray[np.intp], list[str]]:
             f"{format_quantity(span_n, 'N')} of {format_quantity(top_n, 'N')}",
             hint="give the whole test, from free air on, in the order of time",
         )
-    return loading, notes
-
-
-def cycles(zeroed: Zeroed) -> Iterator[CurveCycle]:
-    """All cycles, the first from its touch on."""
-    for number, part in enumerate(zeroed.parts, 1):
-        loading = part.loading
-        if number == 1:
-            begin = max(loading.start, min(zeroed.begin, loading.stop - 1))
-            loading = slice(begin, loading.stop)
-        whole, unloading = zeroed.whole, part.unloading
-        yield CurveCycle(
-            number,
-            whole.part(loading),
-            whole.part(part.hold),
-            None if unloading is None else whole.part(unloading),
-        )
+    return loading, len(chosen), notes
 
 
 def _presses(force_n: FloatArray, travel_m: FloatArray) -> list[CycleParts]:

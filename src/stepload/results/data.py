@@ -6,23 +6,23 @@ import dataclasses
 from typing import Any
 
 from stepload.envelope.envelope import Envelope
-from stepload.estimators.runin import RunIn
+from stepload.estimators.cycles import RunIn
 from stepload.estimators.system import SystemStiffnessFit
 from stepload.evidence.identification import Identification
 from stepload.record.outcome import RunOutcome
 from stepload.results import fields
-from stepload.results.about import about
 from stepload.results.analyse import Evaluation
-from stepload.results.extras import extras_data
+from stepload.results.hysteresis import hysteresis_data
 from stepload.results.model import data
 from stepload.results.press_data import PressData
+from stepload.results.provenance import about
 from stepload.results.quality import quality_data
 from stepload.results.reasons import reasons_of
 from stepload.results.until import loaded
 
 
 def fits_data(rows: list[fields.NamedFit]) -> dict[str, Any]:
-    """Fits by their names; intervals are left out where a fit has no budget."""
+    """Fits by their names."""
     return {
         row.name: {key: value for key, value in data(fields.FIT, row).items() if value is not None}
         for row in rows
@@ -31,15 +31,13 @@ def fits_data(rows: list[fields.NamedFit]) -> dict[str, Any]:
 
 def identification_data(found: Identification) -> dict[str, Any]:
     """The object of an identification."""
-    stated = found.budget
     rows = fields.fits_of(found) + fields.fits_of(found, reported=False)
     return {
         "fits": fits_data(rows),
         "believe": found.believe,
         "why": found.why,
         "comparable_with_paper": found.comparable_with_paper,
-        "interval_secant_n_per_m": stated.interval_secant_n_per_m if stated else None,
-        "budget": [data(fields.BUDGET_LINE, line) for line in (stated.lines if stated else ())],
+        "interval_secant_n_per_m": found.interval_secant_n_per_m,
         "peak_force_n": found.peak_force_n,
         "k_max_n_per_m": found.judgement.k_max_n_per_m,
         "verdict": found.judgement.verdict,
@@ -67,7 +65,7 @@ def _evidence_data(found: Identification) -> dict[str, Any]:
             "signs": [data(fields.PART, each) for each in evidence.inelastic.parts],
         },
         "laws": evidence.laws,
-        "narrowing": [dataclasses.asdict(each) for each in found.narrowing],
+        "narrowing": found.narrowing,
         "drift_m_per_s": evidence.drift_m_per_s,
         "remarks": evidence.notes,
     }
@@ -145,8 +143,8 @@ def run_data(run: Evaluation) -> dict[str, Any]:
         made["run_in"] = _run_in_data(run.run_in)
     if (until := loaded(run.recording.events, run.identification)) is not None:
         made["until"] = until
-    if run.extras is not None:
-        made |= extras_data(run.extras)
+    if run.hysteresis is not None:
+        made |= hysteresis_data(run.hysteresis)
     if resumed := run.recording.metadata.get("resumed"):
         made["resumed"] = resumed
     return made | {"reasons": [*filter(None, [run.problem]), *reasons_of(run)]}

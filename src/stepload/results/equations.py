@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
 
-from stepload.results.model import Certificate, Document, Figure, Table
+from stepload.results.model import Document, Table
 
 PAPER = (
     "D. Verscheure, I. Sharf, H. Bruyninckx, J. Swevers, J. De Schutter: Identification of contact "
@@ -55,8 +54,17 @@ def cited(document: Document) -> list[int]:
     Content of a user's file (facts, cells, texts) is not searched, except for the first column of a
     table, which holds the names of its rows.
     """
-    found = {int(number) for text in _words(document) for number in _CITED.findall(text)}
-    return sorted(found & EQUATIONS.keys())
+    tables, figures = [*document.tables], [*document.figures]
+    words = [document.verdict.text, *document.reasons]
+    if (sheet := document.certificate) is not None:
+        words += [*sheet.remarks, *(name for column in sheet.facts for name, _ in column)]
+        tables += [*sheet.tables, *filter(None, [sheet.levels])]
+        figures += filter(None, [sheet.figure])
+    for table in tables:
+        words += [table.title, *table.columns, *table.notes, *(row[0] for row in table.rows if row)]
+    for figure in figures:
+        words += [figure.title, figure.caption]
+    return sorted({int(each) for each in _CITED.findall("\n".join(words))} & EQUATIONS.keys())
 
 
 def equation_table(document: Document) -> Table:
@@ -66,33 +74,3 @@ def equation_table(document: Document) -> Table:
         "Equations", ("number", "what it says"), rows, (f"Numbers are those of {PAPER}.",),
         page_only=True,
     )  # fmt: skip
-
-
-def _words(document: Document) -> Iterator[str]:
-    yield document.verdict.text
-    yield from document.reasons
-    yield from _of_tables(document.tables)
-    yield from _of_figures(document.figures)
-    for card in document.cards:
-        yield from (card.label, card.note)
-    if document.certificate is not None:
-        yield from _of_sheet(document.certificate)
-
-
-def _of_sheet(sheet: Certificate) -> Iterator[str]:
-    yield from sheet.remarks
-    yield from (name for column in sheet.facts for name, _ in column)
-    yield from _of_tables([*sheet.tables, *([sheet.levels] if sheet.levels else [])])
-    if sheet.figure is not None:
-        yield from _of_figures([sheet.figure])
-
-
-def _of_tables(tables: Iterable[Table]) -> Iterator[str]:
-    for each in tables:
-        yield from (each.title, *each.columns, *each.notes)
-        yield from (row[0] for row in each.rows if row)
-
-
-def _of_figures(figures: Iterable[Figure]) -> Iterator[str]:
-    for each in figures:
-        yield from (each.title, each.caption)

@@ -6,14 +6,12 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from stepload.results.model import NOTHING, Field, data, finite, interval, named, number, quantity
-from stepload.units import change, percent
 
 if TYPE_CHECKING:
     from stepload.envelope.press import Term
     from stepload.envelope.schedule import Stage
-    from stepload.estimators.budget import Budget, BudgetLine
+    from stepload.estimators.cycles import Cycle
     from stepload.estimators.fit import Fit
-    from stepload.estimators.runin import Cycle
     from stepload.estimators.system import SystemStiffnessFit
     from stepload.evidence.answer import LawRow
     from stepload.evidence.identification import Identification
@@ -24,11 +22,10 @@ if TYPE_CHECKING:
 
 
 class NamedFit(NamedTuple):
-    """One estimator's fit of a run, with its budget where it has one."""
+    """One estimator's fit of a run."""
 
     name: str
     fit: Fit
-    budget: Budget | None
     believed: bool
 
 
@@ -39,7 +36,7 @@ def fits_of(found: Identification, *, reported: bool = True) -> list[NamedFit]:
     first = [*REPORTED, *({found.believe} - set(REPORTED))]
     names = first if reported else [name for name in found.fits if name not in first]
     return [
-        NamedFit(name, found.fits[name], found.budgets.get(name), name == found.believe)
+        NamedFit(name, found.fits[name], name == found.believe)
         for name in names
         if name in found.fits
     ]
@@ -56,27 +53,12 @@ _FIT: tuple[Field[Fit], ...] = (
     named("secant_n_per_m", "secant", quantity("N/m")),
     *map(named, ("secant_force_n", "force_rms_n", "points", "doubts")),
 )
-_BUDGET: tuple[Field[Budget], ...] = (
-    named("interval_secant_n_per_m", "95 % interval", interval("N/m")),
-    *map(named, ("interval_k", "interval_n")),
-)
 FIT: tuple[Field[NamedFit], ...] = (
     Field(lambda row: f"{row.name} *" if row.believed else row.name, label="fit"),
     *(field.of(lambda row: row.fit) for field in _FIT),
-    *(field.of(lambda row: row.budget) for field in _BUDGET),
     Field(lambda row: row.fit.force_rms_n, "", "rms residual", quantity("N")),
 )
 
-BUDGET_LINE: tuple[Field[BudgetLine], ...] = (
-    named("source", "source"),
-    named("size", "size"),
-    Field(lambda line: line.ln_k, "sigma_ln_k", "u(K)/K", percent),
-    Field(lambda line: line.n, "sigma_n", "u(n)", number(".4f")),
-    Field(
-        lambda line: line.secant_relative,
-        "sigma_secant_relative", "u(secant)/secant", percent,
-    ),
-)  # fmt: skip
 
 KINDS = {
     "chord": "chord, loading",
@@ -103,9 +85,7 @@ QUANTITY: tuple[Field[Quantity], ...] = (
     ),
     Field(_interval, "interval_n_per_m", "95 % interval", interval("N/m")),
     Field(
-        lambda each: finite(each.half_width),
-        label="half width",
-        show=lambda half: f"±{percent(half, 2)}",
+        lambda each: finite(each.half_width), label="half width", show=lambda half: f"±{half:.1%}"
     ),
     named("verdict", "verdict"),
     named("why"),
@@ -115,7 +95,7 @@ QUANTITY: tuple[Field[Quantity], ...] = (
 LINE: tuple[Field[Line], ...] = (
     named("source", "source"),
     named("size", "size"),
-    Field(lambda line: line.relative, "relative", "u(stiffness)/stiffness", percent),
+    Field(lambda line: line.relative, "relative", "u(stiffness)/stiffness", number(".2%")),
 )
 
 
@@ -124,7 +104,7 @@ SIGNS = {
     "gap_change": "the same, change from cycle 1 to 2",
     "set": "set",
     "reload": "second loading against the first",
-    "seat": "set at small force, next branch against the first loading",
+    "seat": "the foot of the next branch against the first loading",
     "creep": "creep over the loading",
     "rate": "holds against ramps at the same force",
 }
@@ -153,7 +133,9 @@ CYCLE: tuple[Field[Cycle], ...] = (
         lambda cycle: f"{cycle.loop_energy_j * 1e3:.3g} ± {cycle.loop_sigma_j * 1e3:.1g} mJ",
         label="loop energy",
     ),
-    Field(lambda cycle: cycle.loop_energy_j / cycle.stored_energy_j, "", "of stored", percent),
+    Field(
+        lambda cycle: cycle.loop_energy_j / cycle.stored_energy_j, "", "of stored", number(".1%")
+    ),
     *map(named, ("loop_energy_j", "loop_sigma_j", "stored_energy_j")),
 )
 
@@ -169,7 +151,7 @@ SYSTEM: tuple[Field[SystemStiffnessFit], ...] = (
     named("sigma_n_per_m", "standard uncertainty", quantity("N/m")),
     named("msde_m", "MSDE", quantity("m")),
     Field(
-        lambda fit: f"{change(fit.nonlinearity)} ± {percent(fit.nonlinearity_sigma)}",
+        lambda fit: f"{fit.nonlinearity:+.2%} ± {fit.nonlinearity_sigma:.2%}",
         label="nonlinearity",
     ),
 )

@@ -259,20 +259,6 @@ def residuals(force_n: FloatArray, residual_n: Mapping[str, FloatArray], believe
         return svg_of(figure)
 
 
-def ellipse(k_axis: FloatArray, n_axis: FloatArray, points: Sequence[tuple[str, float, float]]
-            ) -> str:  # fmt: skip
-    """Outline (M,) of the 95 % region of K [N/m^n] and n, with every fit as a point."""
-    with figure_of(3.0) as (figure, (axes,)):
-        axes.fill(n_axis, k_axis, color=BLUE, alpha=0.12, lw=0)
-        axes.plot(n_axis, k_axis, color=BLUE, label="95 % region")
-        for (name, k, n), colour in zip(points, (ORANGE, GREEN, INK, RED), strict=False):
-            axes.plot([n], [k], "o", ms=5, color=colour, label=name)
-        axes.set_yscale("log")
-        axes.set(xlabel="exponent n", ylabel="K [N/m$^n$]")
-        axes.legend(loc="best")
-        return svg_of(figure)
-
-
 def misfit(force_n: FloatArray, misfit_m: FloatArray) -> str:
     """Misfit of the line (26) in m over force, (N,) each."""
     with figure_of(3.0) as (figure, (axes,)):

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stepload.errors import BadInputError
-from stepload.estimators.curve_parts import quantum
-from stepload.estimators.runin import RunIn
+from stepload.estimators.curve_channels import quantum
+from stepload.estimators.cycles import RunIn
 from stepload.estimators.system import SystemStiffnessFit, fit_system_stiffness
 from stepload.evidence.identification import Identification, identify
 from stepload.evidence.quantity import without_interval
@@ -19,18 +19,16 @@ from stepload.results.analyse import (
     cycles_of_run,
     identify_payload,
     identify_system,
-    whole_cycles,
+    touched_before,
 )
+from stepload.results.curve import prepare
 from stepload.results.curve_zero import zero
-from stepload.results.extras import Extras, dissipation_of, extras_of
-from stepload.results.from_curve import prepare
+from stepload.results.hysteresis import Hysteresis, hysteresis_of
 from stepload.results.model import finite
-from stepload.results.press_data import number
-from stepload.results.pressed import pressed_curve
 from stepload.results.saved import SavedRun, saved_run
 from stepload.results.snippets import Kind, Spring, spring_of
+from stepload.results.stated import Stated
 from stepload.results.until import loaded
-from stepload.results.wishes import Wishes
 
 
 def is_record(path: Path) -> bool:
@@ -46,12 +44,12 @@ class FromFile(NamedTuple):
     found: Identification
     notes: tuple[str, ...]
     run_in: RunIn | None = None
-    extras: Extras | None = None
+    hysteresis: Hysteresis | None = None
     simulated: bool = False
     peak_force_n: float | None = None
 
 
-def identify_file(path: Path, wishes: Wishes) -> tuple[Identification, tuple[str, ...]]:
+def identify_file(path: Path, stated: Stated) -> tuple[Identification, tuple[str, ...]]:
     """Identify a payload from a record (.mcap) or a CSV curve; also returns the assumptions.
 
     Raises:
@@ -59,30 +57,31 @@ def identify_file(path: Path, wishes: Wishes) -> tuple[Identification, tuple[str
     """
     with untrusted(path):
         if not is_record(path):
-            return identify_curve(read_curve(path), wishes)
-        return _identify_record(saved_run(path), wishes)
+            return identify_curve(read_curve(path), stated)
+        return _identify_record(saved_run(path), stated)
 
 
-def results_of_file(path: Path, wishes: Wishes) -> FromFile:
+def results_of_file(path: Path, stated: Stated) -> FromFile:
     """The same with all further results of a record.
 
     Raises:
         BadInputError: the file is invalid, or has nothing to identify.
     """
     if not is_record(path):
-        return FromFile(*identify_file(path, wishes))
+        return FromFile(*identify_file(path, stated))
     with untrusted(path):
         run = saved_run(path)
-        found, notes = _identify_record(run, wishes)
+        found, notes = _identify_record(run, stated)
         try:
-            run_in = _cycles(run, found)
+            before = touched_before(run.metadata)
+            run_in = cycles_of_run(run.data, found, run.events, touched_before=before)
         except BadInputError as error:
             run_in, notes = None, (*notes, error.message)
-        extras = extras_of(run.data, found)
-        return FromFile(found, notes, run_in, extras, run.simulated, finite(run.peak_force_n))
+        hysteresis = hysteresis_of(run.data, found)
+        return FromFile(found, notes, run_in, hysteresis, run.simulated, finite(run.peak_force_n))
 
 
-def _identify_record(run: SavedRun, wishes: Wishes) -> tuple[Identification, tuple[str, ...]]:
+def _identify_record(run: SavedRun, stated: Stated) -> tuple[Identification, tuple[str, ...]]:
     notes = ("the record is partial",) if run.partial else ()
     if (stood := run.stood) is not None and stood.joints_rad:
         joints = ", ".join(f"{math.degrees(each):.1f}°" for each in stood.joints_rad)
@@ -90,21 +89,9 @@ def _identify_record(run: SavedRun, wishes: Wishes) -> tuple[Identification, tup
             *notes,
             f"the arm stood at the joints {joints} ({run.conditions.pose or 'no name'})",
         )
-    found = identify_payload(run.data, wishes.applied(run.conditions))
+    found = identify_payload(run.data, stated.applied(run.conditions))
     until = loaded(run.events, found)
     return found, (*notes, until.text) if until is not None else notes
-
-
-def _cycles(run: SavedRun, found: Identification) -> RunIn | None:
-    """The complete cycles, with the number of levels taken from the record itself."""
-    levels = [int(number(event, "step")) for event in run.events if event.kind == "held"]
-    return cycles_of_run(
-        run.data, found,
-        whole=whole_cycles(run.events, max(levels, default=0)),
-        cycles=int(run.data.cycle.max()),
-        lift_off=any(touch.purpose == "cycle" for touch in run.data.touches),
-        touched_before=run.metadata.get("touched_before") == "true",
-    )  # fmt: skip
 
 
 def system_results_of_file(path: Path) -> tuple[SystemStiffnessFit, bool]:
@@ -122,7 +109,7 @@ def system_results_of_file(path: Path) -> tuple[SystemStiffnessFit, bool]:
             raise BadInputError(
                 f"{path}: system stiffness needs the columns time_s, position_m, force_n"
             )
-        pressed = zero(curve, keep_zero=False).whole  # signs and tare corrected, from its touch
+        pressed = zero(curve, keep_zero=False)  # signs and tare corrected, from its touch
         assert pressed.time_s is not None
         fit = fit_system_stiffness(
             pressed.time_s, pressed.travel_m, pressed.force_n,
@@ -131,14 +118,14 @@ def system_results_of_file(path: Path) -> tuple[SystemStiffnessFit, bool]:
         return fit, False
 
 
-def identify_curve(curve: Curve, wishes: Wishes) -> tuple[Identification, tuple[str, ...]]:
+def identify_curve(curve: Curve, stated: Stated) -> tuple[Identification, tuple[str, ...]]:
     """Identify a payload from a curve from elsewhere; also returns the assumptions.
 
     Raises:
         BadInputError: there is nothing in it to identify.
     """
-    prepared = prepare(curve, wishes)
-    found = identify(prepared.selected, prepared.conditions, pressed_curve(prepared))
+    prepared = prepare(curve, stated)
+    found = identify(prepared.selected, prepared.run.conditions, prepared.run)
     return found if prepared.error_known else _without_errors(found), prepared.notes
 
 
@@ -147,25 +134,19 @@ def _without_errors(found: Identification) -> Identification:
     judged, evidence = found.judgement, found.evidence
     if evidence is not None:
         quantities = {kind: without_interval(q) for kind, q in evidence.quantities.items()}
-        evidence = replace(evidence, quantities=quantities, headline=quantities["chord"])
+        evidence = replace(
+            evidence, quantities=quantities, headline=quantities["chord"], covariance=None
+        )
         judged = replace(judged, verdict=evidence.headline.verdict, reasons=evidence.headline.why)
     judged = replace(judged, k_max_n_per_m=math.nan)
-    return replace(found, budgets={}, judgement=judged, evidence=evidence)
+    return replace(found, judgement=judged, evidence=evidence)
 
 
 def spring_of_file(path: Path, *, at_n: float | None, kind: Kind) -> Spring:
     """The law of a record (.mcap, or the directory of a run) or of a curve, linearised.
 
-    Damping is looked for in records only: a curve from elsewhere has no phases.
-
     Raises:
         BadInputError: the file is invalid, or has no result at that force.
     """
-    if not is_record(path):
-        found, _ = identify_file(path, Wishes())
-        return spring_of(found, at_n=at_n, kind=kind)
-    with untrusted(path):
-        run = saved_run(path)
-        found = identify_payload(run.data, run.conditions)
-        d = dissipation_of(extras_of(run.data, found))
-    return spring_of(found, at_n=at_n, kind=kind, dissipation_s_per_m=d, simulated=run.simulated)
+    told = results_of_file(path, Stated())
+    return spring_of(told.found, at_n=at_n, kind=kind, simulated=told.simulated)

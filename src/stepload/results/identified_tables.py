@@ -1,4 +1,4 @@
-"""What was identified, as tables: fits, evidence, budget, system stiffness, cycles."""
+"""What was identified, as tables: evidence, fits, system stiffness, cycles."""
 
 from __future__ import annotations
 
@@ -6,19 +6,17 @@ import math
 from collections.abc import Sequence
 from textwrap import fill
 
-from stepload.estimators.judge import ResultVerdict
-from stepload.estimators.missing import Missing
-from stepload.estimators.runin import STEADY_CYCLES, RunIn
+from stepload.estimators.cycles import STEADY_CYCLES, RunIn
+from stepload.estimators.fit import Missing
 from stepload.estimators.smooth import NORMAL_95
 from stepload.estimators.system import SystemStiffnessFit
 from stepload.evidence.answer import Evidence
 from stepload.evidence.identification import Identification
-from stepload.evidence.quantity import Quantity
+from stepload.evidence.quantity import Quantity, ResultVerdict
 from stepload.results import fields
 from stepload.results.model import Table, interval, table
 from stepload.results.quality import quality_table, summary
 from stepload.units import format_quantity as f
-from stepload.units import percent
 
 BESIDE = (
     "beside the answer in the table of stiffnesses: each fit has a zero and a secant of its own"
@@ -35,9 +33,9 @@ def _doubts(rows: Sequence[fields.NamedFit]) -> list[str]:
 
 
 def identification_tables(found: Identification) -> list[Table]:
-    """Fits, evidence and budget of an identification."""
+    """Evidence and fits of an identification."""
     rows, others = fields.fits_of(found), fields.fits_of(found, reported=False)
-    why = [f"best of the fits is {found.believe}: {'; '.join(found.why)}"]
+    why = [f"best of the fits is {found.believe}: {line}" for line in found.why]
     if found.evidence is not None:
         why.insert(0, BESIDE)
     at = f(found.fit.secant_force_n, "N")
@@ -50,13 +48,6 @@ def identification_tables(found: Identification) -> list[Table]:
     if others:
         title = "Fits of the other estimators"
         tables.append(table(title, fields.FIT, others, _doubts(others), page_only=True))
-    if (stated := found.budget) is not None:
-        note = (
-            f"All together: u(n) = {stated.sigma_n:.4f}, u(secant)/secant = "
-            f"{percent(stated.sigma_secant_relative)}; intervals are {NORMAL_95:.2f} u."
-        )
-        title = f"Uncertainty budget of {found.believe}"
-        tables.append(table(title, fields.BUDGET_LINE, stated.lines, [note], page_only=True))
     return tables
 
 
@@ -81,10 +72,10 @@ def _evidence_tables(found: Identification) -> list[Table]:
         )
     contact = found.run.askew.quality
     told = [line] if (line := summary(contact)) else []
-    total = f"All together {percent(headline.relative)}; the interval is 1.96 times that."
+    total = f"All together {headline.relative:.2%}; the interval is 1.96 times that."
     return [
         table("Stiffness, secant (28)", fields.QUANTITY, evidence.quantities.values(),
-              [*notes, *evidence.notes, *told], page_only=True),
+              [*notes, *evidence.notes, *told]),
         table(HEADLINE_BUDGET, fields.LINE,
               [line for line in headline.lines if line.relative > 0.0], [total], page_only=True),
         table("Laws that were tried", fields.LAW, evidence.laws, page_only=True),
@@ -96,10 +87,10 @@ def _evidence_tables(found: Identification) -> list[Table]:
 
 def told_of(evidence: Evidence) -> str:
     """What the loading may be called."""
-    share, half = percent(evidence.inelastic.share), percent(evidence.within)
+    share, half = evidence.inelastic.share, evidence.within
     if evidence.elastic:
-        return f"Elastic: {share} of the deformation is not, up to {half} counts for none."
-    return f"Not elastic: {share} of the deformation (up to {half} counts for none)."
+        return f"Elastic: {share:.1%} of the deformation is not, up to {half:.1%} counts for none."
+    return f"Not elastic: {share:.1%} of the deformation (up to {half:.1%} counts for none)."
 
 
 def brief_lines(found: Identification) -> list[str]:
@@ -158,9 +149,9 @@ def run_in_table(found: RunIn) -> Table:
         steady = f"fewer than {STEADY_CYCLES} cycles do not show whether it is steady"
     else:
         steady = (
-            f"not steady: chord changed by {percent(found.secant_change)} (allowed "
-            f"{percent(found.secant_tolerance)}), loop energy by {percent(found.energy_change)} "
-            f"(allowed {percent(found.energy_tolerance)}) over the last {STEADY_CYCLES} cycles"
+            f"not steady: chord changed by {found.secant_change:.2%} (allowed "
+            f"{found.secant_tolerance:.2%}), loop energy by {found.energy_change:.0%} "
+            f"(allowed {found.energy_tolerance:.0%}) over the last {STEADY_CYCLES} cycles"
         )
     virgin = (
         f"Cycle {found.virgin.number} is the virgin contact"

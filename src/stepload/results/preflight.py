@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import textwrap
 from collections.abc import Iterator
 
 from stepload.envelope.advice import NONE_HELPS
@@ -19,10 +18,10 @@ from stepload.evidence.quantity import Quantity
 from stepload.plan.hazards import read_words, rig_argument
 from stepload.plan.places import place_of
 from stepload.plan.references import names_a_file
+from stepload.results.terminal import NARROW, wrapped
 from stepload.units import format_quantity as f
 from stepload.units import rounded_down
 
-COLUMNS = 80
 MOST_FINDINGS = 3
 MOST_WORDS = 120
 """Words above the figures; a finding that would exceed them is left to `--verbose`."""
@@ -38,14 +37,14 @@ def headline(envelope: Envelope) -> str:
     top = f(procedure.top_force_n, "N")
     words = f"{envelope.verdict.upper():9}{plan.payload.name} on {plan.rig.name}, "
     if envelope.verdict is PlanVerdict.REFUSED:
-        return _wrapped(f"{words}{top}", 9)
+        return wrapped(f"{words}{top}", 9)
     levels, cycles = len(procedure.levels_n), procedure.cycles
     number, _, unit = f(procedure.levels_n[0], "N").partition(" ")
     first = f"{number if unit == top.split()[1] else f'{number} {unit}'} to " if levels > 1 else ""
     steps = "1 step" if levels == 1 else f"{levels} steps"
     often = "1 cycle" if cycles == 1 else f"{cycles} cycles"
     about = f"about {duration(envelope.duration_s)}"
-    return _wrapped(f"{words}{first}{top} in {steps}, {often}, {about}", 9)
+    return wrapped(f"{words}{first}{top} in {steps}, {often}, {about}", 9)
 
 
 def duration(seconds: float) -> str:
@@ -68,22 +67,22 @@ def finding_lines(envelope: Envelope) -> list[str]:
         shown.append(reason)
     last = {reason.remedy: number for number, reason in enumerate(shown, 1)}
     for number, reason in enumerate(shown, 1):
-        lines.append(_wrapped(f"  {number} {reason.message}", 4))
+        lines.append(wrapped(f"  {number} {reason.message}", 4))
         if reason.remedy and last[reason.remedy] == number:
             lines.append(_remedy(envelope, reason))
     return lines
 
 
 def _remedy(envelope: Envelope, reason: Reason) -> str:
-    line = _wrapped(f"    -> {reason.remedy}", 7)
+    line = wrapped(f"    -> {reason.remedy}", 7)
     place = None if reason.remedy == NONE_HELPS else place_of(envelope.plan, reason.key)
     if place is None:
         return line
     last = line.rpartition("\n")[2]
     where = f"{short_path(place.source.name)}:{place.line}:{place.column}"
-    if len(last) + 2 + len(where) <= COLUMNS:
-        return f"{line}{where:>{COLUMNS - len(last)}}"
-    return f"{line}\n{where:>{COLUMNS}}"
+    if len(last) + 2 + len(where) <= NARROW:
+        return f"{line}{where:>{NARROW - len(last)}}"
+    return f"{line}\n{where:>{NARROW}}"
 
 
 def short_path(name: str) -> str:
@@ -102,11 +101,11 @@ def last_lines(envelope: Envelope) -> list[str]:
     argument = rig_argument(plan)
     shown = short_path(argument) if names_a_file(argument) else argument
     line = f"hazards of this rig: stepload hazards {shown} ({read_words(plan)})"
-    room = COLUMNS - len(line)
+    room = NARROW - len(line)
     if room > len(more) + 1:
         return [f"{line}{more:>{room}}"]
     if room < 0:
-        line = _wrapped(f"stepload hazards {shown} ({read_words(plan)})", 2)
+        line = wrapped(f"stepload hazards {shown} ({read_words(plan)})", 2)
     return [line, more]
 
 
@@ -184,21 +183,9 @@ def _of_limit(envelope: Envelope) -> str:
         return words
     words += f"; F_c used: {f(counted.lower_n, 'N')}"
     coverage = f" (k = {counted.coverage:g})"
-    return words + coverage if len(words + coverage) <= COLUMNS - NOTE else words
+    return words + coverage if len(words + coverage) <= NARROW - NOTE else words
 
 
 def _row(label: str, value: str, note: str) -> str:
     line = f"  {label:<{LABEL}}{value:<{VALUE}} {note}" if value else f"  {label:<{LABEL}}{note}"
-    return _wrapped(line, 2 + LABEL)
-
-
-def _wrapped(line: str, hang: int) -> str:
-    """A line broken between words at `COLUMNS`; inner spaces stay."""
-    if len(line) <= COLUMNS:
-        return line.rstrip()
-    return "\n".join(
-        textwrap.wrap(
-            line, COLUMNS, subsequent_indent=" " * hang, break_long_words=False,
-            break_on_hyphens=False, drop_whitespace=True,
-        )
-    )  # fmt: skip
+    return wrapped(line, 2 + LABEL)

@@ -146,7 +146,7 @@ def holds_of(phase: IntArray) -> NDArray[np.intp]:
     return np.where(resting, np.cumsum(begins), 0)
 
 
-def number(event: Event, key: str) -> float:
+def event_number(event: Event, key: str) -> float:
     """A numeric value of an event.
 
     Raises:
@@ -170,9 +170,9 @@ def _touches(recording: Recording) -> tuple[TouchPoint, ...]:
     return tuple(
         TouchPoint(
             event.time_s,
-            number(event, "position_m"),
-            number(event, "force_n"),
-            int(number(event, "cycle")),
+            event_number(event, "position_m"),
+            event_number(event, "force_n"),
+            int(event_number(event, "cycle")),
             str(event.data.get("purpose", "")),
         )
         for event in recording.events
@@ -184,9 +184,9 @@ def _tares(recording: Recording) -> list[tuple[float, float, float, float]]:
     """(time_s, mean_n, noise_n, second_mean_n) of every tare; NaN without a second channel."""
     return [
         (
-            number(event, "time_s"),
-            number(event, "mean_n"),
-            number(event, "noise_n"),
+            event_number(event, "time_s"),
+            event_number(event, "mean_n"),
+            event_number(event, "noise_n"),
             number_or_nan(event.data.get("second_mean_n")),
         )
         for event in recording.events
@@ -235,8 +235,8 @@ def _tared(
     for event in recording.events:
         if event.kind not in ("tare", "zero_shift") or "duration_s" not in event.data:
             continue
-        end_s = number(event, "time_s")
-        begin_s = end_s - number(event, "duration_s")
+        end_s = event_number(event, "time_s")
+        begin_s = end_s - event_number(event, "duration_s")
         inside = columns[(aligned.time_s >= begin_s) & (aligned.time_s <= end_s)]
         if len(inside):
             times.append(end_s)

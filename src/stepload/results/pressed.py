@@ -1,22 +1,19 @@
-"""From the data of a run and its conditions to the input of the evidence."""
+"""A run in the form that the evidence is computed from."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
-from stepload.evidence.askew import askew_of
-from stepload.evidence.path import Track
+from stepload.evidence.lateral import Sideways, askew_of, sideways
+from stepload.evidence.loops import Track
 from stepload.evidence.pressed import Pressed, Touch
-from stepload.evidence.sideways import GUIDED_COMPLIANCE, Sideways, sideways
 from stepload.record.rows import Phase
-from stepload.results.curve_zero import SAME_PEAK, Branch
-from stepload.results.from_curve import PreparedCurve
+from stepload.results.curve_zero import NEAR_TOP
 from stepload.results.model import finite
 from stepload.results.press_data import LOADING, UNLOADING, PressData, holds_of
 from stepload.results.quality import quality_of
@@ -30,8 +27,6 @@ CLOSING_OPENING = (
 )
 SIGMAS = 6.0
 """Least pull, in standard deviations of one sample, that is not an extreme of the noise."""
-NEAR_TOP = 0.5
-"""Least share of the largest force at which the lateral force is evaluated."""
 BEFORE_TOUCH_S = 0.05
 """Time before a touch over which the speed of the approach is measured."""
 
@@ -45,11 +40,10 @@ def pressed(data: PressData, conditions: Conditions) -> Pressed:
         tracks.append((number, loading, _track(data, unloading) if unloading.sum() > 1 else None))
     peak_n = float(data.force_n[data.branch(LOADING)].max())
     aside = sideways_of(data, conditions)
-    return _pressed(
-        conditions,
-        peak_n,
-        data.doubts,
+    return Pressed(
         tracks=tracks,
+        conditions=conditions,
+        doubts=(*data.doubts, *above_limit(conditions, peak_n)),
         touches=_touches(data),
         zero_step_n=finite(data.zero_step_n),
         sideways=aside,
@@ -57,87 +51,19 @@ def pressed(data: PressData, conditions: Conditions) -> Pressed:
         arm_drift_m_per_s=_arm_drift(data),
         adhesive=pulls(data),
         looked=data.looked,
-        notes=(*filter(None, [conditions.structure_note]), *conditions.table_remarks(peak_n)),
+        notes=tuple(conditions.table_remarks(peak_n)),
     )
 
 
-def pressed_curve(curve: PreparedCurve) -> Pressed:
-    """The cycles of a curve from elsewhere with the known errors."""
-    cycles = curve.cycles
-    top_n = max(float(each.loading.force_n.max()) for each in cycles)
-    if float(cycles[0].loading.force_n.max()) >= SAME_PEAK * top_n:
-        tracks = [
-            (each.number, _joined(each.loading, each.hold),
-             None if each.unloading is None else _joined(each.unloading, None))
-            for each in cycles
-        ]  # fmt: skip
-    else:
-        tracks = [(1, *_grown(curve, top_n))]
-    shares = [share for each in cycles if (share := _share(each.loading)) is not None]
-    share = max(shares, default=None)
-    relative = 0.0 if share is None else GUIDED_COMPLIANCE * share
-    return _pressed(
-        curve.conditions,
-        top_n,
-        curve.doubts,
-        tracks=tracks,
-        sideways=Sideways("guided", share, relative=relative),
-        adhesive=curve.adhesion_n > 0.0,
-        timed=cycles[0].loading.time_s is not None,
-        law_doubts=curve.law_doubts,
-    )
-
-
-def _pressed(conditions: Conditions, top_n: float, doubts: tuple[str, ...], **own: Any) -> Pressed:
-    """A press up to `top_n` under its conditions; above F_c one doubt more blocks every figure."""
+def above_limit(conditions: Conditions, top_n: float) -> tuple[str, ...]:
+    """A doubt that blocks every figure of a press up to `top_n`, where that is above F_c."""
     limit_n = conditions.elastic_limit_n
-    if limit_n is not None and top_n > limit_n:
-        above = (
-            f"forces up to {top_n:.4g} N, above the elastic limit of {limit_n:.4g} N: the payload "
-            "may have yielded"
-        )
-        doubts = (*doubts, above)
-    return Pressed(conditions=conditions, doubts=doubts, **own)
-
-
-def _joined(branch: Branch, hold: Branch | None) -> Track:
-    parts = [branch] if hold is None or not hold.force_n.size else [branch, hold]
-    force_n = np.concatenate([part.force_n for part in parts])
-    times = [part.time_s for part in parts if part.time_s is not None]
-    # Without a time the rows of the whole file stand for it: those of a branch begin where the
-    # one before has ended.
-    time_s = np.concatenate(times or [part.row for part in parts])
-    held = np.concatenate(
-        [np.full(part.force_n.size, number, dtype=np.intp) for number, part in enumerate(parts)]
+    if limit_n is None or top_n <= limit_n:
+        return ()
+    return (
+        f"forces up to {top_n:.4g} N, above the elastic limit of {limit_n:.4g} N: the payload may "
+        "have yielded",
     )
-    return Track(time_s, force_n, np.concatenate([part.travel_m for part in parts]), held)
-
-
-def _grown(curve: PreparedCurve, top_n: float) -> tuple[Track, Track | None]:
-    """For growing cycles: the first loading, and the unloading from the top."""
-    parts: list[Track] = []
-    reached_n, unloading = -math.inf, None
-    for each in curve.cycles:
-        track = _joined(each.loading, each.hold)
-        new = track.force_n > reached_n
-        if new.any():
-            parts.append(
-                Track(track.time_s[new], track.force_n[new], track.travel_m[new], track.held[new])
-            )
-            reached_n = max(reached_n, float(track.force_n.max()))
-            unloading = each.unloading
-        if reached_n >= SAME_PEAK * top_n:
-            break
-    fields = ("time_s", "force_n", "travel_m", "held")
-    loading = Track(*(np.concatenate([getattr(p, name) for p in parts]) for name in fields))
-    return loading, None if unloading is None else _joined(unloading, None)
-
-
-def _share(branch: Branch) -> float | None:
-    if branch.lateral_n is None:
-        return None
-    high = branch.force_n > NEAR_TOP * float(branch.force_n.max())
-    return float(np.median(branch.lateral_n[high]) / np.mean(branch.force_n[high]))
 
 
 def _track(data: PressData, mask: NDArray[np.bool_]) -> Track:

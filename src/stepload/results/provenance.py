@@ -6,8 +6,12 @@ import hashlib
 import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from importlib.metadata import PackageNotFoundError, version
+from importlib import resources
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy
 
 import stepload
 from stepload.errors import BadInputError
@@ -15,39 +19,65 @@ from stepload.record.summary import read_summary
 from stepload.results.model import NOTHING, Document, Table
 from stepload.results.saved import SavedRun
 
+SCHEMA = "stepload-results/1"
+"""Name of the schema of results.json. Within a version keys are added, never removed or changed."""
+
+_TEXTS = (
+    "run_id", "started", "plan", "payload", "rig", "specimen", "batch", "operator", "notes",
+    "calibration", "arm", "stepload",
+)  # fmt: skip
+_DEVICES = {
+    "force": "force_sensor",
+    "second_force": "second_force_sensor",
+    "displacement": "displacement_sensor",
+}
+"""Keys of the results, by the record's names of the devices."""
+
+
+def schema_text() -> str:
+    """The JSON Schema of results.json."""
+    return (resources.files("stepload.results") / "results.schema.json").read_text()
+
+
+def about(metadata: Mapping[str, str], attachments: Mapping[str, bytes]) -> dict[str, Any]:
+    """The head of the results of a run.
+
+    Args:
+        metadata: of the record.
+        attachments: files of the record; those of the plan are named with their SHA-256.
+    """
+    tags = [tag for tag in metadata.get("tags", "").split("\n") if tag]
+    sums = {
+        name: hashlib.sha256(data).hexdigest()
+        for name, data in attachments.items()
+        if name.startswith("plan")
+    }
+    devices = {name: metadata.get(role, "") for name, role in _DEVICES.items()}
+    texts = {name: metadata.get(name, "") for name in _TEXTS}
+    return {
+        "schema": SCHEMA,
+        "run": texts | devices | {"tags": tags, "files": sums},
+        "versions": _versions(),
+    }
+
+
 TITLE = "Provenance"
-LIBRARIES = ("numpy", "scipy")
 STREAMS = ("force", "second_force", "arm", "displacement", "tick", "events")
 UNFINISHED = "the record was never finished: what came after its end is not in this result"
 _SUM = "sha256 "
 
 
 def provenance_table(metadata: Mapping[str, str]) -> Table:
-    """Versions that recorded and evaluated a run, and the checksums of the files in its record.
-
-    Args:
-        metadata: of the record, where the checksum of an attached file is `sha256 NAME`.
-    """
+    """The software that evaluated a run, and the metadata of its record: who, when, with what, and
+    the checksums of its files (`sha256 NAME`)."""
     rows = [
-        ("recorded by", f"stepload {metadata.get('stepload') or 'of an unknown version'}"),
-        ("on", ", ".join(filter(None, (
-            f"Python {metadata['python']}" if metadata.get("python") else "",
-            metadata.get("system", ""), metadata.get("host", ""),
-        )))),
-        ("evaluated by", _evaluated_by()),
-        *(
-            (f"{role.replace('_', ' ')}", metadata[role])
-            for role in ("arm", "force_sensor", "second_force_sensor", "displacement_sensor")
-            if metadata.get(role)
-        ),
-        ("calibration of K_s", metadata.get("calibration", "")),
-        *(
-            (f"{key[len(_SUM):]}, SHA-256", value)
-            for key, value in metadata.items()
-            if key.startswith(_SUM)
-        ),
-    ]  # fmt: skip
-    return Table(TITLE, ("what", "which"), [row for row in rows if row[1]], page_only=True)
+        (f"{key[len(_SUM) :]}, SHA-256" if key.startswith(_SUM) else key.replace("_", " "), value)
+        for key, value in sorted(metadata.items())
+        if value and not key.startswith("clock_offset")
+    ]
+    return Table(
+        TITLE, ("what", "which"), [("evaluated by", _evaluated_by()), *rows], page_only=True
+    )
 
 
 def runs_table(runs: Sequence[SavedRun]) -> Table:
@@ -73,16 +103,17 @@ def sealed_runs(document: Document, runs: Sequence[SavedRun]) -> Document:
     return replace(document, tables=[*document.tables, sums])
 
 
+def _versions() -> dict[str, str]:
+    return {
+        "stepload": stepload.__version__,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "scipy": scipy.__version__,
+    }
+
+
 def _evaluated_by() -> str:
-    python = f"Python {platform.python_version()}"
-    return ", ".join((f"stepload {stepload.__version__}", python, *map(_library, LIBRARIES)))
-
-
-def _library(name: str) -> str:
-    try:
-        return f"{name} {version(name)}"
-    except PackageNotFoundError:
-        return f"{name} of an unknown version"
+    return ", ".join(f"{name} {version}" for name, version in _versions().items())
 
 
 def sum_or_why(path: Path) -> str:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from stepload.estimators.contact_quality import ContactQuality, contact_quality
-from stepload.estimators.missing import Missing
-from stepload.estimators.shares import BranchShare
-from stepload.estimators.wrench import Wrench, turn_of
-from stepload.results.model import Table
+from stepload.estimators.fit import Missing
+from stepload.estimators.lateral import Wrench, turn_of
+from stepload.results.figures import BLUE, GREEN, INK, ORANGE, RED, SAND, figure_of, svg_of
+from stepload.results.model import Figure, Table
 from stepload.results.press_data import LOADING, UNLOADING, PressData, holds_of
 from stepload.units import format_quantity as f
 
@@ -54,26 +54,21 @@ def quality_data(found: ContactQuality | Missing) -> dict[str, Any]:
     return {
         "missing": "",
         "share": found.share,
-        "branches": [_branch(branch) for branch in found.branches],
-        "loop": asdict(found.loop),
+        "branches": [
+            {
+                "cycle": branch.cycle, "loading": branch.rising, "median": branch.median,
+                "force_n": branch.force_n, "share": branch.share, "sigma": branch.sigma,
+            }
+            for branch in found.branches
+        ],
+        "loop": found.loop,
         "share_change": change,
         "share_change_sigma": sigma,
-        "slips": [asdict(slip) for slip in found.slips],
+        "slips": found.slips,
         "unseen_slip_n": found.unseen_n,
-        "points": None if isinstance(found.points, Missing) else [asdict(p) for p in found.points],
+        "points": None if isinstance(found.points, Missing) else found.points,
         "points_missing": _why(found),
-    }
-
-
-def _branch(branch: BranchShare) -> dict[str, Any]:
-    return {
-        "cycle": branch.cycle,
-        "loading": branch.rising,
-        "median": branch.median.tolist(),
-        "force_n": branch.force_n.tolist(),
-        "share": branch.share.tolist(),
-        "sigma": branch.sigma.tolist(),
-    }
+    }  # fmt: skip
 
 
 def _why(found: ContactQuality) -> str:
@@ -87,32 +82,31 @@ def summary(found: ContactQuality | Missing) -> str:
     slips = len(found.slips)
     slipped = f"{slips} slip event{'s' if slips > 1 else ''}" if slips else "no slip event"
     parts = [f"lateral force {found.share:.1%} of that along it", slipped]
-    if found.loop.kind in _LOOPS:
-        parts.insert(1, _LOOPS[found.loop.kind])
+    if found.loop.friction:
+        parts.insert(1, "a friction loop")
     if (point := found.eccentric) is not None:
         parts.append(f"touched {f(point.size_m, 'm', 2)} beside the axis")
     return f"contact: {', '.join(parts)}"
 
 
-_LOOPS = {"slides": "the contact slides", "loop": "a friction loop"}
-_KINDS = {
-    "little": "below 2 %: nothing to be seen of friction or tilt",
-    "slides": "both ways keep a share of their own: the contact slides, and its friction turns "
-    "round with the load",
-    "loop": "the branches differ, as where a contact slides, or sticks with an edge that slips",
-    "constant": "much the same share at all forces, both ways: a contact that slides from its "
-    "first touch on, an arm that gives way sideways, or tilt; one press cannot tell which",
-    "changes": "the share changes with the force, much the same both ways: an arm that gives way "
-    "sideways, or a contact that begins to slide",
-}  # fmt: skip
-
-
 def quality_table(found: ContactQuality) -> Table:
     """Sentences on the contact for people."""
-    rows = [(_name(branch), _share(branch)) for branch in found.branches]
+    rows = []
+    for branch in found.branches:
+        one, other = branch.median
+        rows.append(
+            (
+                f"cycle {branch.cycle}, {'loading' if branch.rising else 'unloading'}",
+                f"{branch.size:.1%} of the force along the axis, median over the forces ({one:+.1%}"
+                f" and {other:+.1%} along the sensor's two other axes)",
+            )
+        )
     loop = found.loop
-    half = "" if loop.at_half is None else f"{loop.at_half:.1%} ± {loop.sigma:.1%}; "
-    rows.append(("difference at half the top force", half + _KINDS[loop.kind]))
+    if loop.at_half is not None:
+        said = ": the contact slides, or its edge slips" if loop.friction else ""
+        rows.append(
+            ("difference at half the top force", f"{loop.at_half:.1%} ± {loop.sigma:.1%}{said}")
+        )
     if found.change is not None:
         change, sigma = found.change
         rows.append(("change from cycle 1 to 2", f"{change:.1%} ± {sigma:.1%}"))
@@ -127,39 +121,56 @@ def quality_table(found: ContactQuality) -> Table:
     if not found.slips:
         rows.append(("slip", "none was seen"))
     rows.append(("slip that might not be seen", f"up to {f(found.unseen_n, 'N', 2)}"))
-    if (point := found.eccentric) is None:
-        rows.append(("place of the contact", _why(found)))
-    else:
+    place = _why(found)
+    if (point := found.eccentric) is not None:
         x, y = (f(each, "m", 2) for each in point.beside_m)
-        rows.append(
-            (
-                "place of the contact",
-                f"{x} and {y} beside the sensor's axis, each ± {f(point.sigma_m, 'm', 2)} by "
-                f"noise alone, at {f(point.force_n, 'N')}",
-            )
+        place = (
+            f"{x} and {y} beside the sensor's axis, each ± {f(point.sigma_m, 'm', 2)} by noise "
+            f"alone, at {f(point.force_n, 'N')}"
         )
-    rows.append(("tilt of the plate", _tilt(found)))
+    rows.append(("place of the contact", place))
     return Table("How the contact was made", ("of", "what was seen"), rows, page_only=True)
 
 
-def _name(branch: BranchShare) -> str:
-    return f"cycle {branch.cycle}, {'loading' if branch.rising else 'unloading'}"
+COLOURS = {(True, 0): BLUE, (True, 1): GREEN, (False, 0): ORANGE, (False, 1): SAND}
+MOST_CYCLES = 2
 
 
-def _share(branch: BranchShare) -> str:
-    x, y = branch.median
-    return (
-        f"{branch.size:.1%} of the force along the axis, median over the forces ({x:+.1%} and "
-        f"{y:+.1%} along the sensor's two other axes)"
-    )
+def share_over_force(found: ContactQuality) -> str:
+    """Both components of the share in the first two cycles; slips as marks at the bottom."""
+    with figure_of(3.0) as (figure, (axes,)):
+        cycles = sorted({branch.cycle for branch in found.branches})[:MOST_CYCLES]
+        for branch in found.branches:
+            if branch.cycle not in cycles:
+                continue
+            first = branch.cycle == cycles[0]
+            way = "loading" if branch.rising else "unloading"
+            for axis, name in enumerate(("first", "second")):
+                axes.errorbar(
+                    branch.force_n, 100.0 * branch.share[:, axis], 200.0 * branch.sigma,
+                    color=COLOURS[branch.rising, axis], ls="-" if first else ":", marker="o",
+                    ms=3.0 if first else 2.0, lw=1.2,
+                    label=f"{way}, {name} axis across" if first else None,
+                )  # fmt: skip
+        axes.axhline(0.0, color=INK, lw=0.8)
+        bottom = axes.get_ylim()[0]
+        for rising, mark, way in ((True, "^", "loading"), (False, "v", "unloading")):
+            at_n = [slip.force_n for slip in found.slips if slip.rising == rising]
+            if at_n:
+                axes.plot(at_n, [bottom] * len(at_n), mark, color=RED, ms=7, clip_on=False,
+                          label=f"slip while {way}")  # fmt: skip
+        axes.set(xlabel="force along the axis [N]", ylabel="force across [% of it]")
+        axes.legend(loc="best", fontsize=8)
+        return svg_of(figure)
 
 
-def _tilt(found: ContactQuality) -> str:
-    bound = found.loop.tilt_bound_rad
-    if bound is None:
-        return "not to be told from one press: an arm that gives way sideways looks alike"
-    return (
-        f"along the way it slid, plate and sensor together are askew by less than "
-        f"{math.degrees(bound):.1f} degrees if friction is the same both ways; across that way, "
-        "nothing can be said"
-    )
+def quality_figure(found: ContactQuality) -> Figure:
+    """The figure with its caption."""
+    return Figure(
+        "contact", "Lateral force",
+        "Force along the sensor's two axes across, as a share of that along the pressing axis, with"
+        " twice the standard uncertainty by noise; dotted: the second cycle. Loading and unloading"
+        " that differ are sliding friction.",
+        "share of the lateral force over the force",
+        partial(share_over_force, found),
+    )  # fmt: skip

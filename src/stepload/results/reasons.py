@@ -2,9 +2,108 @@
 
 from __future__ import annotations
 
-from stepload.results.analyse import Evaluation, beyond_theory
-from stepload.results.remarks import levels, remarks, sideways
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from stepload.envelope.domains import payload_doubts
+from stepload.envelope.ranges import beyond_range
+from stepload.record.reader import Event
+from stepload.results.analyse import Evaluation
+from stepload.results.press_data import LOADING, UNLOADING, PressData, number_or_nan
 from stepload.results.until import loaded
+from stepload.units import format_quantity
+
+MOST_SHORT = 0.9
+"""A later loading counts where it reached this share of the highest force of the first."""
+
+
+def remarks(data: PressData) -> tuple[str, ...]:
+    """Remarks that accompany every result of this run."""
+    return tuple(text for text in (unseen(data), reopened(data)) if text)
+
+
+def unseen(data: PressData) -> str:
+    """Reason why this run cannot show set, creep and drift; "" where its cycles can.
+
+    It is based on the data: a run that was planned with two cycles and stopped in the first has
+    one.
+    """
+    loading = data.branch(LOADING)
+    numbers = np.unique(data.cycle[loading])
+    if not numbers.size:
+        return ""
+    tops = [float(data.force_n[loading & (data.cycle == number)].max()) for number in numbers]
+    unloaded = bool(data.branch(UNLOADING).any())
+    if sum(top >= MOST_SHORT * tops[0] for top in tops) < 2:
+        hint = (
+            "only the gap between loading and unloading hints at them"
+            if unloaded
+            else "nothing in this run hints at them"
+        )
+        return f"one loading only: set, creep and drift cannot be told from the law; {hint}"
+    if not unloaded:
+        return "no holds on the way down: creep cannot be told from set and drift"
+    return ""
+
+
+def reopened(data: PressData) -> str:
+    """Shift of the touch after each pause from the zero; "" without a pause.
+
+    Travel keeps the zero of the first loading: set and drift over a pause are in the steps after
+    it. A new zero there would hide them, and add the quantum of another touch.
+    """
+    shifts = [touch.travel_m for touch in data.touches if touch.purpose == "resume"]
+    if not shifts:
+        return ""
+    told = ", ".join(f"{format_quantity(shift, 'm', digits=3)}" for shift in shifts)
+    return (
+        f"the contact was opened by a pause and touched again at {told} from the zero of the run: "
+        "drift over the pause, and a quantum for each touch, are in the steps after it"
+    )
+
+
+def sideways(events: Sequence[Event]) -> tuple[str, ...]:
+    """The plate's tilt where it was touched on a circle, and the lateral force that was nulled."""
+    told = []
+    tilts = [event.data for event in events if event.kind == "tilt"]
+    if tilts:
+        angle, sigma, limit = (
+            math.degrees(number_or_nan(tilts[-1].get(key)))
+            for key in ("angle_rad", "sigma_rad", "limit_rad")
+        )
+        told.append(
+            f"three touches on a circle: the plate is tilted by {angle:.2f} ± {2.0 * sigma:.2f}"
+            f" deg (95 %) against the approach, {limit:.2g} deg were allowed"
+        )
+    nulled = [event.data for event in events if event.kind == "nulled"]
+    if nulled:
+        largest_n = max(number_or_nan(data.get("before_n")) for data in nulled)
+        left_n = max(number_or_nan(data.get("after_n")) for data in nulled)
+        told.append(
+            f"nulling was on: before {len(nulled)} holds the lateral force was taken off"
+            f" sideways, from {largest_n:.3g} N at the most to {left_n:.3g} N; where tool and"
+            " sensor are not aligned this biases the stiffness (0.3 to 5 % at 2 deg in simulation)"
+        )
+    if any(data.get("why") in ("grown", "useless") for data in nulled):
+        told.append(
+            "nulling did not take the force across off, and was left out from there on: see"
+            " procedure.nulling.sensor_turn"
+        )
+    return tuple(told)
+
+
+def levels(events: Sequence[Event]) -> tuple[str, ...]:
+    """Levels that were not reached, according to the events of the run."""
+    held = sum(event.kind == "held" for event in events)
+    missed = sum(event.kind == "level_missed" for event in events)
+    if not missed:
+        return ()
+    return (
+        f"{missed} of {held} levels were not reached in the time they had: they were held at the "
+        "force that there was",
+    )
 
 
 def reasons_of(run: Evaluation) -> list[str]:
@@ -21,3 +120,17 @@ def reasons_of(run: Evaluation) -> list[str]:
     if resumed := run.recording.metadata.get("resumed"):
         reasons.append(resumed)
     return reasons
+
+
+def beyond_theory(run: Evaluation) -> tuple[str, ...]:
+    """Doubts about theory at the forces that were reached, as sentences."""
+    headline = run.identification.headline if run.identification is not None else None
+    if headline is None:
+        return ()
+    envelope = run.envelope
+    doubts = payload_doubts(envelope.plan.payload, envelope.theory, headline.from_n, headline.to_n)
+    ends = headline.interval_n_per_m
+    return (
+        *beyond_range(envelope.theory, ends, headline.from_n, headline.to_n),
+        *(doubt.message for doubt in doubts if not doubt.harmless),
+    )

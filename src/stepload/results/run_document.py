@@ -7,11 +7,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from stepload.errors import BadInputError
 from stepload.estimators.conditions import BRANCHES
-from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.system import SystemStiffnessFit
 from stepload.evidence.identification import Identification
+from stepload.evidence.quantity import ResultVerdict
 from stepload.record.outcome import RunStatus
 from stepload.record.reader import Recording
 from stepload.results import fields
@@ -21,16 +20,13 @@ from stepload.results.conditions import planned
 from stepload.results.course_tables import (
     ending_table,
     force_budget_table,
-    hazards_table,
     health_tables,
     predicted_table,
     preflight_table,
-    rig_table,
 )
 from stepload.results.equations import equation_table
-from stepload.results.extras import dissipation_of, extras_tables
-from stepload.results.facts import other_elastic_limit
 from stepload.results.from_file import FromFile
+from stepload.results.hysteresis import hysteresis_tables
 from stepload.results.identified_tables import (
     HEADLINE_BUDGET,
     brief_lines,
@@ -38,14 +34,12 @@ from stepload.results.identified_tables import (
     run_in_table,
     system_table,
 )
-from stepload.results.level_tables import TOUCH, hold_table
-from stepload.results.levels import Level, levels_of
-from stepload.results.model import Card, Document, Mood, Table, Verdict, interval, table
+from stepload.results.levels import Level, hold_table, levels_of
+from stepload.results.model import Document, Mood, Table, Verdict, interval, table
 from stepload.results.provenance import provenance_table
 from stepload.results.reasons import reasons_of
 from stepload.results.run_figures import figures_of, law_figure
-from stepload.results.snippets import SIMULATORS, snippet, spring_of
-from stepload.results.until import levels_to_load, loaded, until_table
+from stepload.results.until import loaded, until_table
 from stepload.units import format_quantity as f
 
 MOOD: dict[ResultVerdict, Mood] = {
@@ -60,8 +54,8 @@ def identification_document(told: FromFile) -> Document:
     tables = identification_tables(told.found)
     if told.run_in is not None:
         tables.append(run_in_table(told.run_in))
-    if told.extras is not None:
-        tables += extras_tables(told.extras)
+    if told.hysteresis is not None:
+        tables += hysteresis_tables(told.hysteresis)
     return Document(
         title="Identification",
         verdict=_identified(told.found),
@@ -97,9 +91,8 @@ def run_document(run: Evaluation) -> Document:
         doubts=_doubts(run, reasons),
         brief=[] if run.identification is None else brief_lines(run.identification),
         tables=_tables(run, levels, system),
-        cards=_cards(run),
         figures=figures_of(run),
-        texts=[*_snippets(run), *_texts(run.recording)],
+        texts=_texts(run.recording),
         simulated=run.dry_run,
         certificate=run_certificate(run, levels, _doubts(run, reasons), law_figure(run), system),
     )
@@ -146,22 +139,18 @@ def _tables(run: Evaluation, holds: Sequence[Level], system: Table | None) -> li
     if (until := loaded(run.recording.events, found)) is not None:
         tables.append(until_table(until))
     tables += [provenance_table(metadata), hold_table(holds, way)]
-    if run.data is not None:
-        tables.append(table("Touches", TOUCH, run.data.touches, page_only=True))
     tables += [each for each in known if each.title != HEADLINE_BUDGET]
     if system is not None:
         tables.append(system)
     if run.run_in is not None:
         tables.append(run_in_table(run.run_in))
-    if run.extras is not None:
-        tables += extras_tables(run.extras)
+    if run.hysteresis is not None:
+        tables += hysteresis_tables(run.hysteresis)
     return [
         *tables,
         table("Safing", fields.SAFING, run.outcome.safing, page_only=True),
         force_budget_table(run.envelope, page_only=True),
         preflight_table(run.envelope),
-        hazards_table(run.envelope),
-        rig_table(run.recording),
     ]
 
 
@@ -208,58 +197,6 @@ def _system_measured(fit: SystemStiffnessFit) -> Verdict:
         f"System stiffness K_s = {f(fit.stiffness_n_per_m, 'N/m')}"
         f" ± {f(fit.sigma_n_per_m, 'N/m')} (standard uncertainty)",
     )
-
-
-def _cards(run: Evaluation) -> list[Card]:
-    outcome, envelope, found = run.outcome, run.envelope, run.identification
-    procedure, theory = envelope.plan.procedure, envelope.theory
-    limit_n, counted_n = theory.elastic_limit_n, theory.counted.lower_n
-    of_limit = f"{outcome.peak_force_n / counted_n:.0%} of the F_c used, {f(counted_n, 'N')}"
-    if counted_n < limit_n:
-        of_limit += f"; F_c = {f(limit_n, 'N')}"
-    if (used_n := other_elastic_limit(envelope, found)) is not None:
-        of_limit = f"{outcome.peak_force_n / used_n:.0%} of F_c = {f(used_n, 'N')} of this result"
-    cards = [Card("largest measured force", f(outcome.peak_force_n, "N"), of_limit)]
-    if found is not None:
-        cards += _stiffness_cards(found)
-    levels = levels_to_load(procedure, run.recording.events) * procedure.cycles
-    took = f"{outcome.end_s - outcome.start_s:.0f} s"
-    return [
-        *cards,
-        Card("levels done", f"{outcome.levels_done}", f"of {levels}"),
-        Card("duration", took, f"preflight said {envelope.duration_s:.0f} s"),
-    ]
-
-
-def _stiffness_cards(found: Identification) -> list[Card]:
-    evidence = found.evidence
-    if evidence is None:
-        return []
-    cards = [
-        Card(
-            fields.KINDS[each.kind].strip(" *"), f(each.value_n_per_m, "N/m"),
-            f"±{each.half_width:.1%}, {each.verdict.value}",
-        )
-        for each in evidence.quantities.values()
-        if math.isfinite(each.half_width)
-    ]  # fmt: skip
-    if (n := evidence.exponent) is not None:
-        cards.append(
-            Card("exponent n", f"{n.value:.2f}", "95 % {:.2f} … {:.2f}".format(*n.interval))
-        )
-    return cards
-
-
-def _snippets(run: Evaluation) -> list[tuple[str, str]]:
-    """(name, content) for every simulator, at half of the highest force; none without a law."""
-    if run.identification is None:
-        return []
-    d = dissipation_of(run.extras)
-    try:
-        spring = spring_of(run.identification, dissipation_s_per_m=d, simulated=run.dry_run)
-    except BadInputError:
-        return []
-    return [(f"contact parameters: {name}", snippet(spring, name)) for name in SIMULATORS]
 
 
 def _texts(recording: Recording) -> list[tuple[str, str]]:

@@ -11,20 +11,17 @@ import numpy as np
 from stepload.contact.power_law import ContactLaw
 from stepload.envelope.theory import Theory
 from stepload.estimators.compare import confidence_band
-from stepload.estimators.fit import Fit, FloatArray
-from stepload.estimators.missing import Missing
+from stepload.estimators.fit import Fit, FloatArray, Missing
 from stepload.evidence.identification import REPORTED, Identification
 from stepload.record.rows import Phase
 from stepload.results import figures
 from stepload.results.analyse import Evaluation
+from stepload.results.certificate import other_elastic_limit
 from stepload.results.conditions import measured, planned
-from stepload.results.facts import other_elastic_limit
 from stepload.results.model import Figure
 from stepload.results.press_data import LOADING, UNLOADING
-from stepload.results.quality_figure import quality_figure
+from stepload.results.quality import quality_figure
 from stepload.units import format_quantity as f
-
-LARGEST_EXPONENT = 700.0
 
 
 def _law(fit: Fit) -> Callable[[FloatArray], FloatArray]:
@@ -85,13 +82,13 @@ def _laws(found: Identification) -> dict[str, Callable[[FloatArray], FloatArray]
 
 
 def _band(found: Identification) -> tuple[FloatArray, FloatArray, FloatArray] | None:
-    """The believed law's band over the deformations that were pressed; None without a budget."""
-    fit, stated = found.fit, found.budget
+    """The believed law's band over the deformations that were pressed; None without."""
+    fit, covariance = found.fit, found.covariance
     reach_m = float(found.deformation_m.max()) - fit.zero_m
-    if stated is None or not 0.0 < reach_m < np.inf:
+    if covariance is None or not 0.0 < reach_m < np.inf:
         return None
     with np.errstate(over="ignore", invalid="ignore"):
-        band = confidence_band(fit, stated.covariance, np.linspace(0.0, reach_m, 121)[1:])
+        band = confidence_band(fit, covariance, np.linspace(0.0, reach_m, 121)[1:])
     if not np.isfinite(band.upper_n).all():
         return None
     return band.deformation_m + fit.zero_m, band.lower_n, band.upper_n
@@ -133,7 +130,7 @@ def figures_of(run: Evaluation) -> list[Figure]:
 
 
 def _fit_figures(run: Evaluation) -> list[Figure]:
-    """Residuals of the fits, and the joint region of their parameters."""
+    """Residuals of the fits, and the lateral force."""
     made, found = [], run.identification
     if (system := run.system) is not None:
         made.append(
@@ -153,7 +150,7 @@ def _fit_figures(run: Evaluation) -> list[Figure]:
             "residuals", "Residuals",
             "Measured force minus fitted law; rs_btls and rs_rtls are the paper's (25), batch and "
             "recursive; joint fits the zero too. Residuals do not show what a fit has absorbed: "
-            "the interval comes from the uncertainty budget.",
+            "the interval comes from the lines of the figures.",
             "force residuals over force",
             partial(
                 figures.residuals, y, {name: y - law(x) for name, law in laws.items()},
@@ -163,17 +160,4 @@ def _fit_figures(run: Evaluation) -> list[Figure]:
     )  # fmt: skip
     if not isinstance(contact := found.run.askew.quality, Missing):
         made.append(quality_figure(contact))
-    if (stated := found.budget) is not None:
-        ln_k, n = stated.ellipse.outline()
-        points = [(name, found.fits[name].k, found.fits[name].n) for name in laws]
-        if np.abs(ln_k).max() > LARGEST_EXPONENT:  # says nothing about K any more
-            return made
-        made.append(
-            Figure(
-                "ellipse", "What K and n can be together",
-                "K and n are strongly correlated: quote the secant, which is far better known.",
-                "joint confidence region of K and n",
-                partial(figures.ellipse, np.exp(ln_k), n, points),
-            )
-        )  # fmt: skip
     return made

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import date
 from pathlib import Path
@@ -13,14 +14,47 @@ import numpy as np
 from stepload.errors import BadInputError
 from stepload.estimators.conditions import Conditions
 from stepload.record.outcome import RunStatus
-from stepload.record.reader import Event, Recording
+from stepload.record.reader import Event, Recording, read_recording
+from stepload.record.summary import read_summary
 from stepload.record.untrusted import untrusted
+from stepload.results.certificate import started_on
 from stepload.results.conditions import from_attachments, measured
-from stepload.results.facts import started_on
 from stepload.results.press_data import PressData, press_data
-from stepload.results.reading import read_to_evaluate
 from stepload.rig.device import ArmConfiguration
 from stepload.rig.pose import from_texts
+
+WHOLE_TICKS, MEAN_TICKS = 250_000, 80_000
+"""A run longer than the first is evaluated as so many means."""
+
+
+def read_to_evaluate(path: Path, ticks: int | None = None) -> Recording:
+    """Read a record as every evaluation of it does, so that all of them find the same numbers.
+
+    Args:
+        path: the record.
+        ticks: how many the run had; None: as its own results tell. A record without any is read
+            whole.
+
+    Raises:
+        BadInputError: as `read_recording`.
+    """
+    return read_recording(path, condensed(told_ticks(path) if ticks is None else ticks))
+
+
+def condensed(ticks: int) -> int:
+    """How many samples are read as one mean, to bound the memory that a long run takes."""
+    return 1 if ticks <= WHOLE_TICKS else -(-ticks // MEAN_TICKS)
+
+
+def told_ticks(path: Path) -> int:
+    """How many ticks a run had by the results in its record; 0 where they do not tell."""
+    results: Mapping[str, object] = {}
+    with suppress(BadInputError):  # reading the whole of it says better what is wrong
+        results = read_summary(path).results or {}
+    lateness = results.get("lateness")
+    ticks = lateness.get("ticks") if isinstance(lateness, Mapping) else None
+    return ticks if isinstance(ticks, int) else 0
+
 
 RECORD = "run.mcap"
 PART = RECORD + ".part"

@@ -1,26 +1,18 @@
 """The identified law as contact parameters of a simulator: MuJoCo (MJCF), Drake (SDFormat, Python).
 
-Both simulators know a *linear* spring at a contact point, so the law is linearised about a stated
-force: the tangent dF/dδ there, or the chord from 10 % of that force to it. What comes out is right
-near that force (tangent) or on the mean over that range (chord) and nowhere else; a linear spring
-through the zero of the geometry also lies deeper or less deep than the law at any other force.
+Both know a *linear* spring at a contact point, so the law is linearised about a stated force: the
+tangent dF/dδ there, or the chord from 10 % of that force to it.
 
-MuJoCo: f is no spring force but the solution of a soft constraint, (A + R) f = a_ref − a_0 with
-A = 1/m the inverse inertia along the normal, R = (1 − d)/d · A and a_ref = −b v − k r. With the
-direct format solref = (−stiffness, −damping) and a constant impedance d (k = stiffness/d,
-b = damping/d) one contact point obeys
+MuJoCo: with the direct format solref = (−stiffness, −damping) and a constant impedance d one
+contact point of mass m obeys, with an elliptic cone or condim 1,
 
     (m + m d/(1 − d)) a = f_ext − K r − C v,   K = m stiffness/(1 − d),   C = m damping/(1 − d).
 
-So both numbers are divided by the mass and scaled by 1 − d, and the constraint adds the inertia
-m d/(1 − d): with d = 0.01 that is 1 %. A default impedance of 0.9 and more would make the contact
-9 times as heavy and up to 20 times as stiff as its solref says. It holds for one contact point and
-an elliptic cone (or condim 1): a pyramidal cone shares the normal force among its edges and follows
-another law (MuJoCo documentation, Computation: constraint model, Modeling: solver parameters).
+So both numbers are divided by the mass and scaled by 1 − d. The default impedance of 0.9 and more
+would make the contact 9 times as heavy (MuJoCo documentation, Computation: constraint model).
 
-Drake's point contact is a spring in N/m, f = k x (1 + d ẋ), with k = k₁k₂/(k₁ + k₂) of the two
-geometries (Drake documentation, Modeling Compliant Contact). `hydroelastic_modulus` is a
-pressure field over the geometry: no stiffness at a point determines it, so none is written.
+Drake's point contact is f = k x (1 + d ẋ), with k = k₁k₂/(k₁ + k₂) of the two geometries (Drake
+documentation, Modeling Compliant Contact).
 """
 
 from __future__ import annotations
@@ -30,10 +22,9 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from stepload.errors import BadInputError, DomainError
-from stepload.estimators.judge import ResultVerdict
 from stepload.evidence.answer import weigh
 from stepload.evidence.identification import Identification
-from stepload.evidence.quantity import Quantity
+from stepload.evidence.quantity import ResultVerdict
 from stepload.results.model import SIMULATED
 from stepload.units import format_quantity as f
 
@@ -63,7 +54,6 @@ class Spring:
         stiffness_n_per_m: at or up to that force.
         interval_n_per_m: its 95 % interval; None where the fit has no budget.
         peak_force_n: highest force of the record.
-        dissipation_s_per_m: d of F (1 + d δ̇); None where it was not determined.
         verdict: of the identification.
         simulated: whether it came from a simulated rig.
         warnings: reasons against using the number, in sentences.
@@ -75,7 +65,6 @@ class Spring:
     stiffness_n_per_m: float
     interval_n_per_m: tuple[float, float] | None
     peak_force_n: float
-    dissipation_s_per_m: float | None
     verdict: ResultVerdict
     warnings: tuple[str, ...]
     simulated: bool = False
@@ -86,17 +75,9 @@ def spring_of(
     *,
     at_n: float | None = None,
     kind: Kind = "tangent",
-    dissipation_s_per_m: float | None = None,
     simulated: bool = False,
 ) -> Spring:
-    """Linearise an identified law.
-
-    Args:
-        found: the identification.
-        at_n: operating force; half of the highest force of the record if None.
-        kind: tangent or chord.
-        dissipation_s_per_m: of Hunt and Crossley, where it was determined.
-        simulated: whether a simulated rig is behind the identification.
+    """An identified law, linearised; at half of the highest force where `at_n` is None.
 
     Raises:
         BadInputError: the force is not within the data, or they support no stiffness there.
@@ -110,58 +91,35 @@ def spring_of(
             hint="give a force above 0 N and within the record, or press higher",
         )
     from_n = CHORD_FROM * at_n if kind == "chord" else at_n
-    read = _read(found, kind, from_n, at_n)
-    low, high = read.interval_n_per_m
-    interval = (low, high) if found.budgets and math.isfinite(high) else None
-    return Spring(
-        kind=kind,
-        at_n=at_n,
-        from_n=from_n,
-        stiffness_n_per_m=read.value_n_per_m,
-        interval_n_per_m=interval,
-        peak_force_n=peak_n,
-        dissipation_s_per_m=dissipation_s_per_m,
-        verdict=read.verdict,
-        warnings=_warnings(read, at_n, peak_n, interval),
-        simulated=simulated,
-    )
-
-
-def _read(found: Identification, kind: Kind, from_n: float, at_n: float) -> Quantity:
-    """The stiffness at the requested forces, computed anew from the data.
-
-    Raises:
-        BadInputError: the data support none there.
-    """
     run = replace(found.run, conditions=replace(found.run.conditions, secant_force_n=at_n))
+    if kind == "chord":
+        run = replace(found.run, between_n=(from_n, at_n))
     try:
-        if kind == "chord":
-            run = replace(found.run, between_n=(from_n, at_n))
         read = weigh(run).quantities.get(kind)
     except DomainError as error:
         raise BadInputError(error.message, hint=error.hint) from None
     if read is None or not math.isfinite(read.value_n_per_m):
         raise BadInputError(f"the data leave the {kind} at {f(at_n, 'N')} open")
-    return read
-
-
-def _warnings(
-    read: Quantity, at_n: float, peak_n: float, interval: tuple[float, float] | None
-) -> tuple[str, ...]:
-    said = []
+    interval = read.interval_n_per_m
+    stated = found.headline is not None and bool(found.headline.lines)
+    known = stated and math.isfinite(interval[1])
+    warnings = []
     if read.verdict is not ResultVerdict.IDENTIFIED:
-        said.append(
+        warnings.append(
             f"the result is {read.verdict.value.upper()}, not identified: do not rely on this "
             f"number. {'; '.join(read.why)}"
         )
-    if interval is None:
-        said.append("there is no interval: the uncertainty of this number is not known")
+    if not known:
+        warnings.append("there is no interval: the uncertainty of this number is not known")
     if at_n < WELL_ABOVE_ZERO * peak_n:
-        said.append(
+        warnings.append(
             f"{f(at_n, 'N')} is less than {WELL_ABOVE_ZERO:.0%} of the {f(peak_n, 'N')} that were "
             "pressed: the zero decides there, not the data"
         )
-    return tuple(said)
+    return Spring(
+        kind, at_n, from_n, read.value_n_per_m, interval if known else None, peak_n,
+        read.verdict, tuple(warnings), simulated,
+    )  # fmt: skip
 
 
 def snippet(spring: Spring, simulator: Simulator, *, mass_kg: float | None = None) -> str:
@@ -205,10 +163,6 @@ def _mujoco(spring: Spring, mass_kg: float | None) -> str:
     mass = 1.0 if mass_kg is None else mass_kg
     scale = (1.0 - IMPEDANCE) / mass
     stiffness = spring.stiffness_n_per_m * scale
-    damping = 0.0
-    if spring.dissipation_s_per_m is not None:
-        # ∂F/∂δ̇ of F (1 + d δ̇) at the operating force.
-        damping = spring.dissipation_s_per_m * spring.at_n * scale
     loaded = mass / (1.0 - IMPEDANCE)
     period_s = 2.0 * math.pi * math.sqrt(loaded / spring.stiffness_n_per_m)
     shown = f"{mass:g} kg"
@@ -227,27 +181,20 @@ def _mujoco(spring: Spring, mass_kg: float | None) -> str:
         "The constraint adds 1 % of the mass. impratio and solreffriction keep friction stiff.",
         f"Timestep: at most {period_s / STEPS_PER_PERIOD:.2g} s, a {STEPS_PER_PERIOD}th of the "
         f"period of {shown} on this spring; direct solref is not kept safe by MuJoCo.",
-        "Damping was not determined by this record: 0 is what is known of it, a perfectly elastic "
-        "contact; choose your own."
-        if spring.dissipation_s_per_m is None
-        else f"Damping: Hunt-Crossley d = {spring.dissipation_s_per_m:.3g} s/m at that force.",
+        "Damping is not measured: 0 is a perfectly elastic contact; choose your own.",
         "Name your own geoms; with direct solref on geoms instead of a pair, MuJoCo takes the "
         "element-wise minimum of the two.",
     ]
-    return "\n".join(
-        [
-            *_comment(lines),
-            "<mujoco>",
-            f'  <option cone="elliptic" impratio="{FRICTION_RATIO}"/>',
-            "  <contact>",
-            '    <pair geom1="payload" geom2="plate" condim="3"',
-            f'          solref="{-stiffness:.6g} {0.0 - damping:.6g}" solreffriction="0.02 1"',
-            f'          solimp="{IMPEDANCE:g} {IMPEDANCE:g} 0.001 0.5 2"/>',
-            "  </contact>",
-            "</mujoco>",
-            "",
-        ]
-    )
+    return f"""{_comment(lines)}
+<mujoco>
+  <option cone="elliptic" impratio="{FRICTION_RATIO}"/>
+  <contact>
+    <pair geom1="payload" geom2="plate" condim="3"
+          solref="{-stiffness:.6g} 0" solreffriction="0.02 1"
+          solimp="{IMPEDANCE:g} {IMPEDANCE:g} 0.001 0.5 2"/>
+  </contact>
+</mujoco>
+"""
 
 
 def _drake_lines(spring: Spring) -> list[str]:
@@ -258,46 +205,30 @@ def _drake_lines(spring: Spring) -> list[str]:
         "both geometries. Beside a geometry of k2, the other takes S k2/(k2 - S).",
         "Point contact only: hydroelastic_modulus is a pressure field over a geometry, which a "
         "stiffness at one force does not determine.",
-        "Dissipation was not determined by this record and is left out: Drake's default counts."
-        if spring.dissipation_s_per_m is None
-        else "Dissipation as measured; on both geometries it combines to itself.",
+        "Dissipation is not measured and is left out: Drake's default counts.",
     ]
 
 
 def _drake(spring: Spring) -> str:
     stiffness = f"{2.0 * spring.stiffness_n_per_m:.6g}"
-    tags = [f"  <drake:point_contact_stiffness>{stiffness}</drake:point_contact_stiffness>"]
-    if spring.dissipation_s_per_m is not None:
-        d = f"{spring.dissipation_s_per_m:.6g}"
-        tags.append(f"  <drake:hunt_crossley_dissipation>{d}</drake:hunt_crossley_dissipation>")
-    return "\n".join(
-        [
-            *_comment(["Goes into <collision> of either body.", *_drake_lines(spring)]),
-            '<drake:proximity_properties xmlns:drake="http://drake.mit.edu">',
-            *tags,
-            "</drake:proximity_properties>",
-            "",
-        ]
-    )
+    tag = f"  <drake:point_contact_stiffness>{stiffness}</drake:point_contact_stiffness>"
+    comment = _comment(["Goes into <collision> of either body.", *_drake_lines(spring)])
+    head = '<drake:proximity_properties xmlns:drake="http://drake.mit.edu">'
+    return "\n".join([comment, head, tag, "</drake:proximity_properties>", ""])
 
 
 def _drake_python(spring: Spring) -> str:
-    given = [f"point_stiffness={2.0 * spring.stiffness_n_per_m:.6g}"]
-    if spring.dissipation_s_per_m is not None:
-        given.append(f"dissipation={spring.dissipation_s_per_m:.6g}")
-    return "\n".join(
-        [
-            *(f"# {part}" for line in _drake_lines(spring) for part in line.splitlines()),
-            "from pydrake.geometry import AddContactMaterial, ProximityProperties",
-            "",
-            "properties = ProximityProperties()",
-            f"AddContactMaterial(properties=properties, {', '.join(given)})",
-            "",
-        ]
-    )
+    given = f"point_stiffness={2.0 * spring.stiffness_n_per_m:.6g}"
+    comment = "\n".join(f"# {part}" for line in _drake_lines(spring) for part in line.splitlines())
+    return f"""{comment}
+from pydrake.geometry import AddContactMaterial, ProximityProperties
+
+properties = ProximityProperties()
+AddContactMaterial(properties=properties, {given})
+"""
 
 
-def _comment(lines: list[str]) -> list[str]:
+def _comment(lines: list[str]) -> str:
     """An XML comment; double hyphens, which would end it, are replaced."""
     safe = [line.replace("--", "−−").rstrip("-") for line in lines]
-    return ["<!--", *(f"  {line}" for line in safe), "-->"]
+    return "\n".join(["<!--", *(f"  {line}" for line in safe), "-->"])

@@ -22,12 +22,11 @@ from stepload.record.reader import Recording
 from stepload.record.rows import Phase, TickColumns
 from stepload.record.untrusted import of_damaged, untrusted
 from stepload.results.analyse import Evaluation, evaluate
+from stepload.results.certificate import started_on
 from stepload.results.conditions import from_attachments
-from stepload.results.facts import started_on
 from stepload.results.press_data import number_or_nan
-from stepload.results.reading import read_to_evaluate
-from stepload.results.saved import largest_force_n, record_in
-from stepload.results.wishes import Wishes
+from stepload.results.saved import largest_force_n, read_to_evaluate, record_in
+from stepload.results.stated import Stated
 from stepload.rig.pose import from_texts
 
 
@@ -49,14 +48,14 @@ def plan_of(metadata: Mapping[str, str], attachments: Mapping[str, bytes]) -> Pl
     )  # fmt: skip
 
 
-def evaluation_of(path: Path, wishes: Wishes | None = None) -> Evaluation:
+def evaluation_of(path: Path, stated: Stated | None = None) -> Evaluation:
     """Evaluate a record with its stored plan and its end, as far as it was written.
 
     A record that was never finished has the end of its data as its end, status "unfinished".
 
     Args:
         path: the record, or the directory of a run.
-        wishes: statements that replace those of the plan.
+        stated: statements that replace those of the plan.
 
     Raises:
         PlanError: the record has kept no plan that this version can read.
@@ -73,7 +72,7 @@ def evaluation_of(path: Path, wishes: Wishes | None = None) -> Evaluation:
             recording.metadata.get("dry_run") == "true",
         )  # fmt: skip
         conditions = from_attachments(recording.attachments)
-        return damage_named(evaluate(run, wishes.applied(conditions) if wishes else conditions))
+        return damage_named(evaluate(run, stated.applied(conditions) if stated else conditions))
 
 
 def damage_named(run: Evaluation) -> Evaluation:
@@ -86,21 +85,40 @@ def damage_named(run: Evaluation) -> Evaluation:
 
 def outcome_of(recording: Recording) -> RunOutcome:
     """How a run ended, according to its record; its touches and tares are in its events."""
-    time_s = recording.ticks.time_s
-    start_s, end_s = (float(time_s[0]), float(time_s[-1])) if len(time_s) else (0.0, 0.0)
-    if recording.results:
-        return _told(recording.results, start_s, largest_force_n(recording))
-    return _cut(recording, start_s, end_s)
+    ticks = recording.ticks
+    start_s, end_s = (
+        (float(ticks.time_s[0]), float(ticks.time_s[-1])) if len(ticks.time_s) else (0.0, 0.0)
+    )
+    held = [event for event in recording.events if event.kind == "held"]
+    seen = RunOutcome(
+        status=RunStatus.UNFINISHED,
+        cause=None,
+        why="",
+        retracted=False,
+        safing=(),
+        start_s=start_s,
+        end_s=end_s,
+        peak_force_n=largest_force_n(recording),
+        zero_shift_n=math.nan,
+        levels_done=sum(bool(event.data.get("loading")) for event in held),
+        cycle=int(ticks.cycle[-1]) if len(ticks.cycle) else 0,
+        touches=(),
+        tares=(),
+        lateness=_lateness(ticks),
+        errors=(recording.damage,) if recording.damage else (),
+    )
+    results = recording.results
+    return _with_results(seen, results) if results else _broken_off(seen, recording)
 
 
-def _told(results: Mapping[str, Any], start_s: float, peak_n: float) -> RunOutcome:
+def _with_results(seen: RunOutcome, results: Mapping[str, Any]) -> RunOutcome:
     """The outcome that results.json holds."""
-    cause = results.get("cause")
-    return RunOutcome(
+    cause, late = results.get("cause"), results.get("lateness") or {}
+    return replace(
+        seen,
         status=RunStatus(str(results.get("status", RunStatus.UNFINISHED))),
         cause=_cause(cause) if cause else None,
         why=str(results.get("why_it_ended", "")),
-        retracted=False,
         safing=tuple(
             ActionResult(
                 str(each["name"]), bool(each["sent"]), str(each["error"]), math.nan,
@@ -108,71 +126,42 @@ def _told(results: Mapping[str, Any], start_s: float, peak_n: float) -> RunOutco
             )
             for each in results.get("safing", ())
         ),
-        start_s=start_s,
-        end_s=start_s + float(results.get("duration_s") or 0.0),
-        peak_force_n=peak_n,
+        end_s=seen.start_s + float(results.get("duration_s") or 0.0),
         zero_shift_n=number_or_nan(results.get("zero_shift_n")),
         levels_done=int(results.get("levels_done") or 0),
         cycle=int(results.get("cycle") or 0),
-        touches=(),
-        tares=(),
-        lateness=_late(results),
+        lateness=Lateness(
+            int(late.get("ticks") or 0), int(late.get("overruns") or 0),
+            number_or_nan(late.get("worst_s")), number_or_nan(late.get("mean_s")),
+        ),
         errors=tuple(str(each) for each in results.get("errors", ())),
     )  # fmt: skip
 
 
 def _cause(told: Mapping[str, Any]) -> Cause:
-    return Cause(
-        rule=str(told["rule"]),
-        value=number_or_nan(told["value"]),
-        limit=number_or_nan(told["limit"]),
-        unit=str(told["unit"]),
-        sample_age_s=number_or_nan(told["sample_age_s"]),
-        time_s=number_or_nan(told["time_s"]),
-        message=str(told["message"]),
+    texts = ("rule", "unit", "message")
+    return Cause._make(
+        str(told[key]) if key in texts else number_or_nan(told[key]) for key in Cause._fields
     )
 
 
-def _late(results: Mapping[str, Any]) -> Lateness:
-    told = results.get("lateness") or {}
-    return Lateness(
-        int(told.get("ticks") or 0), int(told.get("overruns") or 0),
-        number_or_nan(told.get("worst_s")), number_or_nan(told.get("mean_s")),
-    )  # fmt: skip
-
-
-def _cut(recording: Recording, start_s: float, end_s: float) -> RunOutcome:
+def _broken_off(seen: RunOutcome, recording: Recording) -> RunOutcome:
     """The outcome of an incomplete record, from its ticks and events."""
     ticks, ended = recording.ticks, [e for e in recording.events if e.kind == "end"]
     trips: list[Mapping[str, Any]] = [e.data for e in recording.events if e.kind == "trip"]
     cause = _cause(trips[0]) if trips else None
-    status, where = RunStatus.UNFINISHED, "before its first tick"
-    if len(ticks.time_s):
-        phase = Phase(int(ticks.phase[-1])).name.replace("_", " ").lower()
-        where = f"in its cycle {int(ticks.cycle[-1])}, step {int(ticks.step[-1])} ({phase})"
-    why = f"The record breaks off after {end_s - start_s:.1f} s, {where}."
-    if cause is not None:
-        why += f" The run had been stopped by {cause.rule}: {cause.message}{cause.numbers}."
     if ended:
         status = RunStatus(str(ended[-1].data.get("status")))
         why = f"{ended[-1].data.get('why', '')} The record was not finished."
-    return RunOutcome(
-        status=status,
-        cause=cause,
-        why=why,
-        retracted=False,
-        safing=(),
-        start_s=start_s,
-        end_s=end_s,
-        peak_force_n=largest_force_n(recording),
-        zero_shift_n=math.nan,
-        levels_done=sum(e.kind == "held" and bool(e.data.get("loading")) for e in recording.events),
-        cycle=int(ticks.cycle[-1]) if len(ticks.cycle) else 0,
-        touches=(),
-        tares=(),
-        lateness=_lateness(ticks),
-        errors=(recording.damage,) if recording.damage else (),
-    )
+        return replace(seen, status=status, cause=cause, why=why)
+    where = "before its first tick"
+    if len(ticks.time_s):
+        phase = Phase(int(ticks.phase[-1])).name.replace("_", " ").lower()
+        where = f"in its cycle {int(ticks.cycle[-1])}, step {int(ticks.step[-1])} ({phase})"
+    why = f"The record breaks off after {seen.end_s - seen.start_s:.1f} s, {where}."
+    if cause is not None:
+        why += f" The run had been stopped by {cause.rule}: {cause.message}{cause.numbers}."
+    return replace(seen, cause=cause, why=why)
 
 
 def _lateness(ticks: TickColumns) -> Lateness:

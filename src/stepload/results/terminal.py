@@ -45,18 +45,17 @@ BESIDE = 2
 """Characters between two columns of a table."""
 
 
-def wrapped(line: str, hang: str) -> str:
-    """A line broken at the columns of a screen."""
-    return _wrapped(line, NARROW, hang)
+def wrapped(line: str, hang: int, columns: int = NARROW) -> str:
+    """A line broken between words at the columns of a screen; further lines begin at `hang`.
 
-
-def _wrapped(line: str, columns: int, hang: str) -> str:
-    """A line broken between words; a word that is too long stays whole, to be copied."""
+    A word that is too long stays whole, to be copied.
+    """
     return "\n".join(
         textwrap.wrap(
-            line, columns, subsequent_indent=hang, break_long_words=False, break_on_hyphens=False
+            line, columns, subsequent_indent=" " * hang, break_long_words=False,
+            break_on_hyphens=False,
         )
-    )
+    )  # fmt: skip
 
 
 def visible(text: str) -> str:
@@ -109,14 +108,14 @@ class Output:
         self._text = sys.stderr if as_json else sys.stdout
         self._columns = shutil.get_terminal_size().columns if self._text.isatty() else None
 
-    def line(self, text: str = "", *, hang: str = "  ", word: str = "", mood: str = "") -> None:
+    def line(self, text: str = "", *, hang: int = 2, word: str = "", mood: str = "") -> None:
         """A text for people; a terminal wraps it between words and indents further lines by `hang`.
 
         A terminal shows `word` in the colour of the mood, unless NO_COLOR is set.
         """
         shown = visible(text)
         if self._columns is not None:
-            shown = "\n".join(_wrapped(line, self._columns, hang) for line in shown.split("\n"))
+            shown = "\n".join(wrapped(line, hang, self._columns) for line in shown.split("\n"))
             if mood in COLOURS and word and not os.environ.get("NO_COLOR"):
                 shown = shown.replace(word, f"\x1b[{COLOURS[mood]}m{word}\x1b[0m", 1)
         with _perhaps_gone(self._text):
@@ -125,9 +124,9 @@ class Output:
     def finding(self, found: Finding) -> None:
         """One finding, and what to do about it."""
         mark = found.mark.upper()
-        self.line(f"{mark:7} {found.text}", hang=" " * 8, word=mark, mood=MARKS.get(found.mark, ""))
+        self.line(f"{mark:7} {found.text}", hang=8, word=mark, mood=MARKS.get(found.mark, ""))
         if found.remedy:
-            self.line(f"        -> {found.remedy}", hang=" " * 11)
+            self.line(f"        -> {found.remedy}", hang=11)
 
     def tables(self, *tables: Table) -> None:
         """Tables for people with their notes; a table without rows is omitted."""
@@ -144,7 +143,7 @@ class Output:
         word = verdict.word.upper()
         start = f"{aside}{word}   "
         text = verdict.text if whole else verdict.text.partition(", from ")[0]
-        lines = _wrapped(f"{start}{text}", NARROW, " " * len(start))
+        lines = wrapped(f"{start}{text}", len(start))
         if not whole:
             lines = lines.partition("\n")[0]
         self.line(lines, word=word, mood=verdict.mood)
@@ -155,7 +154,7 @@ class Output:
             self.tables(*(each for each in document.tables if not each.page_only))
         self.verdict(document)
         for reason in document.reasons if details else document.doubts[:MOST_REASONS]:
-            self.line(_wrapped(f"  {reason}", NARROW, " " * 4))
+            self.line(wrapped(f"  {reason}", 4))
         if document.brief:
             self.line("\n" + "\n".join(document.brief) + "\n")
 
@@ -190,7 +189,7 @@ class Output:
         if sys.stderr.isatty():
             columns = shutil.get_terminal_size().columns
             shown = "\n".join(
-                line if _OF_A_FILE.match(line) else _wrapped(line, columns, "     ")
+                line if _OF_A_FILE.match(line) else wrapped(line, 5, columns)
                 for line in shown.split("\n")
             )
         with _perhaps_gone(sys.stderr):

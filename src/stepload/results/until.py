@@ -7,12 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stepload.envelope.until import MARGIN, Need, Until
-from stepload.estimators.judge import ResultVerdict
 from stepload.evidence.identification import Identification
-from stepload.plan.model import Procedure
+from stepload.evidence.quantity import ResultVerdict
 from stepload.record.reader import Event
 from stepload.results.model import Field, Table, named, quantity, table
-from stepload.results.press_data import number
+from stepload.results.press_data import event_number
 from stepload.units import beside_limit, format_quantity
 
 
@@ -85,31 +84,26 @@ def loaded(events: Sequence[Event], found: Identification | None) -> Loaded | No
         return None
     looks = tuple(
         Look(
-            number(event, "level_n"), number(event, "deformation_m"), number(event, "needed_m"),
-            str(event.data.get("verdict", "")),
+            level_n=event_number(event, "level_n"),
+            deformation_m=event_number(event, "deformation_m"),
+            needed_m=event_number(event, "needed_m"),
+            verdict=str(event.data.get("verdict", "")),
         )
         for event in told
-    )  # fmt: skip
+    )
     headline = found.headline if found is not None else None
     half = headline.half_width if headline is not None else None
     identified = headline is not None and headline.verdict is ResultVerdict.IDENTIFIED
-    asked = number(told[-1], "asked")
+    asked = event_number(told[-1], "asked")
     return Loaded(
         asked=asked,
         verdict=looks[-1].verdict,
         level_n=looks[-1].level_n,
-        top_force_n=number(told[-1], "top_force_n"),
+        top_force_n=event_number(told[-1], "top_force_n"),
         half_width=half,
         met=identified and half is not None and half <= asked,
         looks=looks,
     )
-
-
-def levels_to_load(procedure: Procedure, events: Sequence[Event]) -> int:
-    """Number of levels in every cycle of a run: fewer than planned where fewer sufficed."""
-    told = [event for event in events if event.kind == "until"]
-    ended = any(event.data.get("verdict") == "enough" for event in told)
-    return len(told) if ended else len(procedure.levels_n)
 
 
 def _needed(deformation_m: float) -> str:

@@ -13,22 +13,22 @@ from stepload.engine.replayed import limits_from
 from stepload.errors import BadInputError
 from stepload.record.plain import plain
 from stepload.results.analyse import Evaluation
+from stepload.results.certificate import other_elastic_limit
 from stepload.results.data import run_data
-from stepload.results.facts import other_elastic_limit
 from stepload.results.model import Document
 from stepload.results.provenance import with_record
 from stepload.results.run_document import run_document
 from stepload.results.saved import record_in
+from stepload.results.stated import Stated
 from stepload.results.stored import evaluation_of
-from stepload.results.wishes import Wishes
 from stepload.session import files
 
 
-def results_again(record: Path, wishes: Wishes | None = None) -> tuple[dict[str, Any], Document]:
+def results_again(record: Path, stated: Stated | None = None) -> tuple[dict[str, Any], Document]:
     """The contents of results.json and report.html of a record; raises as `evaluation_of`."""
-    run = evaluation_of(record, wishes)
+    run = evaluation_of(record, stated)
     data, document = plain(run_data(run)), with_record(run_document(run), record_in(record))
-    others = _other_limits(run), _other_elastic_limit(run), _other_payload(run, wishes)
+    others = _other_limits(run), _other_elastic_limit(run), _other_payload(run, stated)
     if told := [each for each in others if each]:
         data = data | {"reasons": [*told, *data["reasons"]]}
         document = replace(document, reasons=(*told, *document.reasons))
@@ -61,16 +61,16 @@ def _other_elastic_limit(run: Evaluation) -> str:
     )
 
 
-def _other_payload(run: Evaluation, wishes: Wishes | None) -> str:
+def _other_payload(run: Evaluation, stated: Stated | None) -> str:
     """A note that another payload was stated than the plan's; "" where none was."""
     law = run.envelope.theory.law
-    if wishes is None or wishes.theory_k is None or wishes.theory_n is None:
+    if stated is None or stated.theory_k is None or stated.theory_n is None:
         return ""
-    if math.isclose(wishes.theory_k, law.k, rel_tol=1e-6) and wishes.theory_n == law.n:
+    if math.isclose(stated.theory_k, law.k, rel_tol=1e-6) and stated.theory_n == law.n:
         return ""
     return (
-        f"the result was judged by another payload than the plan's, with K = {wishes.theory_k:.4g}"
-        f" N/m^n and n = {wishes.theory_n:.4g}; geometry and material shown here are the plan's"
+        f"the result was judged by another payload than the plan's, with K = {stated.theory_k:.4g}"
+        f" N/m^n and n = {stated.theory_n:.4g}; geometry and material shown here are the plan's"
     )
 
 

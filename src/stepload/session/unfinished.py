@@ -11,7 +11,7 @@ from stepload.evidence.identification import Identification
 from stepload.record.recovery import Recovered, find_unfinished, recover
 from stepload.results.data import identification_data
 from stepload.results.from_file import identify_file
-from stepload.results.wishes import Wishes
+from stepload.results.stated import Stated
 from stepload.session.again import results_again, write_new
 from stepload.units import format_quantity
 
@@ -76,7 +76,7 @@ def repair(path: Path, out: Path | None = None) -> Repaired:
     """
     found = recover(path, out)
     try:
-        identification, _ = identify_file(found.path, Wishes())
+        identification, _ = identify_file(found.path, Stated())
     except (SteploadError, ArithmeticError, ValueError) as error:
         repaired = Repaired(path, found, None, _one_line(error))
     else:

@@ -6,11 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from stepload.design import grid as room
-from stepload.design.ceiling import ceiling
-from stepload.design.grid import grid
-from stepload.design.make import Design
-from stepload.design.written import text_of, write
+from stepload.design import plan_design as room
+from stepload.design.plan_design import Design, grid
+from stepload.design.plan_report import text_of, write
+from stepload.design.top_force import ceiling
 from stepload.errors import BadInputError, RefusedError
 from stepload.plan.load import load_plan
 from stepload.plan.room_to_write import check_new

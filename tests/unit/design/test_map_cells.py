@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stepload.design.answers import Map, payload_answers, reaches
-from stepload.design.points import BUY, PAYLOADS, Point, points, row_of
+from stepload.design.map import BUY, PAYLOADS, Map, Point, points, row_of
+from stepload.design.map_report import payload_answers, reaches
 from stepload.envelope.benches import bench, k_max, specimen
 from stepload.evidence.changes import gauged, known
 from stepload.evidence.expected import expected_chord, narrowing

@@ -23,8 +23,8 @@ from stepload.envelope.theory import theory_of
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
 from stepload.plan.problems import PlanError
+from stepload.results.certificate import material
 from stepload.results.conditions import planned
-from stepload.results.facts import material
 
 Planned = Callable[..., Plan]
 PLAN = """\

@@ -8,18 +8,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stepload.estimators.contact_point import NO_HOLDS, OTHER_SIDE
 from stepload.estimators.contact_quality import (
+    NO_HOLDS,
     NO_LEVER,
     NO_TORQUE,
     NOT_IN_DATA,
+    OTHER_SIDE,
     ContactQuality,
     contact_quality,
+    smallest_seen_n,
 )
-from stepload.estimators.missing import Missing
-from stepload.estimators.shares import TILT_SIGMA_RAD
-from stepload.estimators.slips import smallest_seen_n
-from stepload.estimators.wrench import Wrench, turn_of
+from stepload.estimators.fit import Missing
+from stepload.estimators.lateral import Wrench, turn_of
 
 TOP_N, RATE_HZ, NOISE_N = 50.0, 500.0, 0.03
 AXES = ("+fx", "-fx", "+fy", "-fy", "+fz", "-fz")
@@ -91,51 +91,33 @@ def test_the_uncertainty_of_a_share_is_that_of_its_mean() -> None:
 
 
 @pytest.mark.parametrize(
-    ("up", "down", "kind"),
+    ("up", "down", "friction"),
     [
-        (0.1, -0.1, "slides"),
-        (0.1, 0.05, "slides"),
-        (0.1, 0.1, "constant"),
-        (0.1, 0.085, "constant"),
-        (0.005, 0.005, "little"),
+        (0.1, -0.1, True),
+        (0.1, 0.05, True),
+        (0.1, 0.1, False),
+        (0.1, 0.085, False),
+        (0.005, 0.005, False),
     ],
 )
-def test_branches_that_differ_are_sliding_friction_and_a_constant_share_is_left_open(
-    up: float, down: float, kind: str
-) -> None:
+def test_branches_that_differ_are_friction(up: float, down: float, friction: bool) -> None:
     found = told(made(up, down))
-    assert found.loop.kind == kind
+    assert found.loop.friction is friction
     assert found.loop.at_half == pytest.approx(abs(up - down), abs=2e-3)
 
 
-def test_a_loop_of_shares_that_follow_the_force_is_not_called_sliding() -> None:
+def test_shares_that_follow_the_force_may_be_a_loop_too() -> None:
     """As a contact has that sticks: friction falls with the stiffness of the contact."""
     wrench = made(0.1, 0.0)
     part = wrench.force_n / TOP_N
     share = np.where(wrench.rising, 0.04 + 0.02 * part, -0.1 + 0.16 * part)
     across = np.stack([share * wrench.force_n, np.zeros_like(part)], axis=1)
     loop = told(replace(wrench, across_n=across)).loop
-    assert (loop.kind, loop.tilt_bound_rad) == ("loop", None)
+    assert loop.friction
 
 
 def test_noise_makes_no_loop() -> None:
-    assert told(made(0.0, 0.0, noise_n=3.0)).loop.kind == "little"
-
-
-def test_a_share_that_changes_with_the_force_is_called_so() -> None:
-    wrench = made()
-    growing = wrench.across_n * (wrench.force_n / TOP_N)[:, None]
-    assert told(replace(wrench, across_n=growing)).loop.kind == "changes"
-
-
-def test_of_tilt_only_a_bound_is_told_and_only_where_it_slid_both_ways() -> None:
-    tilt = math.radians(1.0)
-    up, down = math.tan(math.atan(0.2) + tilt), -math.tan(math.atan(0.2) - tilt)
-    bound = told(made(up, down)).loop.tilt_bound_rad
-    assert bound is not None
-    assert bound == pytest.approx(tilt + 2.0 * TILT_SIGMA_RAD, abs=1e-3)
-    assert told(made(0.2, 0.1)).loop.tilt_bound_rad is None
-    assert told(made(0.1, 0.1)).loop.tilt_bound_rad is None
+    assert not told(made(0.0, 0.0, noise_n=3.0)).loop.friction
 
 
 def test_a_jump_is_told_with_time_force_and_size() -> None:
@@ -289,4 +271,4 @@ def test_a_branch_without_samples_at_a_force_says_so() -> None:
     down = found.branches[1]
     assert np.isnan(down.share[0]).all()
     assert found.loop.at_half is None
-    assert found.loop.kind == "constant"
+    assert not found.loop.friction

@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from stepload.estimators.curve_channels import signs
 from stepload.estimators.curve_cycles import cycles_of
-from stepload.estimators.curve_signs import signs
 from stepload.estimators.fit import FloatArray
 
 

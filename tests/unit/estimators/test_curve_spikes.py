@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stepload.estimators.curve_spikes import LEAST_SAMPLES, spikes
+from stepload.estimators.curve_channels import LEAST_SAMPLES, spikes
 from stepload.estimators.fit import FloatArray
 
 TOP_N = 300.0

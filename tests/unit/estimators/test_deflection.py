@@ -9,16 +9,15 @@ import pytest
 from pressed_runs import there_and_back
 
 from stepload.errors import DomainError
-from stepload.estimators.budget import budget
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.deflection import DeflectionTable
 from stepload.estimators.fit import Fit
 from stepload.estimators.inverse_law import joint
-from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.selection import select
-from stepload.estimators.smooth import smooth_lengths, worst_of
+from stepload.estimators.smooth import smooth_lengths
 from stepload.estimators.sources import Sources
 from stepload.evidence.identification import identify
+from stepload.evidence.quantity import ResultVerdict
 
 KS, K, N = 3.49e6, 6.57e8, 1.5
 FORCE = np.linspace(3.0, 300.0, 400)
@@ -96,32 +95,6 @@ def rows_of(stated: Sources) -> tuple[tuple[float, ...], ...]:
     return stated.deflection_force_n, stated.deflection_m, stated.deflection_sigma_m
 
 
-def line_of(stated: Sources) -> tuple[float, str]:
-    found = budget(FIT, (FORCE / K) ** (1.0 / N), FORCE, stated)
-    line = next(each for each in found.lines if each.source == "system stiffness K_s")
-    return line.secant_relative, line.size
-
-
-def test_the_rows_err_like_a_smooth_error_and_all_of_them_in_common() -> None:
-    rows, size = line_of(sources())
-    assert "table of this pose, rows 0.2 µm, common 0 %" in size
-    as_smooth = budget(
-        FIT, (FORCE / K) ** (1.0 / N), FORCE,
-        Sources(KS, smooth_error_m=2e-7, smooth_length_n=50.0),
-    )  # fmt: skip
-    smooth = next(x for x in as_smooth.lines if x.source == "smooth deformation error")
-    assert rows == pytest.approx(smooth.secant_relative, rel=1e-6)
-    common, _ = line_of(Sources(KS, system_stiffness_sigma_n_per_m=0.01 * KS))
-    both, _ = line_of(sources(system_stiffness_sigma_n_per_m=0.01 * KS))
-    assert both == pytest.approx(np.hypot(rows, common), rel=1e-6)
-
-
-def test_k_s_without_a_table_is_known_as_stated() -> None:
-    told = {"system_stiffness_sigma_n_per_m": 0.01 * KS}
-    assert line_of(Sources(KS, **told))[1] == "1 %"
-    assert line_of(Sources(KS, system_stiffness_note="nobody", **told))[1] == "1 %, nobody"
-
-
 def test_data_beyond_the_table_are_a_line() -> None:
     deep = (FORCE / K) ** (1.0 / N)
     given = Conditions(sources(), 300.0, 0.0, 2e-6)
@@ -153,29 +126,3 @@ def test_a_length_that_is_not_known_is_carried_as_a_range() -> None:
             smooth_lengths(bad, 300.0)
         with pytest.raises(DomainError, match="peak force"):
             smooth_lengths(None, bad)
-
-    def of(length: float | None) -> tuple[float, float, str]:
-        stated = Sources(KS, smooth_error_m=5e-7, smooth_length_n=length)
-        found = budget(FIT, (FORCE / K) ** (1.0 / N), FORCE, stated)
-        line = next(x for x in found.lines if x.source == "smooth deformation error")
-        return line.secant_relative, line.n, line.size
-
-    single = [of(length) for length in lengths]
-    carried = of(None)
-    assert carried[0] >= max(each[0] for each in single) * (1.0 - 1e-9)
-    assert carried[1] >= max(each[1] for each in single) * (1.0 - 1e-9)
-    assert carried[0] < 1.5 * max(each[0] for each in single)
-    assert carried[2] == "0.5 µm over 25 N to 200 N (length not known)"
-
-
-def test_the_worst_of_covariances_is_at_least_each_in_every_direction() -> None:
-    rng = np.random.default_rng(1)
-    scale = np.diag([1.0, 0.1, 1e-6])
-    each = [scale @ (a := rng.normal(size=(3, 2))) @ a.T @ scale for _ in range(5)]
-    worst = worst_of(each)
-    undo = np.linalg.inv(scale)
-    for one in each:
-        assert np.linalg.eigvalsh(undo @ (worst - one) @ undo).min() > -1e-9
-    assert worst_of(each[:1]) is each[0]
-    dead = [np.diag([1.0, 4.0, 0.0]), np.diag([2.0, 1.0, 0.0])]
-    assert worst_of(dead) == pytest.approx(np.diag([2.0, 4.0, 0.0]))

@@ -11,31 +11,26 @@ import pytest
 from pressed_runs import there_and_back
 
 from stepload.errors import BadInputError, DomainError
-from stepload.estimators.budget import budget, secant_gradient
 from stepload.estimators.compare import compare_fits, confidence_band
 from stepload.estimators.conditions import Conditions
+from stepload.estimators.cycles import run_in
 from stepload.estimators.decide import EXPONENT_HALF_WIDTH, decide, undetermined
-from stepload.estimators.fit import Doubt, Fit, Flag, FloatArray
+from stepload.estimators.fit import Doubt, Fit, Flag, FloatArray, checked, loaded, positive
 from stepload.estimators.fit_all import above_elastic_limit
 from stepload.estimators.identifiability import Binding, identifiability
 from stepload.estimators.inverse_law import joint
 from stepload.estimators.ls import ill_conditioned, rs_btls
-from stepload.estimators.points import checked, loaded, positive
 from stepload.estimators.pool import pool
-from stepload.estimators.recursive import MEMORY_SHARE, RsRtls, moving
-from stepload.estimators.runin import run_in
-from stepload.estimators.sampling import at_rate, rest_band, uniform_in_force
-from stepload.estimators.selection import select
-from stepload.estimators.sensitivity import joint_sensitivity, law_compliance
+from stepload.estimators.recursive import MEMORY_SHARE, RsRtls
+from stepload.estimators.selection import at_rate, rest_band, select, uniform_in_force
 from stepload.estimators.smooth import (
     NORMAL_95,
-    few_degrees,
     fit_with_smooth_error,
     smooth_correlation,
 )
-from stepload.estimators.sources import Part, Sources, parts, white_sigmas
+from stepload.estimators.sources import Sources, white_sigmas
 from stepload.estimators.system import fit_system_stiffness
-from stepload.evidence.identification import _zero_sigma, identify
+from stepload.evidence.identification import identify
 from stepload.units import format_quantity
 
 K, N = 6e8, 1.5
@@ -46,7 +41,7 @@ DEFORMATION = (FORCE / K) ** (1.0 / N)
 def fit(name: str = "joint", **changes: Any) -> Fit:
     values: dict[str, Any] = {
         "estimator": name, "k": K, "n": N, "zero_m": 0.0, "secant_n_per_m": 300.0 / DEFORMATION[-1],
-        "secant_force_n": 300.0, "covariance": None, "force_rms": 0.0, "points": 60, "doubts": (),
+        "secant_force_n": 300.0, "covariance": None, "force_rms_n": 0.0, "points": 60, "doubts": (),
     }  # fmt: skip
     return Fit(**(values | changes))
 
@@ -80,17 +75,6 @@ def conditions(**changes: Any) -> Conditions:
     }  # fmt: skip
     values |= {name: value for name, value in defaults.items() if name in names}
     return Conditions(**(values | changes))
-
-
-def test_the_zero_that_fits_take_as_given_is_as_wrong_as_the_touch_is_deep() -> None:
-    at_touch_m = (3.0 / K) ** (1.0 / N)
-    given = conditions()
-    assert _zero_sigma({"joint": fit()}, given) == pytest.approx(at_touch_m + 3.0 / 3.5e6)
-    far = _zero_sigma({"joint": fit(zero_m=-9e-6)}, given)
-    assert far == 9e-6
-    gauge = replace(given, sources=Sources(None))
-    assert _zero_sigma({"joint": fit()}, gauge) == pytest.approx(at_touch_m)
-    assert _zero_sigma({"joint": fit()}, replace(given, touch_force_n=0.0)) == 0.0
 
 
 def headline_of(**changes: Any) -> Any:
@@ -139,8 +123,8 @@ def test_fits_compare_with_the_paper_where_their_exponents_agree() -> None:
     assert comparable(1.519)
     assert not comparable(1.521)
     assert not comparable(1.479)
-    assert comparable(1.5 + 0.99 * NORMAL_95 * 0.05, sigma_n={"joint": 0.05})
-    assert not comparable(1.5 + 1.01 * NORMAL_95 * 0.05, sigma_n={"joint": 0.05})
+    assert comparable(1.5 + 0.99 * NORMAL_95 * 0.05, covariance=np.diag([0.0, 0.05**2, 0.0]))
+    assert not comparable(1.5 + 1.01 * NORMAL_95 * 0.05, covariance=np.diag([0.0, 0.05**2, 0.0]))
     assert not comparable(1.5, zero_m=1e-6, roughness_m=1e-6)
     assert comparable(1.5, zero_m=1e-6)
 
@@ -196,18 +180,6 @@ def test_the_system_takes_its_share_of_the_travel() -> None:
             Conditions(Sources(bad), 300.0, 3.0, 1e-6).bend(force)
 
 
-def test_the_force_rate_is_taken_over_its_window() -> None:
-    time = np.arange(1000) * 1e-3
-    found = select(time * 1e-6, 1.0 + 7.0 * time, time_s=time)
-    assert found.force_rate_n_per_s == pytest.approx(7.0)
-    kinked = np.where(time < 0.5, 1.0, 1.0 + 100.0 * (time - 0.5))
-    rate = select(time, kinked, time_s=time).force_rate_n_per_s
-    assert rate[440] == pytest.approx(0.0)
-    assert rate[500] == pytest.approx(50.0, rel=0.05)
-    assert rate[560] == pytest.approx(100.0, rel=0.05)
-    assert found.recursive.size == pytest.approx(100, abs=1)
-
-
 def test_samples_at_a_rate_and_spread_over_force() -> None:
     assert at_rate(np.arange(100) * 0.01, 10.0).tolist() == list(range(0, 100, 10))
     with pytest.raises(DomainError):
@@ -234,7 +206,6 @@ def test_samples_at_rest_within_the_band_do_not_enter() -> None:
     force = np.array([10.0, 11.9, 12.1, 12.1, 10.0, 0.0, 14.0])
     deformation = np.array([1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, -1e-6])
     expected = [True, False, True, False, True, False, False]
-    assert moving(deformation, force, 2.0).tolist() == expected
     recursive = RsRtls(1.0, rest_band_n=2.0)
     used = [recursive.update(d, f) for d, f in zip(deformation, force, strict=True)]
     assert used == expected
@@ -262,79 +233,9 @@ def test_two_close_singular_values_determine_no_direction() -> None:
     assert ill_conditioned(0.301, 1.0)[0].flag is Flag.ILL_CONDITIONED
 
 
-# --- the budget, line by line
-
-SENSITIVITY = np.arange(6.0).reshape(3, 2) + 1.0
-TWO_N = np.array([100.0, 200.0])
-TWO_M = (TWO_N / K) ** (1.0 / N)
-
-
 def same(found: FloatArray, expected: FloatArray, relative: float = 1e-9) -> None:
     """Covariances are tiny: no absolute tolerance is small enough."""
     np.testing.assert_allclose(found, expected, rtol=relative, atol=0.0)
-
-
-def line(sources: Sources, name: str, estimator: str = "inverse_ls") -> Part:
-    found = parts(fit(estimator), TWO_M, TWO_N, sources, SENSITIVITY)
-    return next(part for part in found if part.source == name)
-
-
-def test_force_noise_acts_through_payload_and_system() -> None:
-    sources = Sources(3.5e6, force_noise_n=0.3, force_resolution_n=0.6)
-    per_newton = SENSITIVITY * (law_compliance(fit(), TWO_N) + 1.0 / 3.5e6)
-    expected = (0.09 + 0.36 / 12.0) * per_newton @ per_newton.T
-    same(line(sources, "force noise and quantum").covariance, expected)
-    free = replace(sources, system_stiffness_n_per_m=None)
-    alone = SENSITIVITY * law_compliance(fit(), TWO_N)
-    expected = (0.09 + 0.36 / 12.0) * alone @ alone.T
-    same(line(free, "force noise and quantum").covariance, expected)
-
-
-def test_position_noise_averages_and_its_quantum_does_not() -> None:
-    sources = Sources(None, position_noise_m=2e-7)
-    expected = 4e-14 * SENSITIVITY @ SENSITIVITY.T
-    same(line(sources, "position noise and quantum").covariance, expected)
-    coarse = Sources(None, position_resolution_m=1e-3)
-    together = SENSITIVITY.sum(axis=1)
-    expected = 1e-6 / 12.0 * np.outer(together, together)
-    same(line(coarse, "position noise and quantum").covariance, expected)
-
-
-def test_the_smooth_error_is_widened_for_few_degrees() -> None:
-    sources = Sources(None, smooth_error_m=1e-6, smooth_length_n=1e9)
-    together = SENSITIVITY.sum(axis=1)
-    expected = 1e-12 * np.outer(together, together)
-    name = "smooth deformation error"
-    same(line(sources, name).covariance, expected, 1e-6)
-    wide = few_degrees(3.0) ** 2
-    found = line(replace(sources, smooth_degrees=3.0), name).covariance
-    same(found, wide * expected, 1e-6)
-    assert few_degrees(3.0) == pytest.approx(3.182446 / 1.959964, rel=1e-5)
-    assert few_degrees(0.1) == few_degrees(1.0)
-
-
-def test_stiffness_lag_gain_temperature_and_zero() -> None:
-    rate = np.array([10.0, 20.0])
-    sources = Sources(
-        3.5e6, system_stiffness_sigma_n_per_m=0.35e6, lag_sigma_s=0.002, force_rate_n_per_s=rate,
-        gain_sigma=0.01, temperature_sigma_k=2.0, position_m_per_k=3e-6, modulus_per_k=0.004,
-        zero_sigma_m=5e-7,
-    )  # fmt: skip
-    bend = SENSITIVITY @ (TWO_N / 3.5e6) * 0.1
-    same(line(sources, "system stiffness K_s").covariance, np.outer(bend, bend))
-    late = SENSITIVITY @ (rate * (law_compliance(fit(), TWO_N) + 1.0 / 3.5e6)) * 0.002
-    same(line(sources, "alignment lag").covariance, np.outer(late, late))
-    only_k = np.zeros((3, 3))
-    only_k[0, 0] = 1e-4
-    same(line(sources, "force calibration").covariance, only_k)
-    growth = 6e-6 * (SENSITIVITY @ np.array([0.0, 1.0]))
-    softer = np.array([0.008, 0.0, 0.0])
-    expected = np.outer(growth, growth) + np.outer(softer, softer)
-    same(line(sources, "temperature").covariance, expected)
-    shift = -SENSITIVITY.sum(axis=1) + np.array([0.0, 0.0, 1.0])
-    expected = 2.5e-13 * np.outer(shift, shift)
-    same(line(sources, "zero of deformation").covariance, expected)
-    assert not line(sources, "zero of deformation", "joint").covariance.any()
 
 
 def test_white_sigmas_of_both_channels() -> None:
@@ -349,31 +250,6 @@ def test_white_sigmas_of_both_channels() -> None:
     assert white_sigmas(Sources(None), deformation, force) == pytest.approx((4e-12, 3e-4))
     small = white_sigmas(Sources(None), 1e-3 * deformation, 1e-6 * force)
     assert small == pytest.approx((4e-15, 3e-10)), "what is left to a channel scales with it"
-
-
-def test_intervals_are_of_95_percent_and_the_secants_gradient_is_its_own() -> None:
-    stated = budget(fit(), DEFORMATION, FORCE, Sources(3.5e6, gain_sigma=0.02))
-    low, high = stated.interval_k
-    assert math.log(high / K) == pytest.approx(math.log(K / low))
-    assert math.log(high / K) == pytest.approx(1.959964 * 0.02)
-    low, high = stated.interval_secant_n_per_m
-    assert math.log(high / low) == pytest.approx(2.0 * 1.959964 * stated.sigma_secant_relative)
-    assert stated.sigma_secant_relative == pytest.approx(0.02 / N)
-    gradient = secant_gradient(fit())
-    step = 1e-6
-
-    def ln_secant(log_k: float, n: float) -> float:
-        return log_k / n + (1.0 - 1.0 / n) * math.log(300.0)
-
-    log_k = math.log(K)
-    numeric = [
-        (ln_secant(log_k + step, N) - ln_secant(log_k - step, N)) / (2.0 * step),
-        (ln_secant(log_k, N + step) - ln_secant(log_k, N - step)) / (2.0 * step),
-    ]
-    assert gradient[:2] == pytest.approx(numeric, rel=1e-6)
-    for bad in ({"k": 0.0}, {"n": math.nan}, {"k": math.inf}, {"n": -1.0}):
-        with pytest.raises(DomainError, match="no contact law"):
-            budget(fit(**bad), DEFORMATION, FORCE, Sources(None))
 
 
 # --- smooth errors, K_s, run-in, comparison
@@ -541,13 +417,6 @@ def test_the_lowest_damping_of_all_runs_is_the_bound() -> None:
     one = ramp()
     runs = [replace(one, damping_lower_bound_n_s_per_m=value) for value in (100.0, 50.0, 70.0)]
     assert pool(runs).damping_lower_bound_n_s_per_m == 50.0
-
-
-def test_forces_that_are_all_alike_tell_nothing() -> None:
-    alike = np.linspace(100.0, 100.0001, 20)
-    with pytest.raises(DomainError, match="cannot tell K, n and the zero apart"):
-        joint_sensitivity(fit(), alike)
-    assert joint_sensitivity(fit(), FORCE).shape == (3, 60)
 
 
 def test_the_residuals_sigma_counts_three_parameters() -> None:

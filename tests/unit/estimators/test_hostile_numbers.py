@@ -11,7 +11,7 @@ import pytest
 
 from stepload.cli.main import main
 from stepload.errors import DomainError
-from stepload.estimators.finite import finite
+from stepload.estimators.fit import finite
 from stepload.estimators.fit_all import fit_all
 from stepload.estimators.ls import smallest_direction
 from stepload.estimators.selection import select

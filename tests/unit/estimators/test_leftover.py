@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stepload.estimators.inverse_law import joint
-from stepload.estimators.leftover import smooth_leftover
+from stepload.estimators.smooth import smooth_leftover
 
 K, N = 6.57e8, 1.5
 FORCE = np.linspace(3.0, 300.0, 300)

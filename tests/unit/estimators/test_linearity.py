@@ -1,4 +1,4 @@
-"""A force sensor that is not straight: its line in both budgets, and where it is zero."""
+"""A force sensor that is not straight: its line in the budget, and where it is zero."""
 
 from __future__ import annotations
 
@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 from stepload.estimators.conditions import Conditions
-from stepload.estimators.linearity import ASSUMED_NONLINEARITY, linearity_errors
-from stepload.estimators.sources import Sources
+from stepload.estimators.sources import ASSUMED_NONLINEARITY, Sources, linearity_errors
 from stepload.evidence.elastic import Elastic
 from stepload.evidence.errors import errors_of
-from stepload.evidence.loops import Branch
-from stepload.evidence.path import Path
+from stepload.evidence.loops import Branch, Path
 from stepload.evidence.pressed import Pressed
 
 FORCE = np.linspace(0.0, 300.0, 301)

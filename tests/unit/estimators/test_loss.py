@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stepload.estimators.loss import loss
-from stepload.estimators.missing import Missing
+from stepload.estimators.cycles import loss
+from stepload.estimators.fit import Missing
 from stepload.estimators.smooth import smooth_correlation
 
 K, N, TOP_N = 6.57e8, 1.5, 300.0

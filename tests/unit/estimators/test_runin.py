@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import trapezoid
 
 from stepload.errors import DomainError
-from stepload.estimators.runin import ENERGY_CHANGE, SPAN_OF_THREE, run_in
+from stepload.estimators.cycles import ENERGY_CHANGE, SPAN_OF_THREE, run_in
 
 TOP_N, K = 300.0, 6.57e8
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from stepload.errors import DomainError
 from stepload.estimators.fit import FloatArray
-from stepload.estimators.sampling import FORCE_BINS, at_rate, rest_band, uniform_in_force
+from stepload.estimators.selection import FORCE_BINS, at_rate, rest_band, uniform_in_force
 
 
 def step_forces() -> FloatArray:

@@ -11,7 +11,6 @@ from long_ones import long
 from stepload.errors import DomainError
 from stepload.estimators.smooth import (
     fit_with_smooth_error,
-    propagate_smooth,
     smooth_correlation,
 )
 from stepload.estimators.system import SeriesContact
@@ -182,13 +181,6 @@ def test_equal_spheres_are_refused():
     first, second, force, small, _ = two_runs(np.random.default_rng(0), 0.0)
     with pytest.raises(DomainError, match="alike"):
         two_sphere_difference(first, second, force, first_contact=small, second_contact=small)
-
-
-def test_propagation_in_cells_equals_the_full_sum():
-    force = np.sort(np.random.default_rng(2).uniform(3, 300, 300))
-    sensitivity = np.stack([np.ones(300), force, np.sin(force / 40.0)])
-    full = sensitivity @ smooth_correlation(force, 50.0) @ sensitivity.T
-    assert np.allclose(propagate_smooth(sensitivity, force, 50.0), full, rtol=5e-3)
 
 
 def test_inseparable_columns_are_refused():

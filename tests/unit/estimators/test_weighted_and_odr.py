@@ -13,8 +13,7 @@ from scipy.optimize import minimize
 
 from stepload.errors import DomainError
 from stepload.estimators.fit import Fit, Flag, FloatArray
-from stepload.estimators.odr import odr
-from stepload.estimators.weighted import ew_tls
+from stepload.estimators.weighted import ew_tls, odr
 
 SIGMA_M, SIGMA_N = 0.6e-6, 0.5
 quick = settings(max_examples=15, deadline=None)

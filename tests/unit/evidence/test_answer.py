@@ -17,8 +17,7 @@ from stepload.evidence.answer import Evidence, weigh
 from stepload.evidence.figures import SEAT
 from stepload.evidence.lawfit import Whitened, fit_law
 from stepload.evidence.laws import BILINEAR, HERTZ_LINEAR, POWER
-from stepload.evidence.loops import Hold
-from stepload.evidence.path import Track
+from stepload.evidence.loops import Hold, Track
 
 PLANE = "secant_from_mean_plane"
 RUNS = 4

@@ -10,14 +10,11 @@ import pytest
 from pressed_runs import World, press
 
 from stepload.estimators.across import CROSS_COMPLIANCE, Across
-from stepload.estimators.contact_point import OFF_AXIS_M, ContactPoint
-from stepload.estimators.contact_quality import ContactQuality
-from stepload.estimators.judge import ResultVerdict
-from stepload.estimators.missing import Missing
-from stepload.estimators.shares import BranchShare, Loop
-from stepload.estimators.slips import Slip
+from stepload.estimators.contact_quality import OFF_AXIS_M, ContactPoint, ContactQuality, Slip
+from stepload.estimators.fit import Missing
+from stepload.estimators.lateral import BranchShare, Loop
 from stepload.evidence.answer import weigh
-from stepload.evidence.askew import (
+from stepload.evidence.lateral import (
     ANY_WAY,
     SIDEWAYS_OVER_ALONG,
     TANGENTIAL_OVER_NORMAL,
@@ -27,6 +24,7 @@ from stepload.evidence.askew import (
     Askew,
     coupling_of,
 )
+from stepload.evidence.quantity import ResultVerdict
 
 FORCES = np.linspace(30.0, 300.0, 10)
 YIELDS = 1.0 / 3.49e6
@@ -51,7 +49,7 @@ def quality(
     unseen_n: float = 0.0,
     points: tuple[ContactPoint, ...] | Missing = NOWHERE,
 ) -> ContactQuality:
-    loop = Loop("constant", None, 0.0, None)
+    loop = Loop(None, 0.0, friction=False)
     return ContactQuality((branch(),), loop, change, slips, unseen_n, points)
 
 

@@ -12,7 +12,6 @@ import pytest
 import scipy.stats
 
 from stepload.errors import DomainError
-from stepload.estimators.judge import ResultVerdict
 from stepload.evidence.difference import (
     REPEATABILITY,
     Agreement,
@@ -31,7 +30,7 @@ from stepload.evidence.origin import (
     Origin,
     common,
 )
-from stepload.evidence.quantity import Line, Quantity
+from stepload.evidence.quantity import Line, Quantity, ResultVerdict
 from stepload.evidence.repeats import Scatter, scatter_of, within
 
 KS, GAIN, SMOOTH, NOISE = (

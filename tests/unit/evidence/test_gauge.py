@@ -11,9 +11,9 @@ from pressed_runs import World, hertz, press, told
 
 from stepload.estimators.fit import FloatArray
 from stepload.evidence.answer import Evidence, weigh
-from stepload.evidence.path import Track
+from stepload.evidence.lateral import Sideways
+from stepload.evidence.loops import Track
 from stepload.evidence.pressed import Pressed
-from stepload.evidence.sideways import Sideways
 
 Read = Callable[[FloatArray], FloatArray]
 NOISE_M, QUANTUM_M = 0.05e-6, 0.1e-6

@@ -11,7 +11,7 @@ from pressed_runs import there_and_back
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.sources import Sources
 from stepload.evidence.answer import weigh
-from stepload.evidence.path import Track
+from stepload.evidence.loops import Track
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.second import against_second
 

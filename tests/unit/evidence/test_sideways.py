@@ -10,16 +10,16 @@ from pressed_runs import World, press
 
 from stepload.estimators.across import CROSS_COMPLIANCE, Across
 from stepload.estimators.conditions import Conditions
-from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.sources import Sources
 from stepload.evidence.answer import weigh
-from stepload.evidence.sideways import (
+from stepload.evidence.lateral import (
     GUIDED_COMPLIANCE,
     UNKNOWN_FRICTION,
     Sideways,
     expected_sideways,
     sideways,
 )
+from stepload.evidence.quantity import ResultVerdict
 
 K_S = 1e5
 KNOWN = Across((2e-6, 0.0), (1e-7, 1e-7), 0.0, (0.1, 0.0), reach=0.1)

@@ -13,6 +13,7 @@ from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.sources import Sources
 from stepload.evidence.answer import weigh
+from stepload.evidence.elastic import jump_of
 from stepload.evidence.errors import dithered
 from stepload.evidence.expected import (
     NAMED,
@@ -22,7 +23,6 @@ from stepload.evidence.expected import (
     lower_force,
     narrowing,
 )
-from stepload.evidence.jump import jump_of
 from stepload.evidence.lawfit import Whitened, fit_law
 from stepload.evidence.laws import POWER
 from stepload.evidence.pressed import Pressed

@@ -18,10 +18,9 @@ from stepload.plan.model import Provenance
 from stepload.record.outcome import RunStatus
 from stepload.record.summary import Summary
 from stepload.results import provenance
+from stepload.results.certificate import LONGEST, rig_facts, source_of, specimen_facts
 from stepload.results.equations import cited
-from stepload.results.facts import LONGEST, rig_facts, source_of, specimen_facts
-from stepload.results.level_tables import level_rows
-from stepload.results.levels import Level
+from stepload.results.levels import Level, level_rows
 from stepload.results.model import Certificate, Document, Figure, Table, Verdict
 from stepload.results.page import render, running
 from stepload.results.provenance import TITLE, sealed, with_record
@@ -132,7 +131,7 @@ def test_what_is_behind_the_sheet(healthy: Document) -> None:
     titles = [each.title for each in healthy.tables if each.rows]
     first = [
         "What the headline's interval is made of", "Preflight predicted, run measured",
-        "Timing health", "How it ended", TITLE, "Every hold", "Touches",
+        "Timing health", "How it ended", TITLE, "Every hold",
     ]  # fmt: skip
     assert titles[: len(first)] == first
     predicted = rows_of(healthy, "Preflight predicted, run measured")
@@ -292,8 +291,8 @@ def test_an_elastic_limit_that_is_not_the_plans_is_told_on_the_sheet(envelope: E
     document = run_document(replace(run, identification=other))
     told = dict(sheet_of(document).facts[0])["Elastic limit F_c"]
     assert told.startswith("200 N, taken for this result; by the plan ")
-    share = f"{run.outcome.peak_force_n / 200.0:.0%} of F_c = 200 N of this result"
-    assert document.cards[0].note == share
+    share = f"{run.outcome.peak_force_n / 200.0:.0%} of the F_c used"
+    assert dict(sheet_of(document).facts[0])["Largest force"].endswith(share)
 
 
 def test_nothing_is_collapsed_or_cut_on_paper(healthy: Document) -> None:

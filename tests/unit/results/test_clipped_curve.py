@@ -7,7 +7,7 @@ import pytest
 
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.selection import select
-from stepload.results.curve_doubts import clipped_doubts
+from stepload.results.curve import clipped_doubts
 
 DEPTH_M, TOP_N, NOISE_N = 60e-6, 300.0, 0.2
 RAMP = np.linspace(0.01, 1.0, 1500)

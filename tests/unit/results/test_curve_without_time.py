@@ -10,7 +10,7 @@ import pytest
 
 from stepload.estimators.fit import FloatArray
 from stepload.results.from_file import identify_file
-from stepload.results.wishes import Wishes
+from stepload.results.stated import Stated
 
 K = 1.1e9
 
@@ -34,7 +34,7 @@ def written(path: Path, seed: int, drift_m: float = 0.0) -> Path:
 
 @pytest.mark.parametrize("seed", range(10))
 def test_no_drift_is_invented(tmp_path: Path, seed: int) -> None:
-    found, *_ = identify_file(written(tmp_path / "curve.csv", seed), Wishes())
+    found, *_ = identify_file(written(tmp_path / "curve.csv", seed), Stated())
     chord = found.quantities["chord"]
     for from_n, figure in ((chord.from_n, chord), (0.0, found.quantities["secant_from_touch"])):
         low, high = figure.interval_n_per_m
@@ -45,7 +45,7 @@ def test_no_drift_is_invented(tmp_path: Path, seed: int) -> None:
 
 
 def test_a_drift_is_told_by_rows(tmp_path: Path) -> None:
-    found, *_ = identify_file(written(tmp_path / "curve.csv", 1, 1e-8), Wishes())
+    found, *_ = identify_file(written(tmp_path / "curve.csv", 1, 1e-8), Stated())
     chord = found.quantities["chord"]
     low, high = chord.interval_n_per_m
     deep_m = np.diff(depth_m(np.array([chord.from_n, chord.to_n])))

@@ -61,9 +61,6 @@ def test_every_figure_is_an_svg(count: int) -> None:
         figures.against_limit(data, data.force_n, data.time_s, {"F_c": 400.0, "F_lim": 350.0}),
         curves(data, law),
         figures.residuals(data.force_n, {"joint": data.force_n * 0.0}, "joint"),
-        figures.ellipse(
-            np.array([1e8, 2e8, 1e8]), np.array([1.4, 1.5, 1.4]), [("joint", 1e8, 1.4)]
-        ),
     ):
         assert svg.lstrip().startswith("<?xml")
         assert "</svg>" in svg

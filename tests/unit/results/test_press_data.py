@@ -13,7 +13,7 @@ from stepload.estimators.across import Across
 from stepload.record.reader import Event, Recording
 from stepload.record.rows import DisplacementColumns
 from stepload.results.press_data import LOADING, PressData, largest_step, press_data
-from stepload.results.remarks import remarks, reopened
+from stepload.results.reasons import remarks, reopened
 
 
 def gauge_of(run: Recording) -> DisplacementColumns:

@@ -13,7 +13,7 @@ from stepload.record.reader import Event
 from stepload.record.rows import Phase
 from stepload.results.data import run_data
 from stepload.results.press_data import PressData
-from stepload.results.remarks import levels, unseen
+from stepload.results.reasons import levels, unseen
 from stepload.results.run_document import run_document
 
 

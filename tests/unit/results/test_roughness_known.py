@@ -66,9 +66,6 @@ def test_a_record_keeps_how_well_it_is_known() -> None:
         spoiled = json.dumps(kept | {"rough_length_sigma": wrong}).encode()
         with pytest.raises(BadInputError, match="rough_length_sigma"):
             from_attachments({FILE: spoiled})
-    del kept["rough_length_sigma"]
-    old = from_attachments({FILE: json.dumps(kept).encode()})
-    assert old == replace(told, rough_length_sigma=ROUGH_LENGTH_SIGMA)
 
 
 def test_the_identification_of_a_run_takes_it() -> None:

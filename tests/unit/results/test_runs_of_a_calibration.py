@@ -15,12 +15,11 @@ from stepload.envelope.envelope import envelope_of
 from stepload.errors import BadInputError
 from stepload.results.across_runs import across_of_runs
 from stepload.results.calibration import from_system_runs
-from stepload.results.conditions import UNTOLD_STRUCTURE, planned
+from stepload.results.conditions import planned
 from stepload.results.saved import SavedRun
 
 GUIDED = planned(envelope_of(stvf_plan()))
 ARM = replace(GUIDED, arm=True)
-OLD = replace(ARM, structure_note=UNTOLD_STRUCTURE)
 
 
 def run(name: str, conditions: Any = ARM, across: bool = True, cut: str = "") -> SavedRun:
@@ -38,12 +37,9 @@ def test_a_run_that_was_stopped_makes_no_calibration_and_its_reason_is_said() ->
     assert "press again" in str(told.value.hint)
 
 
-@pytest.mark.parametrize("other", [GUIDED, OLD])
-def test_a_run_that_is_not_known_to_be_of_an_arm_does_not_take_the_three_numbers_along(
-    other: Any,
-) -> None:
+def test_a_run_of_a_guided_axis_does_not_take_the_three_numbers_along() -> None:
     with pytest.raises(BadInputError, match="differ in their structure"):
-        from_system_runs([run("a"), run("b", other)])
+        from_system_runs([run("a"), run("b", GUIDED)])
 
 
 def test_a_run_without_the_force_across_does_not_take_the_three_numbers_along() -> None:

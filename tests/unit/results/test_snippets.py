@@ -15,14 +15,14 @@ from pressed_runs import there_and_back
 from stepload.contact.power_law import ContactLaw
 from stepload.errors import BadInputError
 from stepload.estimators.conditions import Conditions
-from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.selection import select
 from stepload.estimators.sources import Sources
 from stepload.evidence.identification import Identification, identify
+from stepload.evidence.quantity import ResultVerdict, without_interval
 from stepload.results.snippets import IMPEDANCE, SIMULATORS, Spring, snippet, spring_of
 
 LAW = ContactLaw(6.57e8, 1.5, "(7)")
-SPRING = Spring("tangent", 150.0, 150.0, 6.0e6, (5.5e6, 6.5e6), 300.0, None,
+SPRING = Spring("tangent", 150.0, 150.0, 6.0e6, (5.5e6, 6.5e6), 300.0,
                 ResultVerdict.IDENTIFIED, ())  # fmt: skip
 
 
@@ -70,7 +70,10 @@ def test_what_is_not_identified_warns_in_every_language(found):
 
 
 def test_no_interval_and_a_force_near_zero_warn(found):
-    assert "no interval" in spring_of(replace(found, budgets={}), kind="chord").warnings[0]
+    unknown = replace(found.evidence, headline=without_interval(found.headline))
+    spring = spring_of(replace(found, evidence=unknown), kind="chord")
+    assert spring.interval_n_per_m is None
+    assert "no interval" in spring.warnings[0]
     assert "the zero decides" in spring_of(found, at_n=20.0, kind="chord").warnings[-1]
     assert not spring_of(found, at_n=150.0, kind="chord").warnings
 
@@ -90,7 +93,7 @@ def numbers(text: str, attribute: str) -> list[float]:
 def test_mujoco_obeys_the_spring_that_was_asked_for(mass):
     # (A + R) f = a_ref − a_0, A = 1/m, R = (1 − d)/d A, a_ref = −b v − k r,
     # k = stiffness d(r)/dwidth², b = damping/dwidth: MuJoCo, Modeling, solver parameters.
-    text = snippet(replace(SPRING, dissipation_s_per_m=20.0), "mujoco", mass_kg=mass)
+    text = snippet(SPRING, "mujoco", mass_kg=mass)
     stiffness, damping = (-number for number in numbers(text, "solref"))
     d0, dwidth = numbers(text, "solimp")[:2]
     assert d0 == dwidth == IMPEDANCE
@@ -107,8 +110,7 @@ def test_mujoco_obeys_the_spring_that_was_asked_for(mass):
     r, v = -2e-5, -0.01
     acceleration = force(r, v, 0.0) / mass
     more = mass * d0 / (1.0 - d0)
-    damper = 20.0 * 150.0
-    assert (mass + more) * acceleration == pytest.approx(-6.0e6 * r - damper * v, rel=1e-5)
+    assert (mass + more) * acceleration == pytest.approx(-6.0e6 * r, rel=1e-5)
 
 
 def test_mujoco_says_what_it_rests_on():
@@ -117,7 +119,6 @@ def test_mujoco_says_what_it_rests_on():
     assert root.tag == "mujoco"
     assert root.find("option").get("cone") == "elliptic"
     assert numbers(text, "solref")[1] == 0.0
-    assert "Damping was not determined" in text
     assert "NO MASS WAS GIVEN" in text
     assert "NO MASS WAS GIVEN" not in snippet(SPRING, "mujoco", mass_kg=2.0)
     assert "95 % interval 5.5 MN/m to 6.5 MN/m" in text
@@ -137,19 +138,16 @@ def test_a_mass_is_not_for_drake():
         snippet(SPRING, "drake", mass_kg=1.0)
 
 
-@pytest.mark.parametrize("dissipation", [None, 12.5])
-def test_drake_combines_two_of_them_to_the_contact(dissipation):
-    spring = replace(SPRING, dissipation_s_per_m=dissipation)
-    root = parsed("drake", snippet(spring, "drake"))
+def test_drake_combines_two_of_them_to_the_contact():
+    root = parsed("drake", snippet(SPRING, "drake"))
     drake = "{http://drake.mit.edu}"
     assert root.tag == f"{drake}proximity_properties"
     one = float(root.find(f"{drake}point_contact_stiffness").text)
     assert one * one / (one + one) == pytest.approx(6.0e6, rel=1e-5)
-    tag = root.find(f"{drake}hunt_crossley_dissipation")
-    assert (None if tag is None else float(tag.text)) == dissipation
-    call = parsed("drake-python", snippet(spring, "drake-python")).body[-1].value
+    assert root.find(f"{drake}hunt_crossley_dissipation") is None
+    call = parsed("drake-python", snippet(SPRING, "drake-python")).body[-1].value
     given = {word.arg: getattr(word.value, "value", None) for word in call.keywords}
     assert call.func.id == "AddContactMaterial"
     assert given["point_stiffness"] == pytest.approx(1.2e7, rel=1e-5)
-    assert given.get("dissipation") == dissipation
-    assert "hydroelastic_modulus is a pressure field" in snippet(spring, "drake")
+    assert "dissipation" not in given
+    assert "hydroelastic_modulus is a pressure field" in snippet(SPRING, "drake")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from stepload.results.level_tables import touch_repeatability
+from stepload.results.levels import touch_repeatability
 from stepload.results.press_data import TouchPoint
 
 

@@ -1,5 +1,5 @@
 """One simulated run of the paper's experiment, what identification makes of it, and how often the
-budget of a fit holds the truth; every draw is seeded."""
+intervals hold the truth; every draw is seeded."""
 
 from __future__ import annotations
 
@@ -7,14 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from stepload.estimators.budget import Budget, budget
 from stepload.estimators.compare import confidence_band
+from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import Fit
 from stepload.estimators.inverse_law import joint
-from stepload.estimators.ls import rs_btls
+from stepload.estimators.ls import rs_btls, smallest_direction
 from stepload.estimators.recursive import RsRtls
-from stepload.estimators.sampling import uniform_in_force
+from stepload.estimators.selection import uniform_in_force
 from stepload.estimators.sources import Sources
+from stepload.evidence.answer import Evidence, weigh
+from stepload.evidence.loops import Track
+from stepload.evidence.pressed import Pressed
 from stepload_verify.paper import laws
 from stepload_verify.paper.chart import Line, chart
 from stepload_verify.paper.printed import PAYLOADS, SECANT_FORCE_N
@@ -67,6 +70,9 @@ def one_run(run: RawRun) -> Section:
 def one_fit(run: RawRun) -> Section:
     """Force over deformation, both fits and the band; and the truth beside the intervals."""
     paper, free, stated = _fits(run)
+    secant, n = stated.quantities["secant_from_touch"], stated.exponent
+    assert stated.covariance is not None
+    assert n is not None
     deformation, force = _points(run)
     contact = np.linspace(0.5e-6, float(deformation.max()) - free.zero_m, 100)
     band = confidence_band(free, stated.covariance, contact)
@@ -80,7 +86,7 @@ def one_fit(run: RawRun) -> Section:
     ]
     figure = chart("Force over deformation (27)", "deformation from touch, µm", "force, N", drawn)
     truth = _Truth()
-    low, high = stated.interval_secant_n_per_m
+    low, high = secant.interval_n_per_m
     held = [_held(run_seed, truth) for run_seed in range(SEED, SEED + RUNS)]
     mean_plane, touch = (sum(each[i] for each in held) for i in (0, 1))
     chords = np.quantile([each[2] / truth.chord - 1.0 for each in held], [0.05, 0.5, 0.95])
@@ -95,10 +101,9 @@ def one_fit(run: RawRun) -> Section:
             for f in (paper, free)
         ),
         "",
-        f"Interval of the joint fit from its budget (95 %): n {stated.interval_n[0]:.2f} to "
-        f"{stated.interval_n[1]:.2f}, secant {number(low)} to {number(high)} N/m. The budget knows "
-        "noise, quanta, the smooth error, K_s. It does not know that the law is another one, and "
-        "here it is: rough (10), not a power law. Its secant depends on where the zero is:",
+        f"95 % intervals over the laws that fit: n {n.interval[0]:.2f} to {n.interval[1]:.2f}, "
+        f"secant {number(low)} to {number(high)} N/m. The payload is rough (10), no power law, and "
+        "nobody says so. Its secant depends on where the zero is:",
         "",
         f"| the law put in, at 300 N | N/m | in this interval | in the intervals of {RUNS} runs |",
         "|---|---|---|---|",
@@ -107,18 +112,14 @@ def one_fit(run: RawRun) -> Section:
         f"| secant from the first touch, F → 0 | {number(truth.touch)} "
         f"| {_yes(low <= truth.touch <= high)} | {touch} |",
         "",
-        "So a fit that takes a rough contact for a power law covers neither with 95 %. What needs "
-        f"no zero comes out right: the chord stiffness from {_REFERENCE_FORCE_N:.0f} to 300 N is "
-        f"{number(truth.chord)} N/m in the law and {number(_chord(free))} N/m in this fit; over "
-        f"the {RUNS} runs the fit's is off by {100 * chords[1]:+.1f} % (5 to 95 %: "
+        f"What needs no zero comes out right: the chord stiffness from {_REFERENCE_FORCE_N:.0f} "
+        f"to 300 N is {number(truth.chord)} N/m in the law and {number(_chord(free))} N/m in this "
+        f"fit; over the {RUNS} runs the fit's is off by {100 * chords[1]:+.1f} % (5 to 95 %: "
         f"{100 * chords[0]:+.1f} to {100 * chords[2]:+.1f} %).",
         "",
-        "| source of the budget | size | u(n) | u(secant), % |",
-        "|---|---|---|---|",
-        *(
-            f"| {line.source} | {line.size} | {line.n:.4f} | {100 * line.secant_relative:.2f} |"
-            for line in stated.lines
-        ),
+        "| line of the secant's budget | size | u(secant), % |",
+        "|---|---|---|",
+        *(f"| {line.source} | {line.size} | {100 * line.relative:.2f} |" for line in secant.lines),
     ]
     return Section("A simulated run, identified", tuple(lines), files={"fit.svg": figure})
 
@@ -137,7 +138,7 @@ def recursion(run: RawRun) -> Section:
             fit.update(d, f)
             if i > 60 and i % 6 == 0:
                 time.append(i * 2 / RIG.rate_hz)
-                exponent.append(fit.estimate()[1])
+                exponent.append(smallest_direction(fit.triangle())[1])
         course = np.clip(np.nan_to_num(np.array(exponent), nan=0.0), 0.0, 4.0)
         drawn.append(Line(label, np.array(time), course))
     figure = chart(
@@ -165,20 +166,27 @@ class _Truth:
 
 
 def _held(seed: int, truth: _Truth) -> tuple[bool, bool, float]:
-    """Whether the joint fit's interval holds the secant from the mean plane and from the first
-    touch; and the fit's chord stiffness in N/m."""
+    """Whether the interval holds the secant from the mean plane and from the first touch; and the
+    joint fit's chord stiffness in N/m."""
     _, free, stated = _fits(one_run_of(seed))
-    low, high = stated.interval_secant_n_per_m
+    low, high = stated.quantities["secant_from_touch"].interval_n_per_m
     return low <= truth.mean_plane <= high, low <= truth.touch <= high, _chord(free)
 
 
-def _fits(run: RawRun) -> tuple[Fit, Fit, Budget]:
+def _fits(run: RawRun) -> tuple[Fit, Fit, Evidence]:
     deformation, force = _points(run)
+    pressed = slice(run.touch, None)
+    track = Track(
+        run.time_s[pressed], run.force_n[pressed], run.travel_m[pressed],
+        np.zeros(run.force_n.size - run.touch, dtype=np.intp),
+    )  # fmt: skip
+    sources = replace(_SOURCES, system_stiffness_n_per_m=run.stiffness_n_per_m)
+    told = Conditions(sources, SECANT_FORCE_N, 0.0, STVF.position_resolution_m)
     free = joint(deformation, force, secant_force_n=SECANT_FORCE_N)
     return (
         rs_btls(deformation, force, secant_force_n=SECANT_FORCE_N),
         free,
-        budget(free, deformation, force, _SOURCES),
+        weigh(Pressed([(1, track, None)], told)),
     )
 
 

@@ -27,8 +27,8 @@ from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.sources import Sources
 from stepload.evidence.difference import Agreement, Difference, Measured, difference
+from stepload.evidence.loops import Track
 from stepload.evidence.origin import REPEATS, Origin
-from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.reading import branch_chord, read_of
 

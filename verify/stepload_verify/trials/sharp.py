@@ -19,17 +19,16 @@ from stepload.envelope.until import planned_run
 from stepload.errors import SteploadError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
-from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.smooth import NORMAL_95, smooth_correlation
 from stepload.evidence.answer import Evidence, weigh
 from stepload.evidence.expected import SAMPLES_HZ
-from stepload.evidence.path import Track
+from stepload.evidence.loops import Track
 from stepload.evidence.pressed import Pressed
+from stepload.evidence.quantity import ResultVerdict
 from stepload.plan.load import load_plan
 from stepload.record.curves import Curve
-from stepload.results.from_curve import prepare
-from stepload.results.pressed import pressed_curve
-from stepload.results.wishes import Wishes
+from stepload.results.curve import prepare
+from stepload.results.stated import Stated
 from stepload_verify.trials.boundary.curves import Contact
 
 Law = Callable[[FloatArray], FloatArray]
@@ -200,12 +199,12 @@ def unstated(world: World, rng: np.random.Generator) -> Evidence:
     """What is said of the same run as a file of which K_s and its σ alone are stated."""
     sources = world.run.conditions.sources
     track = drawn(replace(world.run, tracks=[(1, _whole(world), None)]), rng).tracks[0][1]
-    wishes = Wishes(
+    given = Stated(
         system_stiffness_n_per_m=sources.system_stiffness_n_per_m,
         system_stiffness_sigma_n_per_m=sources.system_stiffness_sigma_n_per_m,
     )
     curve = Curve(track.time_s, track.travel_m, None, track.force_n)
-    return weigh(pressed_curve(prepare(curve, wishes)))
+    return weigh(prepare(curve, given).run)
 
 
 def _whole(world: World) -> Track:

@@ -27,7 +27,7 @@ from stepload.record.recorder import Recorder
 from stepload.results.from_file import identify_file
 from stepload.results.pressed import pressed
 from stepload.results.saved import saved_run
-from stepload.results.wishes import Wishes
+from stepload.results.stated import Stated
 from stepload.rig.world import PayloadTruth
 from stepload.runner.interrupts import interruptible
 from stepload.session import files
@@ -85,7 +85,7 @@ def answered(record: Path, quick: bool) -> Mapping[str, Answer]:
         saved = saved_run(record)
         found = weigh(pressed(saved.data, saved.conditions))
         return {name: stated(each) for name, each in found.quantities.items()}
-    identified, _ = identify_file(record, Wishes())
+    identified, _ = identify_file(record, Stated())
     return {name: stated(each) for name, each in identified.quantities.items()}
 
 

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 
 from stepload.errors import SteploadError
 from stepload.estimators.conditions import Conditions
-from stepload.estimators.judge import ResultVerdict
 from stepload.evidence.answer import weigh
 from stepload.evidence.chord import chord
-from stepload.evidence.quantity import Quantity
+from stepload.evidence.quantity import Quantity, ResultVerdict
 from stepload.results.analyse import identify_payload
 from stepload.results.press_data import PressData
 from stepload.results.pressed import pressed

@@ -9,10 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepload.estimators.conditions import Conditions
-from stepload.estimators.linearity import ASSUMED_NONLINEARITY
-from stepload.estimators.sources import Sources
-from stepload.evidence.loops import Branch, loops_of
-from stepload.evidence.path import Track
+from stepload.estimators.sources import ASSUMED_NONLINEARITY, Sources
+from stepload.evidence.loops import Branch, Track, loops_of
 from stepload.record.align import ChannelClock
 from stepload.record.lag import measure_lag
 from stepload.results.conditions import measured

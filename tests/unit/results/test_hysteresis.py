@@ -8,20 +8,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stepload.contact.materials import FlatPunch, Sphere
 from stepload.estimators.conditions import Conditions
-from stepload.estimators.missing import Missing
+from stepload.estimators.fit import Missing
 from stepload.estimators.sources import Sources
 from stepload.evidence.identification import Identification
 from stepload.record.lag import Lag
 from stepload.record.plain import json_text
 from stepload.record.rows import Phase
-from stepload.results import extras
+from stepload.results import hysteresis
 from stepload.results.analyse import identify_payload
-from stepload.results.extras import Extras, extras_data, extras_of, extras_tables
+from stepload.results.hysteresis import (
+    Hysteresis,
+    hysteresis_data,
+    hysteresis_of,
+    hysteresis_tables,
+)
 from stepload.results.press_data import PressData
 
-K, N, K_S, RADIUS_M = 6.57e8, 1.5, 3.49e6, 28.7e-3
+K, N, K_S = 6.57e8, 1.5, 3.49e6
 LEVELS = (50.0, 100.0, 150.0, 200.0, 250.0, 300.0)
 CONDITIONS = Conditions(
     Sources(
@@ -83,15 +87,15 @@ def law(whole) -> Identification:
 
 
 @pytest.fixture(scope="module")
-def every(whole, law) -> Extras:
+def every(whole, law) -> Hysteresis:
     """All of them of a sphere; to be read only."""
-    return extras_of(whole, law, Sphere(RADIUS_M))
+    return hysteresis_of(whole, law)
 
 
 @pytest.fixture
 def no_creep(monkeypatch):
     """Without the result that takes longest, where others are looked at."""
-    monkeypatch.setattr(extras, "_relaxation", lambda *_: Missing("left out"))
+    monkeypatch.setattr(hysteresis, "_relaxation", lambda *_: Missing("left out"))
 
 
 def test_a_run_of_two_cycles_has_them_all(every):
@@ -99,18 +103,13 @@ def test_a_run_of_two_cycles_has_them_all(every):
     assert [c.cycle for c in found.loss.cycles] == [1, 2]
     assert all(c.resolved and c.share == pytest.approx(0.05, rel=0.5) for c in found.loss.cycles)
     assert abs(found.loss.change) < 3 * found.loss.change_sigma + 1e-3
-    assert [each.cycle for each in found.unloading] == [1, 2]
-    top = found.unloading[0]
-    assert top.indentation is not None
-    assert found.unloading[1].indentation is None
     assert len(found.relaxation.holds) == 22
     assert sum(each.loading for each in found.relaxation.holds) == 12
     assert not found.relaxation.resolved
-    assert found.hunt_crossley.dissipation_s_per_m is None
 
 
 def test_the_table_of_the_system_is_taken_out_where_there_is_one(whole, every, no_creep):
-    """Soft joints below 100 N: F/K_s alone leaves them in the unloading branch."""
+    """Soft joints below 100 N: F/K_s alone leaves them in the deformation."""
     rows = np.arange(10.0, 301.0, 10.0)
 
     def joints(force):
@@ -124,36 +123,28 @@ def test_the_table_of_the_system_is_taken_out_where_there_is_one(whole, every, n
     soft = replace(whole, travel_m=whole.travel_m + joints(whole.force_n))
     known = replace(CONDITIONS, sources=replace(CONDITIONS.sources, **table))
     expected = every
-    found = extras_of(soft, identify_payload(soft, known))
-    for one, other in zip(found.unloading, expected.unloading, strict=True):
-        assert one.stiffness_n_per_m == pytest.approx(other.stiffness_n_per_m, rel=0.01)
+    found = hysteresis_of(soft, identify_payload(soft, known))
     for one, other in zip(found.loss.cycles, expected.loss.cycles, strict=True):
         assert one.stored_j == pytest.approx(other.stored_j, rel=0.01)
 
 
 def test_creep_in_the_holds_is_seen():
     data = run(creep=0.1)
-    found = extras_of(data, identified(data)).relaxation
+    found = hysteresis_of(data, identified(data)).relaxation
     assert found.resolved
     assert all(each.resolved for each in found.holds if each.loading and each.force_n > 90.0)
     # 1 − exp(−t/τ) over the hold after the skip.
     assert found.holds[5].relative == pytest.approx(0.06, abs=0.025)
 
 
-def test_a_shape_without_a_radius_and_a_sphere_on_a_sphere_give_no_modulus(whole, law, no_creep):
-    for geometry in (None, FlatPunch(0.01), Sphere(RADIUS_M, 0.05)):
-        found = extras_of(whole, law, geometry)
-        assert found.unloading[0].indentation is None
-
-
 def test_json_says_null_and_why(every):
-    made = extras_data(every)
-    assert set(made) == {"missing", "relaxation", "unloading", "loss", "hunt_crossley"}
+    made = hysteresis_data(every)
+    assert set(made) == {"missing", "relaxation", "loss"}
     assert made["missing"] == {}
-    assert json.loads(json_text(made))["unloading"][0]["indentation"]["depth_m"] > 0.0
+    assert json.loads(json_text(made))["loss"]["cycles"][0]["stored_j"] > 0.0
     one_way = run(cycles=1, down=False, hold=0.3)
-    made = extras_data(extras_of(one_way, identified(one_way)))
-    for name in ("relaxation", "unloading", "loss"):
+    made = hysteresis_data(hysteresis_of(one_way, identified(one_way)))
+    for name in ("relaxation", "loss"):
         assert made[name] is None
         assert made["missing"][name]
     assert "unload: true" in made["missing"]["loss"]
@@ -161,16 +152,12 @@ def test_json_says_null_and_why(every):
 
 def test_every_result_or_its_reason_is_on_the_page(every):
     one_way = run(cycles=1, down=False, hold=0.3)
-    for found in (every, extras_of(one_way, identified(one_way))):
-        tables = extras_tables(found)
+    for found in (every, hysteresis_of(one_way, identified(one_way))):
+        tables = hysteresis_tables(found)
         rows = tables[0].rows
-        assert [row[0] for row in rows] == [
-            "relaxation in the holds", "unloading stiffness", "loss per cycle",
-            "Hunt–Crossley damping",
-        ]  # fmt: skip
+        assert len(rows) == 2
         assert all(len(row) == 3 and row[2] for row in rows)
-    assert [row[1] for row in rows[:3]] == ["–", "–", "–"]
-    assert "second opinion" in extras_tables(every)[0].rows[1][2]
+    assert [row[1] for row in rows] == ["–", "–"]
 
 
 def test_a_record_cut_anywhere_is_told_and_raises_nothing(whole, law):
@@ -182,15 +169,9 @@ def test_a_record_cut_anywhere_is_told_and_raises_nothing(whole, law):
                 for name in ("time_s", "force_n", "travel_m", "phase", "cycle")
             },
         )
-        made = extras_data(extras_of(part, law, Sphere(RADIUS_M)))
-        for name in ("relaxation", "unloading", "loss", "hunt_crossley"):
+        made = hysteresis_data(hysteresis_of(part, law))
+        for name in ("relaxation", "loss"):
             assert (made[name] is None) == (name in made["missing"])
-
-
-def test_a_lag_taken_out_takes_damping_with_it(whole, law, no_creep):
-    found = extras_of(replace(whole, lag_corrected_s=2e-3), law).hunt_crossley
-    assert isinstance(found, Missing)
-    assert "lag" in found.why
 
 
 def test_the_change_of_the_loss_has_two_digits_of_its_uncertainty(every):
@@ -202,5 +183,5 @@ def test_the_change_of_the_loss_has_two_digits_of_its_uncertainty(every):
         (0.01, 0.0, "+1.0% ± 0.0%"),
     ):
         loss = replace(found.loss, change=change, change_sigma=sigma)
-        cells = [c for t in extras_tables(replace(found, loss=loss)) for r in t.rows for c in r]
+        cells = [c for t in hysteresis_tables(replace(found, loss=loss)) for r in t.rows for c in r]
         assert any(f"last minus first {told}" in str(cell) for cell in cells)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from numbers import Real
 from pathlib import Path
 from typing import Any
@@ -33,7 +33,7 @@ AUTO = "auto"
 
 
 @dataclass(frozen=True, slots=True)
-class Wishes:
+class Stated:
     """Statements of the caller in addition to the file; None: that of the file, or a default.
 
     Attributes:
@@ -86,21 +86,24 @@ class Wishes:
                 )
 
     @property
-    def states_an_error(self) -> bool:
+    def an_error(self) -> bool:
         """Whether the accuracy of the channels is stated."""
         stated = (self.smooth_error_m, self.force_noise_n, self.position_noise_m)
         return any(value is not None for value in stated)
 
     def applied(self, conditions: Conditions) -> Conditions:
-        """The conditions, with the statements of the caller in place of those of the file."""
-        sources = {name: value for name in _SOURCES if (value := getattr(self, name)) is not None}
-        others: dict[str, Any] = {
-            name: value for name in _CONDITIONS if (value := getattr(self, name)) is not None
-        }
-        changed = replace(conditions.sources, **sources)
-        if any(name.startswith("system_stiffness") for name in sources):
-            changed = _without_table(changed)
+        """The conditions, with the statements of the caller in place of those of the file.
+
+        A stated K_s replaces the table; without a stated uncertainty one is assumed.
+        """
+        given = {name: value for name, value in asdict(self).items() if value is not None}
+        changed = replace(
+            conditions.sources, **{name: given[name] for name in _SOURCES if name in given}
+        )
+        others: dict[str, Any] = {name: given[name] for name in _CONDITIONS if name in given}
+        if given.keys() & set(_SOURCES[:2]):
             others["across"] = Across(at_share=(0.0, 0.0), stated=True)
+            changed = _without_table(changed)
         return replace(conditions, sources=changed, **others)
 
 
@@ -122,29 +125,26 @@ def laws_of(texts: Sequence[str]) -> tuple[str, ...] | None:
     return tuple(dict.fromkeys(word for word in words if word != AUTO)) if words else None
 
 
-def wishes_of_payload(path: Path, wishes: Wishes) -> Wishes:
-    """The wishes with the law of a payload, and with its F_c unless one is stated.
+def with_payload(path: Path, stated: Stated) -> Stated:
+    """The stated with the law of a payload, and with its F_c unless one is stated.
 
     Raises:
         BadInputError: the file is no payload.
         RefusedError: it has no elastic limit.
     """
     theory = theory_of(load_payload(path))
-    limit_n = wishes.elastic_limit_n or theory.elastic_limit_n
+    limit_n = stated.elastic_limit_n or theory.elastic_limit_n
     if theory.is_range:
-        return replace(wishes, elastic_limit_n=limit_n)
-    return replace(wishes, theory_k=theory.law.k, theory_n=theory.law.n, elastic_limit_n=limit_n)
+        return replace(stated, elastic_limit_n=limit_n)
+    return replace(stated, theory_k=theory.law.k, theory_n=theory.law.n, elastic_limit_n=limit_n)
 
 
 def _without_table(sources: Sources) -> Sources:
     """A K_s stated by hand replaces the table; without a stated uncertainty one is assumed."""
-    stiffness, sigma, note = (
-        sources.system_stiffness_n_per_m,
-        sources.system_stiffness_sigma_n_per_m,
-        "",
-    )
+    stiffness, sigma = sources.system_stiffness_n_per_m, sources.system_stiffness_sigma_n_per_m
     if stiffness is None:
         return sources
+    note = ""
     if not sigma > 0.0:
         sigma, note = ASSUMED_RELATIVE * stiffness, f"no σ of K_s stated: {ASSUMED_RELATIVE:.0%}"
     return replace(

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stepload.design.answers import Map, Reach, reaches
-from stepload.design.atlas_tables import value_text
-from stepload.design.points import BUY, PANELS
+from stepload.design.map import BUY, PANELS, Map
+from stepload.design.map_report import Reach, reaches, value_text
 from stepload.results.figures import (
     BLUE,
     GREEN,
@@ -25,7 +24,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from stepload.design.points import Row
+    from stepload.design.map import Row
+
 
 TITLES = {
     "exponent": "exponent of the payload",

@@ -1,4 +1,4 @@
-"""Properties read from an imported curve itself: noise, quantum, free air, touch."""
+"""Properties read from an imported curve: noise, quantum, free air, touch, signs, glitches."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stepload.estimators.fit import FloatArray
+from stepload.estimators.fit import BoolArray, FloatArray, IntArray
 
 LEAST_SLOPE = 0.15
 """A contact with an exponent up to 2.5 at 1 % of its peak force is at least that stiff, as a share
@@ -26,6 +26,24 @@ _WINDOWS, _WINDOW = 64, 2048
 """Noise of long data is taken from so many windows of so many samples."""
 _KEPT, _KEPT_SD = 0.98, 0.933
 """Share of the differences that is kept, and its standard deviation where noise is normal."""
+_AT_AN_END = 0.002
+"""Share of the samples that is taken as one end of the travel."""
+_CLEAR = 0.5
+"""An end whose force is below this share of the other's is the one in free air."""
+_SEEN, _OF_NOISE = 0.05, 6.0
+"""Least difference of the two ends for a sign change: as a share of the force range, and in
+standard deviations of the noise."""
+LEAST_SAMPLES = 32
+"""Shortest table in which glitches are looked for: below it one looks like the top of a press."""
+WIDEST = 2
+"""Largest number of samples in a glitch."""
+SUDDEN = 5.0
+"""Least ratio of a glitch to the steps between the samples next to it. The top of a press and the
+dip of a snap-in, which have a gradual flank, stay below."""
+MOST = 0.01
+"""Above this share of outliers the channel is taken as it is, and none counts as a glitch."""
+_BESIDE, _ABOUT = 3, 12
+_NOISE, _QUANTA, _LEAST = 10.0, 4.0, 1e-3
 
 
 def white_noise(values: FloatArray, order: int = _DIFFERENCES) -> float:
@@ -132,3 +150,82 @@ def _line(x: FloatArray, y: FloatArray, span_m: float, band_n: float) -> FreeAir
     error = float(np.std(y)) / math.sqrt(spread) if spread > 0.0 else math.inf
     seen = abs(slope) * span_m > band_n and abs(slope) > 5.0 * error
     return FreeAir(mean_n, slope if seen else 0.0, at_m)
+
+
+class Signs(NamedTuple):
+    """Factors +1 or −1 that make pressing positive and travel rise towards the payload.
+
+    `shallow_n` is the force at the shallow end, `deep_n` at the deep one, after turning.
+    """
+
+    travel: float
+    force: float
+    shallow_n: float
+    deep_n: float
+
+
+def signs(travel_m: FloatArray, force_n: FloatArray) -> Signs:
+    """Find the deep end of the travel, where the payload is pressed, and the signs that follow.
+
+    The force at the deep end counts as pressing even if adhesion pulls harder elsewhere. The
+    shallow end is the one without force; where an offset hides that, the one where the data begin.
+
+    Args:
+        travel_m, force_n: (N,) in the order of time.
+    """
+    count = max(3, round(_AT_AN_END * travel_m.size))
+    order = np.argpartition(travel_m, [count - 1, travel_m.size - count])
+    low_n = float(np.median(force_n[order[:count]]))
+    high_n = float(np.median(force_n[order[-count:]]))
+    if abs(low_n) < _CLEAR * abs(high_n):
+        deep_is_high = True
+    elif abs(high_n) < _CLEAR * abs(low_n):
+        deep_is_high = False
+    else:
+        begin = float(np.median(travel_m[: max(3, travel_m.size // 100)]))
+        deep_is_high = begin - float(travel_m.min()) <= float(travel_m.max()) - begin
+    shallow, deep = (low_n, high_n) if deep_is_high else (high_n, low_n)
+    if abs(deep - shallow) < max(_SEEN * float(np.ptp(force_n)), _OF_NOISE * white_noise(force_n)):
+        return Signs(1.0, 1.0, low_n, high_n)
+    force = 1.0 if deep > shallow else -1.0
+    return Signs(1.0 if deep_is_high else -1.0, force, force * shallow, force * deep)
+
+
+def spikes(values: FloatArray) -> BoolArray:
+    """Samples (N,) that deviate while their neighbours on both sides agree with each other.
+
+    After Hampel, a sample is compared with medians of its neighbourhood: it deviates by more than
+    ten median steps, four quanta and 0.1 % of the range. None is reported in tables of fewer than
+    32 samples, in the first and last three samples, or where more than 1 % would be.
+
+    Args:
+        values: (N,) a channel in the order of time.
+    """
+    found = np.zeros(values.size, dtype=np.bool_)
+    if values.size < LEAST_SAMPLES:
+        return found
+    low, high = np.percentile(values, [5.0, 95.0])
+    least = max(_LEAST * float(high - low), _QUANTA * quantum(values))
+    steps = np.abs(np.diff(values))
+    for width in range(1, WIDEST + 1):
+        for at in _outside(values, steps, width, least):
+            about = steps[max(at - _ABOUT, 0) : at + width - 1 + _ABOUT]
+            off = min(steps[at - 1], steps[at + width - 1])
+            if off > _NOISE * np.median(about):
+                found[at : at + width] = True
+    return found if found.sum() <= MOST * values.size + 1.0 else np.zeros_like(found)
+
+
+def _outside(values: FloatArray, steps: FloatArray, width: int, least: float) -> IntArray:
+    """Places where `width` samples lie outside both neighbours, which hardly move."""
+    at = np.arange(_BESIDE, values.size - width - _BESIDE + 1)
+    before, after = values[at - 1], values[at + width]
+    inside = np.lib.stride_tricks.sliding_window_view(values, width)[at]
+    above = inside.min(axis=1) - np.maximum(before, after)
+    below = np.minimum(before, after) - inside.max(axis=1)
+    busy = np.abs(after - before)
+    for further in range(1, _BESIDE):
+        left, right = steps[at - 1 - further], steps[at + width - 1 + further]
+        busy = np.maximum(busy, np.maximum(left, right))
+    off = np.maximum(above, below) > np.maximum(SUDDEN * busy, least)
+    return np.asarray(at[off], dtype=np.intp)

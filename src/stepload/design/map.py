@@ -1,16 +1,17 @@
-"""The cells of a map: its panels, the possible changes, and the payloads; the result of each."""
+"""A map of what a rig measures: its cells (panels, changes, payloads) and their results."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from stepload.envelope.benches import Bench, Specimen, k_max
+from stepload.envelope.benches import Bench, Specimen, bench, k_max, specimen
 from stepload.envelope.order import CYCLES, DEFAULT, FREE_S
-from stepload.errors import DomainError
+from stepload.errors import BadInputError, DomainError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
 from stepload.evidence.changes import finer, for_sale, gauged, known, stiffer
@@ -18,6 +19,7 @@ from stepload.evidence.expected import Course, Narrowing, expected_chord, expect
 from stepload.evidence.figures import HOPELESS
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Line
+from stepload.plan.shipped import payload_folder
 
 SPHERE = 1.5
 COLUMNS = 18
@@ -166,3 +168,62 @@ def points(rig: Bench, specimens: Sequence[Specimen], secants: Sequence[float]) 
                   each.top_n, each.conditions, each.touch_n)
         )  # fmt: skip
     return found
+
+
+@dataclass(frozen=True, slots=True)
+class Map:
+    """A map: a rig, payloads, and a row for every cell."""
+
+    rig: Bench
+    specimens: Sequence[Specimen]
+    rows: Sequence[Row]
+
+    def of(self, series: str) -> list[Row]:
+        """The rows of a series."""
+        return [row for row in self.rows if row.point.series == series]
+
+
+Start = Callable[[int], None]
+
+
+def shipped_payloads() -> list[Path]:
+    """The payloads that come with stepload."""
+    return sorted(payload_folder().glob("*.yaml"))
+
+
+def make(
+    rig: str,
+    payloads: Sequence[Path],
+    *,
+    shipped: Sequence[Path] = (),
+    top_n: float | None = None,
+    on_start: Start | None = None,
+) -> Map:
+    """The map of a rig with its payloads.
+
+    Args:
+        rig: a profile that comes with stepload, or a rig file.
+        payloads: payload files; each name once.
+        shipped: more of them, left out where `payloads` has one of the same name.
+        top_n: top force; None: 300 N, or the largest that the rig can press.
+        on_start: called with the number of cells before the computation.
+
+    Raises:
+        BadInputError: no such rig or payload, or two payloads of one name.
+        PlanError: a file is invalid.
+    """
+    base = bench(rig, top_n)
+    bodies = [specimen(rig, path, base.top_n) for path in payloads]
+    names = [each.name for each in bodies]
+    for name in names:
+        if names.count(name) > 1:
+            raise BadInputError(
+                f"two payloads are named {name!r}", hint="give each a name of its own"
+            )
+    bodies += (
+        body for path in shipped if (body := specimen(rig, path, base.top_n)).name not in names
+    )
+    cells = points(base, bodies, columns(base, bodies))
+    if on_start is not None:
+        on_start(len(cells))
+    return Map(base, bodies, [row_of(cell) for cell in cells])

@@ -112,11 +112,3 @@ def _unsafe(plan: Plan, envelope: Envelope) -> str:
     if free_n > safe_n:
         return f"more than {safe} leaves too little room below what {rig.name} can press with"
     return f"more than {safe} is not safe: {_limit(envelope)}"
-
-
-def rounded_down(force_n: float) -> float:
-    """A force in N with three significant digits, never larger than it was."""
-    if not force_n > 0.0:
-        return 0.0
-    unit = 10.0 ** (math.floor(math.log10(force_n)) - 2)
-    return float(f"{math.floor(force_n / unit * (1.0 + 1e-12)) * unit:.3g}")
