@@ -232,7 +232,7 @@ def test_preflight_says_what_every_level_needs(tmp_path: Path) -> None:
     [
         (True, 0.04, "±5 % was to be expected there (10 µm needed)"),
         (False, 0.06, "it also has in it what the contact did of its own, such as creep"),
-        (False, 0.04, "the interval came out as ±4%, but the result is not identified"),
+        (False, 0.04, "the interval came out as ±4 %, but the result is not identified"),
         (False, None, "the run has no interval"),
     ],
 )

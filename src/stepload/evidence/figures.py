@@ -364,6 +364,8 @@ def exponent(read_from: Reading) -> Exponent | None:
             else:
                 continue
             low, high = min([low, *ends]), max([high, *ends])
+    shift = _evenly(power, read_from.branch) - value
+    low, high = low + min(shift, 0.0), high + max(shift, 0.0)
     why = [
         *read_from.doubts,
         *read_from.law_doubts,
@@ -374,6 +376,20 @@ def exponent(read_from: Reading) -> Exponent | None:
         why.append(f"this run cannot tell n = {low:.2f} from {high:.2f}")
     verdict = ResultVerdict.MARGINAL if why else ResultVerdict.IDENTIFIED
     return Exponent(value, (low, high), verdict, tuple(why))
+
+
+def _evenly(power: LawFit, branch: Branch) -> float:
+    """n of least squares in which every row weighs the same, by one Gauss–Newton step.
+
+    Data of a power law give the same n whatever they are weighed by; others do not.
+    """
+    q, (zero_m, top_m) = power.best.shape, power.best.coefficients[:2]
+    force = branch.path.force_n / power.top_n
+    shape = force**q
+    columns = np.stack([np.ones_like(shape), shape, top_m * shape * np.log(force)], axis=1)
+    left_m = branch.deformation_m - zero_m - top_m * shape
+    step = np.linalg.lstsq(columns, left_m, rcond=None)[0][2]
+    return float(1.0 / (q + step)) if q + step > 0.0 else math.inf
 
 
 def _own_exponent(fit: LawFit) -> float:
