@@ -48,6 +48,9 @@ def identify(
         str | None,
         typer.Option("--position-noise", help='Noise (σ) of a position sample, "0.2 um".'),
     ] = None,
+    drift: Annotated[
+        str | None, typer.Option("--drift", help='Drift (σ) of the travel, "0.05 nm/s".')
+    ] = None,
     nonlinearity: Annotated[
         str | None,
         typer.Option("--nonlinearity", help='Bend of the force reading, "0.2 %" of the peak.'),
@@ -110,6 +113,7 @@ def identify(
         smooth_length_n=quantity(smooth_length, "N"),
         force_noise_n=quantity(force_noise, "N"),
         position_noise_m=quantity(position_noise, "m"),
+        travel_drift_m_per_s=quantity(drift, "m/s"),
         nonlinearity=quantity(nonlinearity, "%"),
         laws=laws_of(law or ()),
         branch=branch,

@@ -27,6 +27,8 @@ def linearity_errors(force_n: FloatArray, nonlinearity: float) -> FloatArray:
 
     Args:
         force_n: forces of at least 0.
+        travel_drift_m_per_s: standard uncertainty of a drift of the travel that is stated; None: the
+            run itself bounds it.
         nonlinearity: largest departure from a line, as a share of the largest force.
     """
     top_n = float(force_n.max(initial=0.0))
@@ -80,6 +82,7 @@ class Sources:
     lag_sigma_s: float = 0.0
     gain_sigma: float = 0.0
     zero_drift_n_per_s: float = 0.0
+    travel_drift_m_per_s: float | None = None
     nonlinearity: float = 0.0
     temperature_sigma_k: float = 0.0
     position_m_per_k: float = 0.0

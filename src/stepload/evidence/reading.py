@@ -183,6 +183,9 @@ def _own_lines(
         if again is not None and again.shown_m > 0.0:
             uneven_m = math.hypot(uneven_m, min(abs(again.value_m) / math.sqrt(3.0), most_m))
         found += length(OF_SIGNS[0], format_quantity(uneven_m, "m"), uneven_m)
+    elif sources.travel_drift_m_per_s is not None:
+        drift_m = sources.travel_drift_m_per_s * abs(elapsed_s)
+        found += length("drift as stated", format_quantity(drift_m, "m"), drift_m)
     elif gap is not None:
         # One cycle: what lies between loading and unloading may be a drift.
         share = min(abs(elapsed_s) / max(gap.elapsed_s, 1e-12), 1.0)
