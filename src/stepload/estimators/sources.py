@@ -27,8 +27,6 @@ def linearity_errors(force_n: FloatArray, nonlinearity: float) -> FloatArray:
 
     Args:
         force_n: forces of at least 0.
-        travel_drift_m_per_s: standard uncertainty of a drift of the travel that is stated; None: the
-            run itself bounds it.
         nonlinearity: largest departure from a line, as a share of the largest force.
     """
     top_n = float(force_n.max(initial=0.0))
@@ -58,6 +56,8 @@ class Sources:
         gain_sigma: relative uncertainty of the force calibration.
         zero_drift_n_per_s: largest drift of the force's zero that is stated; it counts where the
             zero was not looked at again after the contact.
+        travel_drift_m_per_s: standard uncertainty of a drift of the travel that is stated; None:
+            the run itself bounds it.
         nonlinearity: largest departure of the force reading from a line, as a share of the largest
             force of the data.
         temperature_sigma_k: standard uncertainty of the temperature, which also covers its change
