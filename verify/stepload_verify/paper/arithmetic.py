@@ -53,11 +53,11 @@ def table_one_secants() -> Section:
         rows.append(row)
     text = (
         'The printed K̂ and n̂, put into (28) at 300 N, against the printed secant. "Can be" is '
-        "what the rounding of both leaves open. Rows that agree within 1 % are left out."
+        "what the rounding of both leaves open. Rows that agree are left out."
     )
     return Section(
         "Secant stiffness of Table I (28)",
-        (text, "", *table([r for r in rows if abs(r.deviation) > 0.01])),
+        (text, "", *table([r for r in rows if not r.agrees])),
         Kind.PAIRS,
         tuple(rows),
     )
