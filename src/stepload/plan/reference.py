@@ -8,14 +8,12 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from stepload.plan.model import Plan
 from stepload.plan.reader import SHAPE
-from stepload.plan.references import data_sheets, profiles, read_data_sheet, read_profile, title
+from stepload.plan.references import profiles, read_profile, title
 from stepload.plan.sections import LIST, Key, Kind, keys, sections_below
-from stepload.plan.source import Source
 
 PAGES = ("docs/plan.md", "docs/simulation.md")
 _BLOCK = re.compile(r"(<!-- keys: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
@@ -33,9 +31,9 @@ def table(kind: Kind) -> str:
     return "\n".join(rows)
 
 
-def _shipped_table(names: Sequence[str], read: Callable[[str], Source]) -> str:
-    """Markdown table of what comes with stepload, with its title."""
-    rows = [f"| `{name}` | {title(read(name))} |" for name in names]
+def _profile_table() -> str:
+    """Markdown table of the rig profiles, with their titles."""
+    rows = [f"| `{name}` | {title(read_profile(name))} |" for name in profiles()]
     return "\n".join(["| profile | what it is |", "|---|---|", *rows])
 
 
@@ -49,12 +47,7 @@ def with_tables(text: str) -> str:
 
     def fill(match: re.Match[str]) -> str:
         name = match[2]
-        if name == "profiles":
-            made = _shipped_table(profiles(), read_profile)
-        elif name == "data_sheets":
-            made = _shipped_table(data_sheets(), read_data_sheet)
-        else:
-            made = table(kinds[name])
+        made = _profile_table() if name == "profiles" else table(kinds[name])
         return f"{match[1]}{made}\n{match[3]}"
 
     return _BLOCK.sub(fill, text)

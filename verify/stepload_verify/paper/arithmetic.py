@@ -90,8 +90,7 @@ def repeatability() -> Section:
             )
     text = (
         "Printed numbers only. Secants repeat within 3 to 26 %. K̂ changes by a factor, because "
-        "the "
-        "errors of K̂ and n̂ are correlated: K̂ is a number only together with its n̂."
+        "the errors of K̂ and n̂ are correlated: K̂ is a number only together with its n̂."
     )
     return Section("Test 1 against test 2 (Table I)", (text, "", *lines))
 

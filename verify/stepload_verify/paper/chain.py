@@ -30,8 +30,7 @@ def system_stiffness() -> Section:
     instron = _calibrations(replace(INSTRON, rate_hz=RIG.rate_hz), INSTRON_MSDE_M)
     lines = [
         f"{RUNS} simulated runs a rig of 50 N steps to 300 N against a rigid contact, with a "
-        "smooth "
-        "position error of the size of the printed MSDE, fitted with intercept.",
+        "smooth position error of the size of the printed MSDE, fitted with intercept.",
         "",
         "| quantity | put in | comes back: median | 5 to 95 % | |",
         "|---|---|---|---|---|",
@@ -53,9 +52,8 @@ def system_stiffness() -> Section:
         ),
         "",
         f"K_s of the STVF scatters by {_scatter(whole)} from run to run, by {_scatter(high)} "
-        "without the "
-        f"lower 40 % of the range. σ from one such run is {_claimed(high)} (median), and "
-        f"{_claimed(known)} where the smooth error is known from earlier runs.",
+        f"without the lower 40 % of the range. σ from one such run is {_claimed(high)} (median), "
+        f"and {_claimed(known)} where the smooth error is known from earlier runs.",
     ]
     return Section("System stiffness (26)", tuple(lines))
 

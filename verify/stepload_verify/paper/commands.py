@@ -92,8 +92,7 @@ def other_means() -> Section:
     modulus = equivalent_modulus(PAYLOADS[0].material, ALUMINIUM)
     lines = (
         "A test runs every command below, in this order. Leave out `--dry-run` on your own rig. "
-        "Dry runs "
-        "show no agreement with the paper.",
+        "Dry runs show no agreement with the paper.",
         "",
         _COPY,
         "",
@@ -107,9 +106,8 @@ def other_means() -> Section:
         "",
         _RUN,
         "",
-        "Finite elements: a curve as CSV, here Hertz with (10). Its zero is the mean plane, that "
-        "of a run "
-        "is its touch: `compare` finds other secants and the same chord.",
+        "Finite elements: a curve as CSV, here Hertz with (10). Its zero is the mean plane, "
+        "that of a run is its touch: `compare` finds other secants and the same chord.",
         "",
         _ELEMENTS.format(modulus=f"{modulus / 1e9:.2f} GPa"),
         "",
@@ -134,7 +132,6 @@ def robot_rig() -> Section:
         _REFUSED,
         "",
         "Below F_c, 9.6 and 1.2 N, the tips leave little above the touch of 4 N; the aluminium "
-        "sphere is "
-        "beyond K_max below its F_c, too.",
+        "sphere is beyond K_max below its F_c, too.",
     )
     return Section("V-B: the payloads on the robot rig", lines)

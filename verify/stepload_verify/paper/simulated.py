@@ -112,10 +112,9 @@ def one_fit(run: RawRun) -> Section:
         f"| {_yes(low <= truth.touch <= high)} | {touch} |",
         "",
         f"The chord from {_REFERENCE_FORCE_N:.0f} to 300 N needs no zero: {number(truth.chord)} "
-        "N/m in "
-        f"the law, {number(_chord(free))} N/m in this fit; over the {RUNS} runs it is off by "
-        f"{100 * chords[1]:+.1f} % (5 to 95 %: {100 * chords[0]:+.1f} to {100 * chords[2]:+.1f} "
-        "%).",
+        f"N/m in the law, {number(_chord(free))} N/m in this fit; over the {RUNS} runs it is off "
+        f"by {100 * chords[1]:+.1f} % (5 to 95 %: {100 * chords[0]:+.1f} to "
+        f"{100 * chords[2]:+.1f} %).",
     ]
     return Section("A simulated run, identified", tuple(lines), files={"fit.svg": figure})
 
@@ -142,8 +141,7 @@ def recursion(run: RawRun) -> Section:
     )
     lines = (
         "Without freezing, a hold of 3 s at λ = 0.99 forgets the ramp, and the exponent is "
-        "fitted to "
-        "noise.",
+        "fitted to noise.",
         "",
         "![recursion](paper/recursion.svg)",
     )

@@ -55,10 +55,9 @@ def spheres() -> Section:
     at_touch = laws.rough(PAYLOADS[0]).deformation(3.0).value * 1e6
     text = (
         "Rough (10) with the hardness chosen for the finite elements. The zero decides most: at "
-        "a touch "
-        f"of 3 N the plastic sphere is already {at_touch:.1f} µm deep from its mean plane. The "
-        "aluminium "
-        "sphere is beyond K_max: zero and K_s error are as large as its deformation."
+        f"a touch of 3 N the plastic sphere is already {at_touch:.1f} µm deep from its mean "
+        "plane. The aluminium sphere is beyond K_max: zero and K_s error are as large as its "
+        "deformation."
     )
     return _table_one("Table I, spheres", text, Kind.SPHERES, (PAYLOADS[0], PAYLOADS[3]))
 
@@ -135,10 +134,8 @@ def instron() -> Section:
     """What the Instron column of Table II would be, with no printed numbers to set beside it."""
     lines = [
         f"{RUNS} runs on the Instron (K_s 1.62e7 N/m, 1 µm, 1 N; smooth error 1.31 µm) against "
-        "steel, "
-        "zero at a touch of 3 N, RS-BTLS; median and 5 to 95 %. The printed column is not "
-        "available. "
-        "`instron-plastic-sphere.csv` is the first of these runs.",
+        "steel, zero at a touch of 3 N, RS-BTLS; median and 5 to 95 %. The printed column is "
+        "not available. `instron-plastic-sphere.csv` is the first of these runs.",
         "",
         "| payload | K̂, N/m^n | n̂ | secant, N/m | on the STVF, aluminium plate: secant, N/m |",
         "|---|---|---|---|---|",
@@ -204,12 +201,9 @@ def preface() -> str:
     """What is simulated, and which of it counts."""
     return (
         f"{RUNS} simulated runs a payload and zero, identified by the product's estimators. "
-        "Scenario C "
-        "**counts**: zero at a touch of 3 N, K_s wrong by 2 %, smooth kinematic error of 0.54 "
-        "µm. The "
-        "same with the zero at the mean plane is not counted; which zero the paper took is not "
-        "printed. A printed number agrees where it lies within the simulated 5 to 95 % band; the "
-        "percentage is that of the median from it. In a band wider than ±0.25 in n̂, or ±20 % in "
-        "the "
-        "secant, agreement shows nothing."
+        "Scenario C **counts**: zero at a touch of 3 N, K_s wrong by 2 %, smooth kinematic "
+        "error of 0.54 µm. The same with the zero at the mean plane is not counted; which zero "
+        "the paper took is not printed. A printed number agrees where it lies within the "
+        "simulated 5 to 95 % band; the percentage is that of the median from it. In a band "
+        "wider than ±0.25 in n̂, or ±20 % in the secant, agreement shows nothing."
     )
