@@ -165,7 +165,11 @@ class ForceSpec(DeviceSpec):
     ] = None
     rate_hz: Annotated[Rate, key("Samples per second.")]
     axis: Annotated[
-        Axis, key("Force component along the press, with the sign that is positive when pressing.")
+        Axis,
+        key(
+            "Force component along the press, positive when pressing; a push by hand on the tool "
+            "shows it."
+        ),
     ]
     range_n: Annotated[Force, key("Rated force.")]
     resolution_n: Annotated[Force, key("Smallest step of the reading.")]
