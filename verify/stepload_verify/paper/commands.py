@@ -127,7 +127,7 @@ def robot_rig() -> Section:
         "",
         _TESTS,
         "",
-        "stepload refuses the paper's other payloads at 300 N:",
+        "The other payloads are refused at 300 N:",
         "",
         _REFUSED,
         "",
