@@ -75,6 +75,8 @@ def main() -> None:
     """Run the command line; every error ends in text and its own exit code, none in a traceback."""
     _give_streams()
     _leave_quickly()
+    # No plugin may watch how a plan is validated; to look for some reads every installed package.
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "true")
     try:
         code = app(standalone_mode=False)
     except LeftEarlyError as error:

@@ -181,7 +181,6 @@ def schema_of(hint: Any) -> dict[str, Any]:
 
 def fields_of(kind: Kind) -> Mapping[str, FieldInfo]:
     """The fields of a section by their names, those that no file may write among them."""
-    adapter(kind)
     found: Mapping[str, FieldInfo] = kind.__pydantic_fields__
     return found
 

@@ -29,9 +29,14 @@ class Listed:
 
 
 @cache
-def _installed(group: str) -> EntryPoints:
+def _all_installed() -> EntryPoints:
     """What the installed packages offer; they are looked through once in a process."""
-    return entry_points(group=group)
+    return entry_points()
+
+
+def installed(group: str) -> EntryPoints:
+    """What they offer in one group."""
+    return _all_installed().select(group=group)
 
 
 def _load(group: str, point: EntryPoint) -> type[Device]:
@@ -48,7 +53,7 @@ def list_drivers() -> list[Listed]:
     """Every installed driver; broken ones with the reason. Loads them, touches no device."""
     found = []
     for group in GROUPS:
-        for point in sorted(_installed(group), key=lambda p: p.name):
+        for point in sorted(installed(group), key=lambda p: p.name):
             problem = ""
             try:
                 _load(group, point)
@@ -60,7 +65,7 @@ def list_drivers() -> list[Listed]:
 
 def driver_names(group: str) -> list[str]:
     """Names installed in `group`, without loading anything."""
-    return sorted(point.name for point in _installed(group))
+    return sorted(point.name for point in installed(group))
 
 
 def load_arm(name: str) -> type[Arm]:
@@ -74,7 +79,7 @@ def load_driver(group: str, name: str) -> type[Device]:
     Raises:
         BadInputError: not installed, or broken, with the reason.
     """
-    points = list(_installed(group).select(name=name))
+    points = list(installed(group).select(name=name))
     kind = GROUPS[group].__name__
     if not points:
         names = ", ".join(driver_names(group)) or "none"
