@@ -258,7 +258,7 @@ class Key:
 def keys(kind: Kind) -> tuple[Key, ...]:
     """The keys of a section, in the order of their declaration."""
     return tuple(
-        Key(info.alias or name, name, info, *_content(info))
+        Key(info.alias or key_of(name), name, info, *_content(info))
         for name, info in fields_of(kind).items()
         if not any(note is INTERNAL for note in info.metadata)
     )

@@ -190,7 +190,7 @@ def load_world(name: str = "sim") -> WorldFactory:
     if not points:
         raise BadInputError(
             f"no simulator named {name!r} is installed",
-            hint="install stepload with its drivers (pip install -e .)",
+            hint="pip install stepload: its drivers come with it",
         )
     factory: WorldFactory = points[0].load()
     return factory
