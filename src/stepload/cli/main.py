@@ -48,10 +48,8 @@ def _as_text(error: Exception) -> SteploadError:
     if isinstance(error, MemoryError):
         return BadInputError("there is not enough memory for that")
     if isinstance(error, ModuleNotFoundError) and not str(error.name).startswith("stepload"):
-        name = str(error.name).partition(".")[0]
-        return BadInputError(
-            f"this needs {name}, which is not installed", hint=f"pip install {name}"
-        )
+        said = f"this needs {error.name}, which is not installed"
+        return BadInputError(said, hint="pip check lists what is missing")
     frame = traceback.extract_tb(error.__traceback__)[-1]
     return SteploadError(
         f"internal error: {type(error).__name__}: {error} ({frame.filename}:{frame.lineno})",
