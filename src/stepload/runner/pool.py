@@ -40,8 +40,8 @@ class Pool:
 
     A process that is killed is replaced, and its batch is done again. Each process has a pipe of
     its own and one batch at a time: no lock, queue or thread is shared that a killed process could
-    leave locked or unread. `ProcessPoolExecutor` of Python 3.11 waits for ever where a process is
-    lost while a batch is submitted.
+    leave locked or unread. `ProcessPoolExecutor` of Python 3.11 waits for ever for a process that it
+    starts while another is lost.
 
     Args:
         processes: at least 1; one for each core where no number is given.
@@ -82,14 +82,14 @@ class Pool:
             while True:
                 # Ctrl+C waits: what is sent is known to be busy, and what came is kept.
                 with interruptible(at_once=False):
-                    for pipe in wait(busy, timeout=0.0) if busy else ():
-                        part = busy.pop(pipe)
+                    for pipe in _ready(busy, 0.0):
+                        lent = busy.pop(pipe)
                         try:
                             came.append(pipe.recv())
                             lost = 0
                         except GONE:
                             self._end([pipe])
-                            again.append(part)
+                            again.append(lent)
                             lost += 1
                     while len(busy) < self._processes and lost <= MOST_IN_A_ROW:
                         part = again.popleft() if again else next(left, None)
@@ -106,7 +106,7 @@ class Pool:
                     )
                 if not busy:
                     return
-                wait(busy)
+                _ready(busy)
         except KeyboardInterrupt:
             while came:
                 yield _result(*came.popleft())
@@ -122,7 +122,7 @@ class Pool:
         """Results of the parts that are being done; no other is begun."""
         try:
             while busy:
-                for pipe in wait(busy):
+                for pipe in _ready(busy):
                     del busy[pipe]
                     with suppress(*GONE):
                         result, error = pipe.recv()
@@ -174,6 +174,13 @@ class Pool:
 
     def __exit__(self, *_: object) -> None:
         self._end(list(self._workers))
+
+
+def _ready(pipes: Iterable[Connection], timeout_s: float | None = None) -> list[Connection]:
+    """Those on which an answer came, or whose process is dead."""
+    there = list(pipes)
+    ready = wait(there, timeout_s)
+    return [pipe for pipe in there if pipe in ready]
 
 
 def _result(result: DoneT, error: BaseException | None) -> DoneT:
