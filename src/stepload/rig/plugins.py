@@ -6,7 +6,7 @@ import inspect
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import EntryPoint, EntryPoints, entry_points
-from typing import cast
+from typing import Any, cast
 
 from stepload.errors import BadInputError
 from stepload.rig.device import Arm, Device, DisplacementSensor, ForceSensor
@@ -29,14 +29,15 @@ class Listed:
 
 
 @cache
-def _all_installed() -> EntryPoints:
+def _all_installed() -> Any:  # another class in Python 3.11 than later
     """What the installed packages offer; they are looked through once in a process."""
     return entry_points()
 
 
 def installed(group: str) -> EntryPoints:
     """What they offer in one group."""
-    return _all_installed().select(group=group)
+    found: EntryPoints = _all_installed().select(group=group)
+    return found
 
 
 def _load(group: str, point: EntryPoint) -> type[Device]:

@@ -40,8 +40,8 @@ class Pool:
 
     A process that is killed is replaced, and its batch is done again. Each process has a pipe of
     its own and one batch at a time: no lock, queue or thread is shared that a killed process could
-    leave locked or unread. `ProcessPoolExecutor` of Python 3.11 waits for ever for a process that it
-    starts while another is lost.
+    leave locked or unread. `ProcessPoolExecutor` of Python 3.11 hangs where it starts a process
+    while another is lost.
 
     Args:
         processes: at least 1; one for each core where no number is given.
@@ -92,10 +92,10 @@ class Pool:
                             again.append(lent)
                             lost += 1
                     while len(busy) < self._processes and lost <= MOST_IN_A_ROW:
-                        part = again.popleft() if again else next(left, None)
-                        if part is None:
+                        due = again.popleft() if again else next(left, None)
+                        if due is None:
                             break
-                        busy[self._send(do, part, busy)] = part
+                        busy[self._send(do, due, busy)] = due
                 while came:
                     yield _result(*came.popleft())
                 if lost > MOST_IN_A_ROW:
