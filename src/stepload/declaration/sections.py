@@ -181,7 +181,6 @@ def schema_of(hint: Any) -> dict[str, Any]:
 
 def fields_of(kind: Kind) -> Mapping[str, FieldInfo]:
     """The fields of a section by their names, those that no file may write among them."""
-    adapter(kind)
     found: Mapping[str, FieldInfo] = kind.__pydantic_fields__
     return found
 
@@ -264,7 +263,7 @@ class Key:
 def keys(kind: Kind) -> tuple[Key, ...]:
     """The keys of a section, in the order of their declaration."""
     return tuple(
-        Key(info.alias or name, name, info, *_content(info))
+        Key(info.alias or key_of(name), name, info, *_content(info))
         for name, info in fields_of(kind).items()
         if not any(note is INTERNAL for note in info.metadata)
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -100,7 +101,7 @@ class Sources:
         """
         if self.system_stiffness_n_per_m is None or not self.deflection_force_n:
             return None
-        return DeflectionTable(self.deflection_force_n, self.deflection_m, self.deflection_sigma_m)
+        return _table(self.deflection_force_n, self.deflection_m, self.deflection_sigma_m)
 
     @property
     def system_m_per_n(self) -> float:
@@ -112,6 +113,10 @@ class Sources:
     def quantum_left_m(self) -> float:
         """Standard deviation of what noise leaves of the position's quantum in a mean."""
         return quantum_left(self.position_resolution_m, self.position_noise_m)
+
+
+_table = lru_cache(maxsize=16)(DeflectionTable)
+"""A run's conditions ask for its table a thousand times."""
 
 
 def quantum_left(quantum: float, noise: float) -> float:

@@ -1,7 +1,5 @@
 """Plan sections for sideways motion: touches on a circle, and nulling of lateral force."""
 
-from __future__ import annotations
-
 from math import pi, radians
 from typing import Annotated
 

@@ -4,8 +4,6 @@ A small JSON file with units, written by `stepload calibrate` and read (as JSON 
 `rig.system_stiffness.record`.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path

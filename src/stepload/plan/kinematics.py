@@ -4,8 +4,6 @@ Six files come with stepload, in the folder `arms`; a lab writes one for an arm 
 read as strictly as a plan: every quantity with its unit, no key that means nothing.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated

@@ -3,8 +3,6 @@
 Other rooms import every part of a plan from here.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import hashlib
 from pathlib import Path

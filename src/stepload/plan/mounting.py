@@ -1,7 +1,5 @@
 """The declaration of a simulated rig with six axes: how its tip is held and meets the plate."""
 
-from __future__ import annotations
-
 from math import pi
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """The declaration of a payload: what is pressed, against which plate."""
 
-from __future__ import annotations
-
 from math import radians
 from typing import Annotated, Literal
 
@@ -210,7 +208,7 @@ class Payload:
     declared_force_limit_sigma_n: Annotated[float | None, INTERNAL] = None
 
     @model_validator(mode="after")
-    def _spread(self) -> Payload:
+    def _spread(self) -> "Payload":
         """Put the uncertainty that is written behind a value into its own field."""
         for name in ("roughness_m", "micro_hardness_pa", "declared_force_limit_n"):
             if isinstance(value := getattr(self, name), Stated):

@@ -1,7 +1,5 @@
 """The declaration of a rig: arm, sensors, system stiffness and the simulated rig."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from enum import StrEnum
 from typing import Annotated
@@ -349,7 +347,7 @@ class SystemStiffness:
     validity_problem: Annotated[str, INTERNAL] = ""
 
     @model_validator(mode="after")
-    def _of_the_value(self) -> SystemStiffness:
+    def _of_the_value(self) -> "SystemStiffness":
         """Make of a σ that is written as a share one in the unit of the value."""
         if isinstance(self.sigma_n_per_m, Relative):
             if self.stiffness_n_per_m is DERIVED:

@@ -1,7 +1,5 @@
 """The declaration of the simulated rig: how the truth of a dry run differs from the plan."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from pydantic.dataclasses import dataclass
