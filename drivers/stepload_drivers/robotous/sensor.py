@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 from abc import abstractmethod
@@ -30,6 +31,7 @@ REPLY_S = 0.5
 more."""
 STOP_S = 0.02
 FROZEN_S = 0.05
+_log = logging.getLogger(__name__)
 
 COMMON: Mapping[str, Option] = {
     "rate": Option("quantity", "sample rate: 10 to 1000 Hz", unit="Hz", default=1000.0),
@@ -126,6 +128,8 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
         for _ in range(2):
             wait = Deadline(min(REPLY_S, deadline.left_s(f"{self._name}: {name.name}")))
             reply = self._reply(self._link, wait, name, *parameters)
+            answer = "no answer" if reply is None else reply.hex()
+            _log.debug("%s <- %s %s -> %s", self._name, name.name, parameters, answer)
             if reply is not None:
                 return reply
         raise DeviceError(
@@ -193,6 +197,7 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
         if self._link is None:
             return False
         self._link.send(codec.command(Command.BIAS, 1))
+        _log.info("%s: zeroed by its own command", self._name)
         return True
 
     def _stop(self, link: Link) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 from collections.abc import Mapping
@@ -50,6 +51,7 @@ PROGRAM_ENDED = TAKEN_OVER | {FaultCode.WATCHDOG_STOP}
 """Faults after which no target can reach the arm, or none may."""
 
 RESCUE_S = 1.0
+_log = logging.getLogger(__name__)
 WHY_S = 0.5
 """Time limit longer than the child needs to ask the dashboard why the program does not run."""
 
@@ -94,6 +96,7 @@ class UrArm(Arm):
         self._fault: Fault | None = None
         self._unloading: Unloading | None = None
         self._reach = Reach(self._settings)
+        self._fault_logged = self._opened = False
         self._stage = ""
         self._replies: dict[int, dict[str, Any]] = {}
 
@@ -110,6 +113,12 @@ class UrArm(Arm):
             self._kill()
             raise
         self._loaded = lookout.loaded_program(self._settings.host)
+        self._opened = True
+        _log.info(
+            "%s: open, %s, serial number %s, %s, period %g s, %s",
+            self._settings.host, controller.model, controller.serial_number, controller.firmware,
+            self.period_s, self._configuration,
+        )  # fmt: skip
         return Identity(
             driver="ur",
             model=controller.model or "unknown",
@@ -119,8 +128,12 @@ class UrArm(Arm):
         )
 
     def _wait_for_first_sample(self, deadline_s: float, timeout_s: float) -> None:
+        stage = ""
         while self._last is None:
             self._pump(min(0.05, max(0.001, deadline_s - time.monotonic())))
+            if self._stage != stage:
+                stage = self._stage
+                _log.debug("%s: opening, %s", self._settings.host, stage)
             if self._last is None and time.monotonic() > deadline_s:
                 self._latch(
                     FaultCode.NOT_CONNECTED,
@@ -129,6 +142,7 @@ class UrArm(Arm):
                     "check the pendant for messages, and the network",
                 )
             if (fault := self._fault) is not None:
+                self._log_fault()
                 raise DeviceError(fault.message, code=fault.code, hint=fault.hint)
 
     def drain(self) -> list[ArmSample]:
@@ -187,6 +201,7 @@ class UrArm(Arm):
 
     def safe(self, timeout_s: float) -> None:
         deadline_s = time.monotonic() + timeout_s
+        self._log_fault()
         if self._child is not None:
             reply = self._request("safe", min(0.6 * timeout_s, 2.5))
             if reply is not None and reply["ok"]:
@@ -208,6 +223,7 @@ class UrArm(Arm):
 
     def retract(self, distance_m: float, speed_m_s: float, timeout_s: float) -> None:
         require_positive("retract", distance_m=distance_m, speed_m_s=speed_m_s, timeout_s=timeout_s)
+        self._log_fault()
         deadline_s = time.monotonic() + timeout_s
         self._pump()
         self._refuse_if_taken_over()
@@ -272,9 +288,13 @@ class UrArm(Arm):
         return StopProof(reply["stop_s"], reply["still_s"], reply["travel_m"])
 
     def close(self) -> None:
+        self._log_fault()
         if self._child is not None:
             self._child.quit()
             self._child = None
+        if self._opened:
+            self._opened = False
+            _log.info("%s: closed, %s", self._settings.host, self._tally.health(time.monotonic()))
         if self._unloading is not None:
             self._unloading.close()
 
@@ -348,6 +368,14 @@ class UrArm(Arm):
         if self._fault is None:
             self._fault = Fault(code, message, hint, time.monotonic())
 
+    def _log_fault(self) -> None:
+        """Log the fault once; not where it is found, for that may be a tick."""
+        fault = self._fault
+        if fault is not None and not self._fault_logged:
+            self._fault_logged = True
+            host, code = self._settings.host, fault.code.value
+            _log.warning("%s: fault %s: %s (%s)", host, code, fault.message, fault.hint)
+
     def _send(self, message: bytes) -> bool:
         self._sent_s = time.monotonic()
         return self._child is not None and self._child.send(message)
@@ -363,7 +391,10 @@ class UrArm(Arm):
         while self._child is not None and time.monotonic() < until_s:
             self._pump(min(0.02, max(0.001, until_s - time.monotonic())))
             if number in self._replies:
-                return self._replies.pop(number)
+                reply = self._replies.pop(number)
+                _log.debug("%s: %s %s -> %s", self._settings.host, op, fields, reply)
+                return reply
+        _log.debug("%s: %s %s -> no answer", self._settings.host, op, fields)
         return None
 
     def _gone(self) -> DeviceError:

@@ -8,6 +8,7 @@ does not answer shows nothing.
 from __future__ import annotations
 
 import contextlib
+import logging
 import math
 import threading
 import time
@@ -22,6 +23,7 @@ from stepload_drivers.ur.state import Problem
 
 EVERY_S = 0.1
 ASK_LIMIT_S = 0.5
+_log = logging.getLogger(__name__)
 
 LOADED = "get loaded program"
 QUESTIONS = (
@@ -189,10 +191,14 @@ class Lookout:
         if answers is None:
             return
         self._loaded = self._loaded or answers.loaded
-        self.sign = self.sign or sign_in(answers, self._loaded)
+        if self.sign is not None:
+            return
+        self.sign = sign_in(answers, self._loaded)
         if self.sign is None and now_s - self._plays_since_s > self._own_program_s:
             told = "the dashboard told of a program that runs and is not ours"
             self.sign = Problem(FaultCode.PROGRAM_STOPPED, told, _HINT)
+        if self.sign is not None:
+            _log.warning("%s: %s: %s", self._host, self.sign.code.value, self.sign.message)
 
 
 def loaded_program(host: str) -> str:
