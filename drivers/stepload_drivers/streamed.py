@@ -177,7 +177,7 @@ class Streamed(Device, Generic[Sample]):
         except BaseException:
             self.close()
             raise
-        _log.info("%s: open at %.6g Hz, %s", self._name, 1.0 / self._period_s, identity)
+        _log.info("%s: open at %.6g Hz, %s", stream.name, 1.0 / stream.period_s, identity)
         return identity
 
     def drain(self) -> list[Sample]:
@@ -193,9 +193,9 @@ class Streamed(Device, Generic[Sample]):
         """Do nothing: a sensor drives nothing, and its data must show the arm's retract."""
 
     def close(self) -> None:
-        if self._reader is not None:
+        if self._reader is not None and self._stream is not None:
             self._reader.stop()
             self._reader = None
-            _log.info("%s: closed, %s", self._name, self.health())
+            _log.info("%s: closed, %s", self._stream.name, self._stream.health())
         with contextlib.suppress(Exception):
             self._disconnect()
