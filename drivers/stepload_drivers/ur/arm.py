@@ -20,12 +20,12 @@ from stepload_drivers.motion import (
     require_positive,
     require_shift,
 )
-from stepload_drivers.ur import lookout, rescue, state, wire
-from stepload_drivers.ur.last_seen import LastSeen, Reach
+from stepload_drivers.ur import dashboard_watch, direct_stop, state, wire
+from stepload_drivers.ur.last_state import LastState, Reach
+from stepload_drivers.ur.packet_counter import PacketCounter
 from stepload_drivers.ur.preflight import preflight
 from stepload_drivers.ur.process import ChildProcess
 from stepload_drivers.ur.settings import OPTIONS, settings_from
-from stepload_drivers.ur.tally import Tally
 from stepload_drivers.ur.unload import Unloading
 
 CONNECTION_LOST = frozenset(
@@ -86,7 +86,7 @@ class UrArm(Arm):
     def _begin(self, period_s: float) -> None:
         """Know nothing of the arm but its control period."""
         self.period_s = period_s
-        self._tally = Tally(period_s)
+        self._tally = PacketCounter(period_s)
         self._samples: list[ArmSample] = []
         self._start: state.Vector6 | None = None
         self._target_m = 0.0
@@ -112,7 +112,7 @@ class UrArm(Arm):
         except BaseException:  # an interrupt too must not leave a child behind
             self._kill()
             raise
-        self._loaded = lookout.loaded_program(self._settings.host)
+        self._loaded = dashboard_watch.loaded_program(self._settings.host)
         self._opened = True
         _log.info(
             "%s: open, %s, serial number %s, %s, period %g s, %s",
@@ -219,7 +219,7 @@ class UrArm(Arm):
                 code=FaultCode.NOT_CONNECTED,
                 hint="keep clear of the arm; use the emergency stop before anybody goes near it",
             )
-        rescue.stop(self._settings.host, deadline_s)
+        direct_stop.stop(self._settings.host, deadline_s)
 
     def retract(self, distance_m: float, speed_m_s: float, timeout_s: float) -> None:
         require_positive("retract", distance_m=distance_m, speed_m_s=speed_m_s, timeout_s=timeout_s)
@@ -240,10 +240,10 @@ class UrArm(Arm):
         self._unloading = self._unloading or Unloading(self._settings, self._last_seen())
         self._unloading.retract(distance_m, speed_m_s, deadline_s)
 
-    def _last_seen(self) -> LastSeen:
+    def _last_seen(self) -> LastState:
         last = self._last
         band = self._reach.after(last) if last else (0.0, 0.0)
-        return LastSeen(self._settings, last, band, self._configuration, self._loaded)
+        return LastState(self._settings, last, band, self._configuration, self._loaded)
 
     def _hear_who_stopped_it(self) -> None:
         """Give the child time to ask why the program does not run: a person may have ended it."""
@@ -278,7 +278,7 @@ class UrArm(Arm):
         if reply is None or not reply["ok"]:
             why = reply["message"] if reply else f"no answer within {timeout_s:g} s"
             self._kill()
-            rescue.stop(self._settings.host, time.monotonic() + RESCUE_S)
+            direct_stop.stop(self._settings.host, time.monotonic() + RESCUE_S)
             raise DeviceError(
                 f"the stop of the arm's watchdog is not proven: {why}",
                 code=FaultCode.REFUSED_COMMAND,

@@ -90,10 +90,10 @@ def _log_failure(error: Exception) -> None:
         logging.getLogger(__name__).debug("the command failed", exc_info=error)
 
 
-def _exit_code(log: ExitStack) -> int | None:
+def _exit_code(log: ExitStack) -> int:
     """Run the verb of the command line; what is started for a log ends with `log`."""
     try:
-        return app(standalone_mode=False, obj=log)
+        return int(app(standalone_mode=False, obj=log) or 0)
     except LeftEarlyError as error:
         return 128 + error.signal_number
     except (KeyboardInterrupt, typer.Abort):
@@ -102,7 +102,7 @@ def _exit_code(log: ExitStack) -> int | None:
         show = getattr(error, "show", None)  # typer's own usage errors
         if show is not None:
             show()
-            return getattr(error, "exit_code", ExitCode.BAD_INPUT)
+            return int(getattr(error, "exit_code", ExitCode.BAD_INPUT))
         _log_failure(error)
         from stepload.results.terminal import Output
 
@@ -117,4 +117,4 @@ def main() -> None:
     _leave_quickly()
     with ExitStack() as log:
         code = _exit_code(log)
-    sys.exit(int(code or 0))
+    sys.exit(int(code))

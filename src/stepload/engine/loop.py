@@ -12,16 +12,17 @@ from stepload.engine.device_faults import DeviceFaults
 from stepload.engine.hang import LOOK_S, LOOKS, LoopHungError, hang_watch
 from stepload.engine.interfaces import RecordSink, RigDevices
 from stepload.engine.notices import EventLog, Say, nothing
+from stepload.engine.realtime import realtime_conditions
 from stepload.engine.safe_end import make_rig_safe
 from stepload.engine.safing import Action, make_safe, stop_notice, why_it_stopped
 from stepload.engine.tick import Engine
-from stepload.engine.undisturbed import undisturbed
 from stepload.errors import in_words
 from stepload.record.outcome import ActionResult, Cause, RunOutcome, RunStatus
 from stepload.rig.device import Identity
 
 EXPLAIN_DEADLINE_S = 1.0
 _log = logging.getLogger(__name__)
+Event = tuple[float, str, dict[str, object]]
 
 
 def run_loop(
@@ -74,7 +75,7 @@ class _Run:
     def drive(self) -> None:
         """Tick until the loop has ended, in whatever way; never raises."""
         try:
-            with undisturbed(self.rig.clock.virtual), self._watched():
+            with realtime_conditions(self.rig.clock.virtual), self._watched():
                 self.cadence.run()
         except LoopHungError:
             pass
@@ -158,13 +159,13 @@ class _Run:
 
 def _record_end(record: RecordSink, log: EventLog, engine: Engine, outcome: RunOutcome) -> None:
     end_s = outcome.end_s
-    actions = [
+    actions: list[Event] = [
         (end_s, "safing_action",
          {"name": action.name, "sent": action.sent, "error": action.error,
           "duration_s": action.duration_s})
         for action in outcome.safing
     ]  # fmt: skip
-    end = (end_s, "end", {"status": outcome.status.value, "why": outcome.why})
+    end: Event = (end_s, "end", {"status": outcome.status.value, "why": outcome.why})
     with suppress(BaseException):  # the outcome must not be lost with the record's end
         for event in (*engine.events, *actions, end):
             log.add(*event)

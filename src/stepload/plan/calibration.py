@@ -13,7 +13,7 @@ from typing import Annotated
 
 from pydantic.dataclasses import dataclass
 
-from stepload.contact.across import across_problem
+from stepload.contact.lateral_checks import across_problem
 from stepload.estimators.deflection_rows import table_problem, upper_stiffness_n_per_m
 from stepload.plan.problems import Problem
 from stepload.plan.quantities import (

@@ -35,11 +35,11 @@ from stepload.results.data import outcome_data, run_data
 from stepload.results.model import Document
 from stepload.results.provenance import about, with_record
 from stepload.results.run_document import run_document
-from stepload.results.saved import read_to_evaluate
+from stepload.results.run_record import read_to_evaluate
 from stepload.rig import pose
 from stepload.rig.device import ArmConfiguration
 from stepload.session import control, files
-from stepload.session.ready import refuse_simulated
+from stepload.session.hardware_check import refuse_simulated
 from stepload.session.resume import Resumed, resumable
 
 Progress = Callable[[Engine, Envelope], None]

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from stepload.errors import BadInputError, DeviceError
 from stepload.rig.faults import FaultCode
 from stepload_drivers.ur import wire
+from stepload_drivers.ur.direct_stop import retract_script
 from stepload_drivers.ur.preflight import Controller, check_version, register_names
-from stepload_drivers.ur.rescue import retract_script
 from stepload_drivers.ur.settings import Settings, settings_from
 from stepload_drivers.ur.state import UrState
 from stepload_verify.emulators.ur_axis import FreeAirAxis
