@@ -69,7 +69,7 @@ def make_loop(ur, link, told, monkeypatch):
     monkeypatch.setattr(loop_module, "stay_alive_for", lambda seconds: None)
     monkeypatch.setattr(loop_module, "os", SimpleNamespace(_exit=end_process))
     monkeypatch.setattr(watch_module, "RemoteCheck", ask_remote)
-    monkeypatch.setattr(watch_module, "ToldClient", lambda host, deadline_s: told)
+    monkeypatch.setattr(watch_module, "ConfigurationClient", lambda host, deadline_s: told)
 
     def make(*, control: bool = True, **options: Any) -> loop_module.Loop:
         settings = settings_from({"host": "127.0.0.1", "approach": APPROACH, **options})

@@ -118,7 +118,7 @@ def controller(clock, monkeypatch) -> Controller:
     monkeypatch.setattr(unload, "RtdeClient", rtde_of(controller, clock))
     monkeypatch.setattr(unload, "dashboard", controller.dashboard)
     monkeypatch.setattr(unload, "send_script", controller.send_script)
-    monkeypatch.setattr(unload, "told", controller.told)
+    monkeypatch.setattr(unload, "read_configuration", controller.told)
     monkeypatch.setattr(dashboard_watch, "Dashboard", lambda host, deadline_s: controller)
     monkeypatch.setattr(dashboard_watch.DashboardWatch, "start", lambda self: None)
     return controller
@@ -380,7 +380,7 @@ def test_a_sign_right_before_the_sending_is_not_too_late(unloading, controller, 
         controller.remote = False
         return TOLD
 
-    monkeypatch.setattr(unload, "told", told)
+    monkeypatch.setattr(unload, "read_configuration", told)
     assert refused(unloading, clock, controller).code == FaultCode.NOT_REMOTE
     assert controller.scripts == []
 
