@@ -8,6 +8,7 @@ silence for ever). All others are used as they are.
 from __future__ import annotations
 
 import contextlib
+import logging
 import re
 import select
 import socket
@@ -29,8 +30,9 @@ from stepload_drivers.canframe import CanFrame
 Interface = Annotated[Verbatim, key("python-can interface: socketcan, slcan, socketcand, pcan, …")]
 Channel = Annotated[PathText, key("can0, /dev/ttyACM0, HOST:PORT/can0")]
 WAIT_S = 0.1
-MAX_BATCH = 64
 """Time limit of one read, so that a slow reader returns what it has."""
+MAX_BATCH = 64
+_log = logging.getLogger(__name__)
 
 
 _SLCAN_LINE = re.compile(r"t([0-7][0-9A-Fa-f]{2})([0-8])((?:[0-9A-Fa-f]{2})*)", re.ASCII)
@@ -151,6 +153,7 @@ class CanLink:
                 code=FaultCode.NOT_CONNECTED,
                 hint="check interface, channel, bit rate, and that the link is up",
             ) from error
+        _log.debug("CAN bus %s open: %d bit/s", self.where, bitrate)
         if latency_ms is not None and latency_ms > MAX_LATENCY_MS:
             self.close()
             raise DeviceError(
@@ -204,6 +207,7 @@ class CanLink:
             pass
 
     def close(self) -> None:
+        _log.debug("CAN bus %s closed", self.where)
         with contextlib.suppress(can.CanError, OSError, ValueError):
             self._bus.shutdown()
         if isinstance(self._bus, slcanBus):

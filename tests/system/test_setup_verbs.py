@@ -12,7 +12,7 @@ from stepload.cli.main import app
 from stepload.errors import BadInputError, DeviceError, RefusedError
 from stepload.plan.load import load_plan
 from stepload.setup.answers import Answers
-from stepload.setup.story import set_up
+from stepload.setup.wizard import set_up
 
 ARM = {
     "name": "bench", "host": "127.0.0.1", "sensor": "bota-sensone-serial",

@@ -18,7 +18,7 @@ from stepload.record.reader import Recording, read_recording
 from stepload.record.rows import Phase
 from stepload.results.analyse import whole_cycles
 from stepload.results.provenance import schema_text
-from stepload.results.stored import evaluation_of
+from stepload.results.record_evaluation import evaluation_of
 from stepload.results.until import Loaded, loaded
 from stepload.session.experiment import Finished, run_plan
 from stepload.session.resume import resumable

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 from typing import Annotated, Any, ClassVar
@@ -29,6 +30,7 @@ MEASURED_RECORDS = 33
 RATE_TOLERANCE = 0.05
 LOOK_S = 5e-4
 """Least time between two reads of a stream faster than 1 kHz: several records are read at once."""
+_log = logging.getLogger(__name__)
 UNKNOWN_STATUS = StatusWord({31: "error"}, 0)
 
 
@@ -261,6 +263,7 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
         if self._link is None:
             return False
         self._link.send(rdt.request(Command.BIAS))
+        _log.info("%s: zeroed by its own command", self._name)
         return True
 
     def _stop(self, link: UdpLink) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from typing import Annotated, Any, ClassVar
 
@@ -21,6 +22,7 @@ from stepload_drivers.streamed import STALE_S, MaxAge
 from stepload_drivers.units import UNITS_N
 
 FROZEN_S = 1.0
+_log = logging.getLogger(__name__)
 DEFAULT_PATTERN = r"(?P<force>[+-]?\d+(?:\.\d+)?)"
 
 
@@ -107,6 +109,7 @@ class LineForceSensor(LineSensor[ForceSample], ForceSensor):
         if self._link is None or not self._zero:
             return False
         self._link.write(self._zero)
+        _log.info("%s: zeroed by its own command", self._name)
         return True
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 from abc import abstractmethod
@@ -40,6 +41,8 @@ more."""
 STOP_S = 0.02
 FROZEN_S = 0.05
 _CanId = Annotated[int, number(1, 255)]
+
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
@@ -160,6 +163,8 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
         for _ in range(2):
             wait = Deadline(min(REPLY_S, deadline.left_s(f"{self._name}: {name.name}")))
             reply = self._reply(self._link, wait, name, *parameters)
+            answer = "no answer" if reply is None else reply.hex()
+            _log.debug("%s <- %s %s -> %s", self._name, name.name, parameters, answer)
             if reply is not None:
                 return reply
         raise DeviceError(
@@ -227,6 +232,7 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
         if self._link is None:
             return False
         self._link.send(codec.command(Command.BIAS, 1))
+        _log.info("%s: zeroed by its own command", self._name)
         return True
 
     def _stop(self, link: Link) -> None:

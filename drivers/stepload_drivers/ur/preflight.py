@@ -13,11 +13,11 @@ from importlib.util import find_spec
 
 from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
-from stepload_drivers.ur.changed import slow_problem
 from stepload_drivers.ur.client import RtdeClient, Version, dashboard
+from stepload_drivers.ur.configuration import read_configuration
+from stepload_drivers.ur.setting_changes import slow_problem
 from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import safety_problem
-from stepload_drivers.ur.told import told
 
 OLDEST: Version = (3, 4, 0, 0)
 OLDEST_E_SERIES: Version = (5, 4, 0, 0)
@@ -127,7 +127,7 @@ def preflight(settings: Settings, deadline_s: float) -> Controller:
         rtde.start(125.0)
         if problem := safety_problem(rtde.read()):
             raise problem.error(f"{settings.host}: ")
-    if problem := slow_problem(told(settings.host, deadline_s)):
+    if problem := slow_problem(read_configuration(settings.host, deadline_s)):
         raise problem.error(f"{settings.host}: ")
     serial_number, model = _identity(settings, version, deadline_s)
     return Controller(version, serial_number, model)

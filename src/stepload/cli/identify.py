@@ -16,7 +16,7 @@ from stepload.errors import BadInputError
 from stepload.results.terminal import AsJson, Output
 
 if TYPE_CHECKING:
-    from stepload.data.again import Again
+    from stepload.data.reevaluation import Again
     from stepload.results.stated import Stated
 
 EVERY_S = 10.0
@@ -146,7 +146,7 @@ def identify(
         raise BadInputError(f"--kind {kind!r}", hint="payload or system")
     out.show(document)
     if write_to is not None:
-        from stepload.session.again import results_again, write_new
+        from stepload.session.reevaluation import results_again, write_new
 
         whole = {**about({}, {}), **data}, document
         report = write_new(write_to, *(results_again(file, stated) if is_record(file) else whole))
@@ -174,7 +174,7 @@ def _show_all(directory: Path, stated: Stated, processes: int | None, output: Ou
     Raises:
         BadInputError: it is no directory, or there is no record.
     """
-    from stepload.data.again import identify_all
+    from stepload.data.reevaluation import identify_all
     from stepload.runner.pool import Pool
 
     due_s = [time.monotonic() + EVERY_S]

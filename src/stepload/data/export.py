@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from stepload.data.libraries import library
-from stepload.data.opened import Run
+from stepload.data.run import Run
 from stepload.data.streams import STREAMS
 from stepload.data.table import PHASE, Table
 from stepload.errors import BadInputError, printable

@@ -7,10 +7,10 @@ from collections import deque
 from collections.abc import Callable
 
 from stepload.engine.course import Course, Then
-from stepload.engine.follow import Lead
 from stepload.engine.retract import REST_S, not_open
 from stepload.engine.settle import RingTest
 from stepload.engine.touch import TouchTest
+from stepload.engine.tracking import Lead
 from stepload.envelope.schedule import SLOW_SHARE, WORTH, touch_gap_m
 from stepload.record.outcome import Touch
 from stepload.record.rows import Phase

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stepload.estimators.sources import Sources
+from stepload.evidence.inelastic_signs import Compliance, signs_of
 from stepload.evidence.loops import BETWEEN, Branch, Hold, Loop
-from stepload.evidence.signs import Compliance, signs_of
 
 SIGMAS = 3.0
 

@@ -8,7 +8,7 @@ from contextlib import suppress
 from itertools import pairwise
 
 from stepload.contact.elastic import law_for
-from stepload.contact.unknown import softest
+from stepload.contact.material_range import softest
 from stepload.declaration.sections import DERIVED, UnknownError, known, put
 from stepload.errors import DomainError, printable
 from stepload.plan.model import Plan

@@ -22,7 +22,7 @@ from stepload.results.conditions import measured, planned
 from stepload.results.hysteresis import Hysteresis, hysteresis_of
 from stepload.results.levels import Level, levels_of
 from stepload.results.press_data import LOADING, UNLOADING, PressData, event_number, press_data
-from stepload.results.pressed import pressed
+from stepload.results.run_data import pressed
 
 CONTACT_MODULUS_SIGMA = 0.1
 """Relative uncertainty of a series contact computed from handbook moduli."""

@@ -19,9 +19,9 @@ from stepload.estimators.table import MeasuredTable, measured_table
 from stepload.estimators.two_spheres import TwoSphereFit, two_sphere_difference
 from stepload.plan.calibration import TEMPERATURE_BAND_K, CalibrationRecord
 from stepload.plan.model import Structure
-from stepload.results.across_runs import NOT_KNOWN, across_of_runs
 from stepload.results.analyse import identify_system, series_contact
-from stepload.results.saved import SavedRun, labelled
+from stepload.results.lateral_effect_runs import NOT_KNOWN, across_of_runs
+from stepload.results.run_record import SavedRun, labelled
 from stepload.rig.pose import differences
 
 VALID_DAYS = 180

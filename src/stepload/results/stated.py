@@ -12,9 +12,9 @@ from typing import Any
 from stepload.contact.law_names import LAW_NAMES
 from stepload.envelope.theory import theory_of
 from stepload.errors import BadInputError
-from stepload.estimators.across import Across
 from stepload.estimators.conditions import BRANCHES, Conditions
 from stepload.estimators.deflection import ASSUMED_RELATIVE
+from stepload.estimators.lateral_effect import Across
 from stepload.estimators.sources import Sources
 from stepload.plan.load import load_payload
 

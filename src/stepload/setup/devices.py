@@ -12,11 +12,11 @@ from stepload.plan.references import data_sheets, names_a_file, read_data_sheet,
 from stepload.plan.source import read_source
 from stepload.rig.device import ArmConfiguration, Identity
 from stepload.rig.plugins import load_driver
-from stepload.setup.bench import ARMS, FORCE, SECOND, SENSORS, listen
 from stepload.setup.context import Setup
-from stepload.setup.flat import Value, flat, quoted
+from stepload.setup.open_devices import ARMS, FORCE, SECOND, SENSORS, listen
 from stepload.setup.ports import can_adapters, serial_ports
 from stepload.setup.state import Found
+from stepload.setup.yaml_keys import Value, flat, quoted
 from stepload.units import parse_quantity
 
 RATE_TOLERANCE = 0.05

@@ -68,7 +68,9 @@ def controller(monkeypatch) -> Controller:
     monkeypatch.setattr(preflight_module, "find_spec", lambda name: True)
     monkeypatch.setattr(preflight_module, "RtdeClient", Rtde)
     monkeypatch.setattr(preflight_module, "dashboard", dashboard)
-    monkeypatch.setattr(preflight_module, "told", lambda host, deadline_s: controller.told)
+    monkeypatch.setattr(
+        preflight_module, "read_configuration", lambda host, deadline_s: controller.told
+    )
     return controller
 
 

@@ -17,7 +17,7 @@ from stepload.estimators.selection import uniform_in_force
 from stepload.estimators.sources import Sources
 from stepload.evidence.answer import Evidence, weigh
 from stepload.evidence.loops import Track
-from stepload.evidence.pressed import Pressed
+from stepload.evidence.run_data import RunData
 from stepload_verify.paper import laws
 from stepload_verify.paper.chart import Line, chart
 from stepload_verify.paper.printed import PAYLOADS, SECANT_FORCE_N
@@ -181,7 +181,7 @@ def _fits(run: RawRun) -> tuple[Fit, Fit, Evidence]:
     return (
         rs_btls(deformation, force, secant_force_n=SECANT_FORCE_N),
         free,
-        weigh(Pressed([(1, track, None)], told)),
+        weigh(RunData([(1, track, None)], told)),
     )
 
 
