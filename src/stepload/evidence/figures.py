@@ -388,6 +388,8 @@ def _evenly(power: LawFit, branch: Branch) -> float:
     shape = force**q
     columns = np.stack([np.ones_like(shape), shape, top_m * shape * np.log(force)], axis=1)
     left_m = branch.deformation_m - zero_m - top_m * shape
+    if not (np.isfinite(columns).all() and np.isfinite(left_m).all()):
+        return math.inf
     step = np.linalg.lstsq(columns, left_m, rcond=None)[0][2]
     return float(1.0 / (q + step)) if q + step > 0.0 else math.inf
 
