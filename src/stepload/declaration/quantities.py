@@ -380,13 +380,16 @@ def _lines(value: str) -> str:
     return _printable(True, value)
 
 
+_DAY = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}")
+
+
 def _day(value: Any) -> Any:
     """Only year-month-day is a date: pydantic would also read seconds since 1970."""
     if isinstance(value, date):
         return value
     try:
-        return date.fromisoformat(value if isinstance(value, str) and len(value) == 10 else "")
-    except ValueError:
+        return date.fromisoformat(value if _DAY.fullmatch(value) else "")
+    except (ValueError, TypeError):
         hint = "expected year-month-day, for example 2025-03-31"
         raise refused(f"{shown(value)} is not a date", hint) from None
 
@@ -452,11 +455,12 @@ def path_of(value: Any) -> Path:
     return Path(_one_line(value))
 
 
-def _no_bool(value: Any) -> Any:
-    return str(value).lower() if isinstance(value, bool) else value
+def _whole(value: Any) -> Any:
+    """Neither true nor 1.0 is the version 1."""
+    return value if type(value) is int or value is None else str(value).lower()
 
 
-Version = Annotated[Literal[1], BeforeValidator(_no_bool)]
+Version = Annotated[Literal[1], BeforeValidator(_whole)]
 """The version of a file format."""
 FilePath = Annotated[Path, BeforeValidator(path_of)]
 Calendar = Annotated[date, BeforeValidator(_day)]

@@ -326,7 +326,7 @@ def expected(schema: Mapping[str, Any]) -> str:
     if "$ref" in schema:
         return expected(schema["$defs"][schema["$ref"].rpartition("/")[2]])
     if "enum" in schema:
-        return "one of " + ", ".join(map(str, schema["enum"]))
+        return "one of " + ", ".join(str(word) for word in schema["enum"] if word)
     if "const" in schema:
         return f"`{schema['const']}`"
     match schema.get("type"):

@@ -163,6 +163,10 @@ def _impossible(source: Source, record: CalibrationRecord) -> Iterator[Problem]:
         yield source.problem(1, 1, f"valid_until {last} is before measured_on {first}")
     if (len(record.tcp_position_m), len(record.tcp_rotation_rad)) not in ((0, 0), (3, 3)):
         yield source.problem(1, 1, "tcp_position and tcp_rotation: three numbers each, or none")
+    if record.sigma_n_per_m >= record.stiffness_n_per_m:
+        yield source.problem(1, 1, "sigma is not below the stiffness", "calibrate again")
+    if record.force_to_n <= record.force_from_n:
+        yield source.problem(1, 1, "force_to is not above force_from", "calibrate again")
     told = record.across_m_per_n, record.across_sigma_m_per_n, record.at_share
     if problem := across_problem(*told):
         yield source.problem(1, 1, f"lateral force: {problem}")

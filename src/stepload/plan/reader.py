@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from stepload.declaration.quantities import REFUSED, WRITTEN, shown
+from stepload.declaration.quantities import REFUSED, WRITTEN, Relative, shown
 from stepload.declaration.sections import (
     UNKNOWN,
     Key,
@@ -111,6 +111,8 @@ def _partial(kind: Any, data: Any) -> Any:
             value = _known(key, written[key.name])
         elif isinstance(data, dict) and not info.is_required():
             value = info.default_factory() if info.default_factory else info.default  # type: ignore[call-arg]
+        if isinstance(value, Relative):  # a share of a value that may be bad
+            value = UNKNOWN
         object.__setattr__(made, name, value)
     return made
 
@@ -163,6 +165,8 @@ def _problem(kind: Kind, root: Node, at: Place, error: ErrorDetails) -> Problem 
         return place.problem(f"missing key {name!r}", expected(key) if key else "")
     if told == "unexpected_keyword_argument":
         return unknown_key(place, name, [each.name for each in keys(section)])
+    if isinstance(node, Mapping) and isinstance(node.entries.get(SHAPE), Broken):
+        return None
     if key and key.shaped and told in (*_OF_UNIONS, *_NOT_A_MAPPING):
         return _of_shape(node, place, tuple(map(_shape, key.sections)))
     if told in _NOT_A_MAPPING:
