@@ -49,7 +49,8 @@ def identify(
         typer.Option("--position-noise", help='Noise (σ) of a position sample, "0.2 um".'),
     ] = None,
     drift: Annotated[
-        str | None, typer.Option("--drift", help='Drift (σ) of the travel, "0.05 nm/s".')
+        str | None,
+        typer.Option("--drift", help='Drift (σ) of the travel, one cycle, "0.05 nm/s".'),
     ] = None,
     nonlinearity: Annotated[
         str | None,

@@ -19,20 +19,22 @@ from stepload.declaration.quantities import (
     Expansion,
     Length,
     LengthOrZero,
-    Modulus,
     Name,
-    PoissonRatio,
     Quantity,
+    number,
+    refused,
+)
+from stepload.declaration.sections import INTERNAL, SECTION, Made, key, put
+from stepload.declaration.uncertain import (
+    Modulus,
+    PoissonRatio,
     Stated,
     UncertainForce,
     UncertainLength,
     UncertainLengthOrZero,
     UncertainPressure,
-    number,
-    refused,
     stated,
 )
-from stepload.declaration.sections import INTERNAL, SECTION, Made, key, put
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)

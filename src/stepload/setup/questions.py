@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from stepload.declaration.quantities import Modulus, Name
+from stepload.declaration.quantities import Name
+from stepload.declaration.uncertain import Modulus
 from stepload.errors import BadInputError
 from stepload.plan.reader import checked
 from stepload.units import QuantityError, parse_quantity

@@ -21,12 +21,11 @@ from stepload.declaration.quantities import (
     Note,
     Quantity,
     Remark,
-    Uncertain,
     Version,
     number,
-    stated,
 )
 from stepload.declaration.sections import Kind, fields_of, keys, schema_of
+from stepload.declaration.uncertain import Uncertain, stated
 from stepload.errors import BadInputError
 from stepload.plan.calibration import CalibrationRecord
 from stepload.plan.model import Plan

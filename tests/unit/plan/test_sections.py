@@ -12,7 +12,7 @@ import pytest
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from stepload.declaration.quantities import Flag, Force, Length, Name, Quantity, Uncertain
+from stepload.declaration.quantities import Flag, Force, Length, Name, Quantity
 from stepload.declaration.sections import (
     DERIVED,
     INTERNAL,
@@ -27,6 +27,7 @@ from stepload.declaration.sections import (
     sections_below,
     written,
 )
+from stepload.declaration.uncertain import Uncertain
 from stepload.plan.calibration import CalibrationRecord
 from stepload.plan.derived import RULES
 from stepload.plan.model import IdentifyPlan, Plan, RecordPlan
