@@ -41,6 +41,9 @@ BETTER = 16.0
 UPPER_SHARE = 0.7
 """The upper chord begins at this share of a tangent's force."""
 SEAT = "set at small force"
+FOOT, FOOT_SHARE = "foot below the data", 0.2
+"""A rough surface gives way at forces below the data more than the laws say. Of 11 bodies of
+boundary elements, rough by 2 to 15 µm, it was up to 40 % more than they put there."""
 HOPELESS = 1.0
 """Half width, as a share of the figure, above which it is not identifiable."""
 
@@ -145,6 +148,7 @@ def quantities(run: RunData, read_from: Reading) -> dict[str, Quantity]:
         return found
     law_blocked = (*doubts, *read_from.law_doubts)
     rough = _as_rough(law_sets[middle(len(law_sets))], told)
+    foot_m = _foot(_believed(law_sets[middle(len(law_sets))], told), read_from.branch.path)
     for kind, read in _readers(at_n, with_plane=rough).items():
         made = _of_laws(read, law_sets, errors, read_from.branch.path, told, at_n)
         if made is None:
@@ -155,6 +159,9 @@ def quantities(run: RunData, read_from: Reading) -> dict[str, Quantity]:
         if read_from.seat_m > 0.0:
             size_m = read_from.seat_m / math.sqrt(3.0)
             rest.append(Line(SEAT, f"{size_m * 1e6:.2g} µm", size_m * stiffness / at_n))
+        if kind == "secant_from_touch" and told.rough_length_m is None:
+            size_m = FOOT_SHARE * foot_m
+            rest.append(Line(FOOT, f"{size_m * 1e6:.2g} µm", size_m * stiffness / at_n))
         whole = math.hypot(math.log(high / low) / 2.0 / NORMAL_95, combined(rest))
         rest += _of_looks(run, whole)
         low, high = wider(stiffness, low, high, NORMAL_95 * combined(rest))
@@ -220,6 +227,12 @@ def _believed(laws: Mapping[str, LawFit], told: Conditions) -> LawFit:
     if power is not None and not beaten(power, laws):
         return power
     return min(laws.values(), key=lambda fit: fit.chi2)
+
+
+def _foot(law: LawFit, path: Path) -> float:
+    """The deformation in m that a law puts between touch and the lowest force of the data."""
+    best = law.best
+    return float(law.gradient(best.shape, float(path.force_n.min())) @ best.coefficients)
 
 
 def beaten(fit: LawFit, laws: Mapping[str, LawFit]) -> list[str]:
