@@ -20,7 +20,7 @@ play and lubricant are part of it and differ from run to run."""
 ACROSS_ALIKE = 0.9
 """Correlation of the errors that friction leaves in two runs of one lateral share. Never counted as
 fully repeatable: the compliance of an arm is not exactly one number where one payload sticks and
-another slides (`python -m stepload_verify.trials.coupling.compared`)."""
+another slides."""
 OF_CALIBRATION = 0.5
 """Correlation of the errors that unknown friction leaves in two runs of one calibration: half of
 the variance of (share of the run less that of the calibration) is due to the calibration."""
