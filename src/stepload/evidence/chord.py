@@ -26,8 +26,6 @@ AT_TOP = 0.97
 """A hold of at least this share of the largest force is the top."""
 _FEWEST = 3
 REFERENCE_SHARE = 0.1
-FITTED_FROM = 0.9
-"""A chord's fit uses what lies at most this factor beyond its two forces."""
 FITTED_STEP = 0.05
 """Forces closer than this share of the top are one place."""
 LEAST_PLACES = 5
@@ -151,24 +149,20 @@ class Smooth:
         return np.asarray(slopes / self.unit_n @ self.estimator)
 
 
-def smooth_of(local: Chord, path: Path, covariance: FloatArray, q: float) -> Smooth | None:
-    """The smooth curve through what lies between the forces of a chord; None where that is little.
+def smooth_of(path: Path, covariance: FloatArray, q: float) -> Smooth | None:
+    """The smooth curve through a branch; None where it has too few forces.
 
     Args:
-        local: the chord.
-        path: it was read from.
+        path: of the branch.
         covariance: (B, B) of the deformation in m².
         q: exponent of the deformation over the force, 1/n.
     """
-    used = (path.force_n > FITTED_FROM * local.from_n) & (path.force_n < local.to_n / FITTED_FROM)
-    places = np.unique(np.round(path.force_n[used] / (FITTED_STEP * local.to_n))).size
-    if places < LEAST_PLACES:
+    top_n = float(path.force_n.max())
+    if np.unique(np.round(path.force_n / (FITTED_STEP * top_n))).size < LEAST_PLACES:
         return None
-    columns = _shape(path.force_n[used] / local.to_n, q)
-    weighed = np.linalg.solve(covariance[np.ix_(used, used)], columns)
-    estimator = np.zeros((columns.shape[1], path.size))
-    estimator[:, used] = np.linalg.solve(columns.T @ weighed, weighed.T)
-    return Smooth(estimator, q, local.to_n)
+    columns = _shape(path.force_n / top_n, q)
+    weighed = np.linalg.solve(covariance, columns)
+    return Smooth(np.linalg.solve(columns.T @ weighed, weighed.T), q, top_n)
 
 
 def smoothed(local: Chord, branch: Branch, covariance: FloatArray, smooth: Smooth | None) -> Chord:

@@ -9,7 +9,7 @@ import numpy as np
 
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.smooth import few_degrees, smooth_correlation
-from stepload.estimators.sources import Sources, linearity_errors
+from stepload.estimators.sources import Sources, linearity_errors, quantum_left
 from stepload.evidence.drift import Drift
 from stepload.evidence.elastic import Elastic
 from stepload.evidence.loops import Branch, Path
@@ -122,12 +122,10 @@ def _system_size(sources: Sources) -> str:
 
 
 def _force_variance(path: Path, sources: Sources) -> FloatArray:
-    """Variance (B,) of the mean force of each stretch. Without noise a quantum causes the same
-    error in all its samples."""
-    quantum = sources.force_resolution_n**2 / 12.0
-    broken = sources.force_noise_n >= 0.5 * sources.force_resolution_n
-    noise = sources.force_noise_n**2 / path.count
-    return np.asarray(noise + (quantum / path.count if broken else quantum))
+    """Variance (B,) of the mean force of each stretch."""
+    left_n = quantum_left(sources.force_resolution_n, sources.force_noise_n)
+    each_n2 = sources.force_noise_n**2 + sources.force_resolution_n**2 / 12.0
+    return np.asarray(each_n2 / path.count + left_n**2)
 
 
 def dithered(elastic: Elastic, path: Path, sources: Sources) -> FloatArray:

@@ -11,11 +11,11 @@ import numpy as np
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.decide import EXPONENT_HALF_WIDTH
 from stepload.estimators.fit import FloatArray
-from stepload.estimators.smooth import CHI2_95, NORMAL_95
+from stepload.estimators.smooth import NORMAL_95
 from stepload.evidence.chord import Chord, Smooth, chord
 from stepload.evidence.errors import Component, middle, total
-from stepload.evidence.lawfit import CANNOT_TELL, LawFit, Read, at_point, union
-from stepload.evidence.laws import BILINEAR, POWER, ROUGH
+from stepload.evidence.lawfit import CANNOT_TELL, LawFit, Read, at_point, shape_interval, union
+from stepload.evidence.laws import POWER, ROUGH
 from stepload.evidence.loops import Branch, Path
 from stepload.evidence.quantity import (
     Exponent,
@@ -300,7 +300,7 @@ def _upper(read_from: Reading, smooth: Smooth, at_n: float) -> Line:
     upper = chord(branch, UPPER_SHARE * at_n, at_n)
     weights = smooth.span(upper.from_n, upper.to_n)
     span_m = float(weights @ branch.deformation_m)
-    allowed = combined(_lines(parts, upper.weights - weights, upper.span_m))
+    allowed = NORMAL_95 * combined(_lines(parts, upper.weights - weights, upper.span_m))
     off = math.log(span_m / upper.span_m) if min(span_m, upper.span_m) > 0.0 else math.inf
     beyond = math.sqrt(max(off**2 - allowed**2, 0.0))
     return Line("shape (upper chord against the curve's)", f"{off:.2%}", beyond)
@@ -359,26 +359,15 @@ def _made(
 
 
 def exponent(read_from: Reading) -> Exponent | None:
-    """n of the power law, widened by other laws that fit as well with their own exponents; None
-    where no figure rests on a power law of free exponent."""
+    """n of the power law that is nearest to the data, weighed with their covariance; None where no
+    figure rests on a power law of free exponent."""
     law_sets = read_from.law_sets
     power = law_sets[middle(len(law_sets))].get(POWER.name) if law_sets else None
     if power is None:
         return None
     value = 1.0 / power.best.shape
-    low = high = value
-    for laws in law_sets:
-        lowest = min(fit.chi2 for fit in laws.values())
-        for name, fit in laws.items():
-            if name == POWER.name:
-                ends = [1.0 / p.shape for p in fit.points if p.chi2 <= fit.chi2 + CHI2_95]
-            elif fit.chi2 <= lowest + CANNOT_TELL:
-                ends = [_own_exponent(fit)]
-            else:
-                continue
-            low, high = min([low, *ends]), max([high, *ends])
-    shift = _evenly(power, read_from.branch) - value
-    low, high = low + min(shift, 0.0), high + max(shift, 0.0)
+    ends = [end for laws in law_sets for end in shape_interval(laws[POWER.name])]
+    low, high = 1.0 / max(ends), 1.0 / min(ends)
     why = [
         *read_from.doubts,
         *read_from.law_doubts,
@@ -389,26 +378,3 @@ def exponent(read_from: Reading) -> Exponent | None:
         why.append(f"this run cannot tell n = {low:.2f} from {high:.2f}")
     verdict = ResultVerdict.MARGINAL if why else ResultVerdict.IDENTIFIED
     return Exponent(value, (low, high), verdict, tuple(why))
-
-
-def _evenly(power: LawFit, branch: Branch) -> float:
-    """n of least squares in which every row weighs the same, by one Gauss–Newton step.
-
-    Data of a power law give the same n whatever they are weighed by; others do not.
-    """
-    q, (zero_m, top_m) = power.best.shape, power.best.coefficients[:2]
-    force = branch.path.force_n / power.top_n
-    shape = force**q
-    columns = np.stack([np.ones_like(shape), shape, top_m * shape * np.log(force)], axis=1)
-    left_m = branch.deformation_m - zero_m - top_m * shape
-    if not (np.isfinite(columns).all() and np.isfinite(left_m).all()):
-        return math.inf
-    step = np.linalg.lstsq(columns, left_m, rcond=None)[0][2]
-    return float(1.0 / (q + step)) if q + step > 0.0 else math.inf
-
-
-def _own_exponent(fit: LawFit) -> float:
-    """The exponent of a law that has a fixed one."""
-    if fit.law.parameters == 1:
-        return 1.0 / fit.best.shape
-    return 1.0 if fit.law is BILINEAR else 1.5

@@ -105,7 +105,7 @@ def test_what_is_not_elastic_is_told_and_no_law_is_identified(
     ("world", "line", "least"),
     [
         (World(drift_m_per_s=0.3e-6), "drift that is not even", 0.02),
-        (World(set_m=10e-6), "drift that is not even", 0.05),
+        (World(set_m=10e-6), "drift that is not even", 0.04),
         (World(cycles=1, drift_m_per_s=0.1e-6), "drift (one cycle)", 0.01),
         (World(lateral=0.08), "lateral force", 0.02),
         (World(said={"zero_step_n": 40.0}), "zero of force", 0.1),
@@ -115,12 +115,14 @@ def test_what_is_not_elastic_is_told_and_no_law_is_identified(
 def test_what_can_be_bounded_is_a_line_and_the_chord_holds(
     world: World, line: str, least: float
 ) -> None:
-    for seed in range(RUNS):
+    held = 0
+    for seed in range(3 * RUNS):
         found = weigh(press(world, seed))
         assert line_of(found, line) > least
-        assert holds(found.headline.interval_n_per_m, chord_of(world, found))
+        held += holds(found.headline.interval_n_per_m, chord_of(world, found))
         narrow = found.headline.half_width <= 0.2
         assert (found.headline.verdict == "identified") == narrow
+    assert held >= 3 * RUNS - 2  # of intervals that hold in 95 %
 
 
 def test_a_loading_alone_is_never_identified() -> None:
