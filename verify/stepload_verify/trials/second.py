@@ -26,9 +26,8 @@ from stepload_verify.trials.sharp import weigh as product
 Array = NDArray[np.float64]
 HOME = Path(__file__).parents[3]
 PLANS = ("procedures/plastic-sphere.yaml", "bench/sharp/ur5e-silicone.yaml")
-BINS = 12
-"""Parts of a ramp between two holds, of one mean each."""
-STEP = 1e-3
+BINS, STEP = 12, 1e-3
+"""Parts of a ramp between two holds, of one mean each; step of q of a derivative."""
 
 
 @dataclass(frozen=True)
@@ -40,12 +39,6 @@ class Figure:
     from_n: float
     to_n: float
 
-    @property
-    def interval(self) -> tuple[float, float]:
-        """The 95 % interval."""
-        spread = math.exp(1.96 * self.relative)
-        return self.value / spread, self.value * spread
-
 
 def parts_of(held: NDArray[np.intp]) -> list[NDArray[np.intp]]:
     """Samples of each hold, and of the parts of each ramp."""
@@ -55,24 +48,21 @@ def parts_of(held: NDArray[np.intp]) -> list[NDArray[np.intp]]:
 
 
 def means(track: Any, errors: Any, parts: Sequence[NDArray[np.intp]]) -> Array:
-    """Means (3, N) of force, deformation and time, and (2, N) the standard uncertainties that
-    noise and quanta leave of force and deformation."""
-    kinds = (
-        (track.force_n, errors.force_resolution_n, errors.force_noise_n),
-        (track.travel_m, errors.position_resolution_m, errors.position_noise_m),
-    )
-    found = []
+    """(5, N): means of force, deformation and time; what noise and quanta leave of the first two,
+    less where a part crosses several quanta."""
+    sampled, found = (track.force_n, track.travel_m, track.time_s), []
+    quanta = errors.force_resolution_n, errors.position_resolution_m
+    noises = errors.force_noise_n, errors.position_noise_m
     for part in parts:
         sigmas = []
-        for values, quantum, noise in kinds:
-            # What the noise leaves of a quantum; less where the part crosses several.
+        for values, quantum, noise in zip(sampled, quanta, noises, strict=False):
             left = quantum / math.pi * math.exp(-2.0 * (math.pi * noise / quantum) ** 2)
             left /= max(1.0, abs(float(values[part[-1]] - values[part[0]])) / quantum)
             white = (noise**2 + quantum**2 / 12.0) / part.size
             sigmas.append(math.sqrt(white + left**2 / 2.0))
-        force_n, travel_m = float(track.force_n[part].mean()), float(track.travel_m[part].mean())
-        deformation_m = travel_m - force_n / errors.system_stiffness_n_per_m
-        found.append((force_n, deformation_m, float(track.time_s[part].mean()), *sigmas))
+        force_n, travel_m, time_s = (float(each[part].mean()) for each in sampled)
+        bend_m = force_n / errors.system_stiffness_n_per_m
+        found.append((force_n, travel_m - bend_m, time_s, *sigmas))
     return np.array(found).T
 
 
@@ -82,16 +72,12 @@ def covariance(points: Array, slope_m_per_n: Array, errors: Any, zero_n: float) 
     top_n, bend = float(force_n.max()), 1.0 / errors.system_stiffness_n_per_m
     whole = slope_m_per_n + bend
     kernel = np.exp(-0.5 * (np.subtract.outer(force_n, force_n) / errors.smooth_length_n) ** 2)
-    table_m = np.zeros(force_n.size)
-    if errors.deflection_force_n:
-        table_m = np.interp(force_n, errors.deflection_force_n, errors.deflection_sigma_m)
+    table = errors.deflection_force_n or (0.0,), errors.deflection_sigma_m or (0.0,)
+    table_m = np.interp(force_n, *table)
     bow_n = 4.0 * errors.nonlinearity / math.sqrt(3.0) * force_n * (1.0 - force_n / top_n)
-    common = np.stack([
-        bend**2 * force_n * errors.system_stiffness_sigma_n_per_m,
-        slope_m_per_n * force_n * errors.gain_sigma,
-        whole * bow_n,
-        whole * zero_n,
-    ])  # fmt: skip
+    system_m = bend**2 * force_n * errors.system_stiffness_sigma_n_per_m
+    scale_m = slope_m_per_n * force_n * errors.gain_sigma
+    common = np.stack([system_m, scale_m, whole * bow_n, whole * zero_n])
     own = np.diag(deformation_sigma_m**2 + (whole * force_sigma_n) ** 2)
     smooth = kernel * (errors.smooth_error_m**2 + np.outer(table_m, table_m))
     return np.asarray(own + smooth + common.T @ common)
@@ -103,38 +89,35 @@ def figures(run: Any) -> Mapping[str, Figure]:
     first, second = (up for _, up, _ in run.tracks[:2])
     points = means(first, errors, parts_of(first.held))
     top_n = float(points[0, -1])
-    top = np.flatnonzero(second.held == second.held.max())
-    points = np.hstack([points, means(second, errors, [top])])
+    again = means(second, errors, [np.flatnonzero(second.held == second.held.max())])
+    points = np.hstack([points, again])
     u, seen_m, time_s = points[0] / top_n, points[1], points[2] / points[2].max()
-    unit = np.ones_like(u)
 
-    def estimator(*columns: Array) -> Array:
-        stacked = np.stack([unit, time_s, *columns], axis=1)
-        return np.asarray(np.linalg.pinv(white @ stacked) @ white)[2:]
+    def columns(*shapes: Array) -> Array:
+        return np.asarray(white @ np.stack([*shapes, np.ones_like(u), time_s], axis=1))
 
-    def left(q: float) -> float:
-        columns = white @ np.stack([unit, time_s, u**q], axis=1)
-        seen = white @ seen_m
-        return float(((columns @ np.linalg.lstsq(columns, seen)[0] - seen) ** 2).sum())
+    def estimator(*shapes: Array) -> Array:
+        return np.asarray(np.linalg.pinv(columns(*shapes)) @ white)[: len(shapes)]
+
+    def chi2(q: float) -> float:
+        return float(np.linalg.lstsq(columns(u**q), white @ seen_m, rcond=None)[1][0])
 
     q, slope = 2.0 / 3.0, np.full(u.size, np.ptp(seen_m) / top_n)
     for _ in range(3):
         errors_m2 = covariance(points, slope, errors, run.zero_step_n / 2.0)
         white = np.linalg.inv(np.linalg.cholesky(errors_m2))
-        q = float(minimize_scalar(left, bounds=(0.3, 1.3), method="bounded").x)
+        q = float(minimize_scalar(chi2, bounds=(0.3, 1.3), method="bounded").x)
         size_m = float(estimator(u**q)[0] @ seen_m)
         slope = size_m * q * u ** (q - 1.0) / top_n
 
-    at_n = min(run.conditions.secant_force_n, top_n)
-    v = at_n / top_n
+    v = min(run.conditions.secant_force_n / top_n, 1.0)
+    at_n = v * top_n
     of_size, of_q = estimator(u**q, size_m * u**q * np.log(u))
 
-    def figure(weights: Array, q_weights: Array, rise_n: float, *forces_n: float) -> Figure:
-        rise_m = float(weights @ seen_m)
-        both = weights + q_weights
-        return Figure(
-            rise_n / rise_m, math.sqrt(both @ errors_m2 @ both) / abs(rise_m), *forces_n
-        )  # fmt: skip
+    def figure(weights: Array, of_q: Array, rise_n: float, from_n: float, to_n: float) -> Figure:
+        rise_m, both = float(weights @ seen_m), weights + of_q
+        relative = math.sqrt(both @ errors_m2 @ both) / abs(rise_m)
+        return Figure(rise_n / rise_m, relative, from_n, to_n)
 
     def chord(q: float) -> Array:
         return np.array([1.0 - 0.1**q, 1.0 - 0.01**q]) @ estimator(u**q, u ** (2.0 * q))
@@ -148,21 +131,18 @@ def figures(run: Any) -> Mapping[str, Figure]:
         change = weights(q + STEP) - weights(q - STEP)
         return float(change @ seen_m) / (2.0 * STEP) * of_q
 
-    spread = math.sqrt(of_q @ errors_m2 @ of_q)
     deep = v**q * size_m * math.log(v) * of_q
     return {
         "chord": figure(chord(q), turned(chord), 0.9 * top_n, 0.1 * top_n, top_n),
         "secant_from_touch": figure(v**q * of_size, deep, at_n, 0.0, at_n),
         "tangent": figure(tangent(q), turned(tangent), 1.0, at_n, at_n),
-        "n": Figure(1.0 / q, spread / q, 0.0, top_n),
+        "n": Figure(1.0 / q, math.sqrt(of_q @ errors_m2 @ of_q) / q, 0.0, top_n),
     }
 
 
-def pairs(curves: int) -> Iterator[tuple[World, str, Array]]:
-    """World, kind, and error, half width and whether it held (2, 3) of product and second.
-
-    Errors and half widths of stiffnesses are logarithmic; those of n are its own.
-    """
+def pairs(curves: int) -> Iterator[tuple[str, Array]]:
+    """Figure, and (2, 3) error, half width (logarithmic but those of n) and whether it held, of
+    product and second."""
     worlds = [of_plan(HOME / each) for each in PLANS]
     worlds += of_contacts(HOME / PLANS[0], list(contacts()))
     for seed in range(curves):
@@ -170,11 +150,11 @@ def pairs(curves: int) -> Iterator[tuple[World, str, Array]]:
         run = drawn(world.run, np.random.default_rng([43, seed]))
         own = figures(run)
         for kind, row in rows(world, product(run)):
-            true, (low, high) = truth(world, kind, own[kind]), own[kind].interval
-            ends = np.array([low, own[kind].value, high])
+            true = truth(world, kind, own[kind])
+            ends = own[kind].value * np.exp(1.96 * own[kind].relative * np.array([-1.0, 0.0, 1.0]))
             low, value, high = ends - true if kind == "n" else np.log(ends / true)
             second = value, (high - low) / 2.0, low <= 0.0 <= high
-            yield world, kind, np.array([(row.error, row.half, row.held), second], dtype=float)
+            yield kind, np.array([(row.error, row.half, row.held), second], dtype=float)
 
 
 def truth(world: World, kind: str, figure: Figure) -> float:
@@ -188,59 +168,30 @@ def truth(world: World, kind: str, figure: Figure) -> float:
     return (to_n - from_n) / float(high_m - (low_m if from_n > 0.0 else 0.0))
 
 
-@dataclass(frozen=True)
-class Agreement:
-    """One figure over all curves.
-
-    `most` and `rms` of the difference of the values over the product's half width; `ratio` of the
-    half widths, second over product (least, median, largest); of both in this order the share that
-    held and the median half width over 1.96 rms error.
-    """
-
-    most: float
-    rms: float
-    ratio: tuple[float, float, float]
-    held: tuple[float, float]
-    sharp: tuple[float, float]
-
-
-def agreements(curves: int) -> Mapping[str, Agreement]:
-    """What both say of the same curves, by figure."""
+def agreements(curves: int) -> Mapping[str, Array]:
+    """Of each figure nine numbers: difference of the values over the product's half width (largest,
+    rms); half widths, second over product (least, median, largest); of product and second the share
+    that held, and the median half width over 1.96 rms error."""
     found: dict[str, list[Array]] = {}
-    for _, kind, pair in pairs(curves):
+    for kind, pair in pairs(curves):
         found.setdefault(kind, []).append(pair)
-    return {kind: _agreement(np.array(each)) for kind, each in found.items()}
+    return {kind: _agreement(*np.moveaxis(np.array(each), 2, 0)) for kind, each in found.items()}
 
 
-def _agreement(pair: Array) -> Agreement:
-    error, half, held = np.moveaxis(pair, 2, 0)
-    apart = np.abs(error[:, 1] - error[:, 0]) / half[:, 0]
-    ratio = half[:, 1] / half[:, 0]
+def _agreement(error: Array, half: Array, held: Array) -> Array:
+    apart, ratio = (error[:, 1] - error[:, 0]) / half[:, 0], half[:, 1] / half[:, 0]
     sharp = np.median(half, axis=0) / (1.96 * np.sqrt(np.mean(error**2, axis=0)))
-    return Agreement(
-        float(apart.max()),
-        float(np.sqrt(np.mean(apart**2))),
-        (float(ratio.min()), float(np.median(ratio)), float(ratio.max())),
-        (float(held[:, 0].mean()), float(held[:, 1].mean())),
-        (float(sharp[0]), float(sharp[1])),
-    )
+    most, rms = np.abs(apart).max(), np.sqrt(np.mean(apart**2))
+    return np.array([most, rms, *np.quantile(ratio, [0.0, 0.5, 1.0]), *held.mean(axis=0), *sharp])
 
 
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description="The product against a second implementation.")
     parser.add_argument("--curves", type=int, default=50)
-    told = parser.parse_args()
-    print(
-        "figure             apart: most   rms  half widths: least median  most"
-        "  held: product second  over 1.96 rms"
-    )
-    for kind, each in agreements(told.curves).items():
-        least, median, most = each.ratio
-        print(
-            f"{kind:18} {each.most:11.2f} {each.rms:5.2f} {least:19.2f} {median:6.2f} {most:5.2f}"
-            f" {each.held[0]:14.3f} {each.held[1]:6.3f} {each.sharp[0]:8.2f} {each.sharp[1]:5.2f}"
-        )
+    print("figure              apart: most, rms   half widths: least, median, most   held   sharp")
+    for kind, each in agreements(parser.parse_args().curves).items():
+        print(f"{kind:20}", *(f"{value:6.3f}" for value in each.tolist()))
 
 
 if __name__ == "__main__":
