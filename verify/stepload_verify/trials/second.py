@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from stepload_verify.trials import sharp
 from stepload_verify.trials.boundary.curves import contacts
-from stepload_verify.trials.sharp import NEAR, TOUCH_N, World, drawn, of_contacts, of_plan, rows
-from stepload_verify.trials.sharp import weigh as product
+from stepload_verify.trials.sharp import NEAR, TOUCH_N, World, of_contacts, of_plan
 
 Array = NDArray[np.float64]
 HOME = Path(__file__).parents[3]
@@ -129,7 +129,7 @@ def figures(run: Any) -> Mapping[str, Figure]:
     def turned(weights: Callable[[float], Array]) -> Array:
         """What a change of q, fitted to the same data, adds to the weights."""
         change = weights(q + STEP) - weights(q - STEP)
-        return float(change @ seen_m) / (2.0 * STEP) * of_q
+        return np.asarray(float(change @ seen_m) / (2.0 * STEP) * of_q)
 
     deep = v**q * size_m * math.log(v) * of_q
     return {
@@ -147,9 +147,9 @@ def pairs(curves: int) -> Iterator[tuple[str, Array]]:
     worlds += of_contacts(HOME / PLANS[0], list(contacts()))
     for seed in range(curves):
         world = worlds[seed % len(worlds)]
-        run = drawn(world.run, np.random.default_rng([43, seed]))
-        own = figures(run)
-        for kind, row in rows(world, product(run)):
+        own = figures(sharp.drawn(world.run, np.random.default_rng([43, seed])))
+        product = sharp.stated(world, np.random.default_rng([43, seed]))
+        for kind, row in sharp.rows(world, product):
             true = truth(world, kind, own[kind])
             ends = own[kind].value * np.exp(1.96 * own[kind].relative * np.array([-1.0, 0.0, 1.0]))
             low, value, high = ends - true if kind == "n" else np.log(ends / true)
