@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import timedelta
 from typing import Any
@@ -16,7 +16,7 @@ from stepload.estimators.fit import FloatArray
 from stepload.estimators.pool import PooledStiffness, pool
 from stepload.estimators.smooth_length import SmoothLength, measure_length
 from stepload.estimators.system import SystemStiffnessFit
-from stepload.estimators.table import MeasuredTable, measured_table
+from stepload.estimators.table import measured_table
 from stepload.estimators.two_spheres import TwoSphereFit, two_sphere_difference
 from stepload.plan.calibration import TEMPERATURE_BAND_K, CalibrationRecord
 from stepload.plan.model import Structure
@@ -63,22 +63,21 @@ def from_system_runs(runs: Sequence[SavedRun], *, valid_days: int = VALID_DAYS) 
                 f"{run.path}: a payload run; K_s and the payload's law share its data",
                 hint="press a stiff flat contact with a plan that has `identify: {kind: system}`",
             )
-    sideways = across_of_runs(runs)
-    runs = sideways.taken_out(runs)
+    runs, across = across_of_runs(runs)
     fits, length = _fits(runs)
     pooled = pool(fits)
-    made = _table(runs, fits, pooled)
+    rows, problem = _table(runs, fits, pooled)
     record = _record(
         **origin,
         **_figures(pooled),
         smooth_length_n=length.length_n if length else runs[0].conditions.sources.smooth_length_n,
-        **_rows(made),
-        **sideways.keys(),
+        **rows,
+        **across,
         damping_n_s_per_m=pooled.damping_lower_bound_n_s_per_m,
         force_from_n=pooled.force_range_n[0],
         force_to_n=pooled.force_range_n[1],
     )
-    return Calibration(record, tuple(runs), fits, pooled, length=length, table_problem=made.problem)
+    return Calibration(record, tuple(runs), fits, pooled, length=length, table_problem=problem)
 
 
 def _fits(
@@ -104,25 +103,21 @@ def _fits(
 
 def _table(
     runs: Sequence[SavedRun], fits: Sequence[SystemStiffnessFit], pooled: PooledStiffness
-) -> MeasuredTable:
-    """The table δ_s(F) of the runs' loadings, from the fits of K_s."""
+) -> tuple[dict[str, Any], str]:
+    """The table δ_s(F) of the runs' loadings as keys of the record; without one the reason."""
     for run in runs:
         if series_contact(run.conditions) is None:
-            return MeasuredTable(None, 0.0, f"{run.path.name} does not tell its contact")
+            return {}, f"{run.path.name} does not tell its contact"
     resolution_m = max(run.conditions.sources.position_resolution_m for run in runs)
-    return measured_table(fits, pooled, resolution_m=resolution_m)
-
-
-def _rows(made: MeasuredTable) -> dict[str, Any]:
-    """The keys of the record that describe a table; none without one."""
+    made = measured_table(fits, pooled, resolution_m=resolution_m)
     if made.table is None:
-        return {}
+        return {}, made.problem
     return {
         "deflection_force_n": made.table.force_n,
         "deflection_m": made.table.deflection_m,
         "deflection_sigma_m": made.table.sigma_m,
         "deflection_common": made.common,
-    }
+    }, made.problem
 
 
 def from_two_spheres(
@@ -199,17 +194,15 @@ def _origin(runs: Sequence[SavedRun], valid_days: int) -> dict[str, Any]:
         raise BadInputError("there is no run to calibrate from")
     if valid_days < 1:
         raise BadInputError(f"a validity of {valid_days} days; it must be at least 1 day")
-    names: Mapping[str, Callable[[SavedRun], str]] = {
-        "rig": lambda run: run.metadata.get("rig", ""),
-        "pose": lambda run: run.conditions.pose,
-        "direction": lambda run: run.metadata.get("force_axis", ""),
-        "structure": _structure,
-        "dry run": lambda run: str(run.simulated),
-    }
     common = {}
-    for what, of in names.items():
-        found = sorted({of(run) for run in runs})
-        if len(found) > 1:
+    for what, every in {
+        "rig": [run.metadata.get("rig", "") for run in runs],
+        "pose": [run.conditions.pose for run in runs],
+        "direction": [run.metadata.get("force_axis", "") for run in runs],
+        "structure": [Structure.ARM if run.conditions.arm else Structure.MACHINE for run in runs],
+        "dry run": [str(run.simulated) for run in runs],
+    }.items():
+        if len(found := sorted({str(each) for each in every})) > 1:
             raise BadInputError(
                 f"the runs differ in their {what}: {', '.join(map(repr, found))}",
                 hint="one record is for one rig in one pose; calibrate each by itself",
@@ -231,9 +224,7 @@ def _origin(runs: Sequence[SavedRun], valid_days: int) -> dict[str, Any]:
         )
     days = [run.day for run in runs]
     return {
-        "rig": common["rig"],
-        "pose": common["pose"],
-        "direction": common["direction"],
+        **{key: common[key] for key in ("rig", "pose", "direction")},
         "temperature_c": float(np.mean(temperatures)) if temperatures else None,
         "measured_on": max(days),
         "valid_until": min(days) + timedelta(days=valid_days),
@@ -242,10 +233,6 @@ def _origin(runs: Sequence[SavedRun], valid_days: int) -> dict[str, Any]:
         "simulated": runs[0].simulated,
         **common_pose(runs),
     }
-
-
-def _structure(run: SavedRun) -> str:
-    return str(Structure.ARM if run.conditions.arm else Structure.MACHINE)
 
 
 def common_pose(runs: Sequence[SavedRun]) -> dict[str, Any]:

@@ -115,7 +115,10 @@ def outcome_data(outcome: RunOutcome, envelope: Envelope) -> dict[str, Any]:
         "cycle": outcome.cycle,
         "duration_s": outcome.end_s - outcome.start_s,
         "zero_shift_n": outcome.zero_shift_n,
-        "safing": [data(fields.SAFING, action) for action in outcome.safing],
+        "safing": [
+            {key: getattr(each, key) for key in ("name", "sent", "duration_s", "error")}
+            for each in outcome.safing
+        ],
         "errors": outcome.errors,
         "lateness": outcome.lateness,
         "verdict": outcome.status,

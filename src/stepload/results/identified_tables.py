@@ -1,16 +1,14 @@
-"""What was identified, as tables: evidence, fits, system stiffness, cycles."""
+"""What was identified, as tables and lines: figures, budget, fits, system stiffness, cycles."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from textwrap import fill
 
 from stepload.estimators.cycles import STEADY_CYCLES, RunIn
 from stepload.estimators.fit import Missing
 from stepload.estimators.smooth import NORMAL_95
 from stepload.estimators.system import SystemStiffnessFit
-from stepload.evidence.answer import Evidence
 from stepload.evidence.identification import Identification
 from stepload.evidence.quantity import Quantity, ResultVerdict
 from stepload.results import fields
@@ -18,79 +16,66 @@ from stepload.results.model import Table, interval, table
 from stepload.results.quality import quality_table, summary
 from stepload.units import format_quantity as f
 
-BESIDE = (
-    "beside the answer in the table of stiffnesses: each fit has a zero and a secant of its own"
-)
-HEADLINE_BUDGET = "What the headline's interval is made of"
+
+def stiffness_table(found: Identification) -> Table:
+    """Every stiffness with its interval, and the exponent; notes say what is to be known of them.
+
+    Without rows where there is no evidence.
+    """
+    evidence = found.evidence
+    if evidence is None:
+        return Table("", (), ())
+    known, headline = tuple(evidence.quantities.values()), evidence.headline
+    own = [(fields.KINDS[each.kind], each.why) for each in known]
+    made = table("Result, secants by (28)", fields.QUANTITY, known)
+    rows = [*made.rows]
+    if (n := evidence.exponent) is not None:
+        low, high = n.interval
+        ends = f"[{low:.2f}, {high:.2f}]" if math.isfinite(high - low) else "none"
+        to = rows[0][2] if rows else ""
+        rows.append(("exponent n (2)", "touch", to, f"{n.value:.2f}", ends, "", n.verdict.value))
+        own.append(("exponent n", n.why))
+    notes = [f"{name}: {why}" for name, all_why in own for why in all_why
+             if why not in headline.why]  # fmt: skip
+    contact = [line] if (line := summary(found.run.alignment.quality)) else []
+    return Table(made.title, made.columns, rows, [*notes, *evidence.notes, *contact])
 
 
-def _doubts(rows: Sequence[fields.NamedFit]) -> list[str]:
-    return [
+def budget_table(found: Identification) -> list[Table]:
+    """What the interval of the headline is made of."""
+    if (headline := found.headline) is None:
+        return []
+    total = f"All together {headline.relative:.2%}; the interval is 1.96 times that."
+    lines = [line for line in headline.lines if line.relative > 0.0]
+    title = "What the headline's interval is made of"
+    return [table(title, fields.LINE, lines, [total], page_only=True)]
+
+
+def identification_tables(found: Identification) -> list[Table]:
+    """Figures, laws, what is not elastic, the contact, and the fits."""
+    tables, why, evidence = [stiffness_table(found)], list[str](), found.evidence
+    if evidence is not None:
+        share, half = evidence.inelastic.share, evidence.within
+        word = "Elastic" if evidence.elastic else "Not elastic"
+        told = f"{word}: {share:.1%} of the deformation is not, up to {half:.1%} counts for none."
+        tables += [
+            table("Laws that were tried", fields.LAW, evidence.laws, page_only=True),
+            table("What is not elastic", fields.PART, evidence.inelastic.parts, [told],
+                  page_only=True),
+        ]  # fmt: skip
+        contact = found.run.alignment.quality
+        tables += [] if isinstance(contact, Missing) else [quality_table(contact)]
+        why.append("Each fit has a zero and a secant of its own; the result is the table above.")
+    rows = fields.fits_of(found)
+    why += [f"best of the fits is {found.believe}: {line}" for line in found.why]
+    why += [
         f"doubt about {row.name}: {'; '.join(doubt.message for doubt in row.fit.doubts)}"
         for row in rows
         if row.fit.doubts
     ]
-
-
-def identification_tables(found: Identification) -> list[Table]:
-    """Evidence and fits of an identification."""
-    rows, others = fields.fits_of(found), fields.fits_of(found, reported=False)
-    why = [f"best of the fits is {found.believe}: {line}" for line in found.why]
-    if found.evidence is not None:
-        why.insert(0, BESIDE)
-    at = f(found.fit.secant_force_n, "N")
     beyond = found.fit.secant_force_n > 1.02 * found.peak_force_n
-    title = f"Fits (* best of them), secants at {at}" + (", beyond the data" if beyond else "")
-    tables = [
-        *_evidence_tables(found),
-        table(title, fields.FIT, rows, [*why, *_doubts(rows)]),
-    ]
-    if others:
-        title = "Fits of the other estimators"
-        tables.append(table(title, fields.FIT, others, _doubts(others), page_only=True))
-    return tables
-
-
-def _evidence_tables(found: Identification) -> list[Table]:
-    """The stiffnesses, the lines of the headline's interval, the laws and what is not elastic."""
-    evidence = found.evidence
-    if evidence is None:
-        return []
-    headline = evidence.headline
-    notes = [
-        f"{fields.KINDS[each.kind]}: {why}"
-        for each in evidence.quantities.values()
-        for why in each.why
-        if why not in headline.why
-    ]
-    if (n := evidence.exponent) is not None:
-        low, high = n.interval
-        own = [why for why in n.why if why not in headline.why]
-        why = f": {'; '.join(own)}" if own else ""
-        notes.append(
-            f"exponent n = {n.value:.2f}, 95 % [{low:.2f}, {high:.2f}], {n.verdict.value}{why}"
-        )
-    contact = found.run.alignment.quality
-    told = [line] if (line := summary(contact)) else []
-    total = f"All together {headline.relative:.2%}; the interval is 1.96 times that."
-    return [
-        table("Stiffness, secant (28)", fields.QUANTITY, evidence.quantities.values(),
-              [*notes, *evidence.notes, *told]),
-        table(HEADLINE_BUDGET, fields.LINE,
-              [line for line in headline.lines if line.relative > 0.0], [total], page_only=True),
-        table("Laws that were tried", fields.LAW, evidence.laws, page_only=True),
-        table("What is not elastic", fields.PART, evidence.inelastic.parts, [told_of(evidence)],
-              page_only=True),
-        *([] if isinstance(contact, Missing) else [quality_table(contact)]),
-    ]  # fmt: skip
-
-
-def told_of(evidence: Evidence) -> str:
-    """What the loading may be called."""
-    share, half = evidence.inelastic.share, evidence.within
-    if evidence.elastic:
-        return f"Elastic: {share:.1%} of the deformation is not, up to {half:.1%} counts for none."
-    return f"Not elastic: {share:.1%} of the deformation (up to {half:.1%} counts for none)."
+    title = f"Fits (* best of them), secants at {f(found.fit.secant_force_n, 'N')}"
+    return [*tables, table(title + (", beyond the data" if beyond else ""), fields.FIT, rows, why)]
 
 
 def brief_lines(found: Identification) -> list[str]:
@@ -153,18 +138,10 @@ def run_in_table(found: RunIn) -> Table:
             f"{found.secant_tolerance:.2%}), loop energy by {found.energy_change:.0%} "
             f"(allowed {found.energy_tolerance:.0%}) over the last {STEADY_CYCLES} cycles"
         )
-    virgin = (
-        f"Cycle {found.virgin.number} is the virgin contact"
-        if found.virgin
-        else "The virgin contact is not in this record"
-    )
-    indentation = (
-        f"; the touch has moved by {f(found.residual_indentation_m, 'm')}, found to a quantum each"
-        if found.residual_indentation_m is not None
-        else ""
-    )
-    note = (
-        f"{virgin}; {steady}; shakedown {f(found.shakedown_m, 'm')}{indentation}. "
-        "Virgin and steady are two results: there is no mean of them."
-    )
-    return table("Cycles", fields.CYCLE, found.cycles, [note])
+    virgin = "The virgin contact is not in this record"
+    if found.virgin:
+        virgin = f"Cycle {found.virgin.number} is the virgin contact"
+    note = f"{virgin}; {steady}; shakedown {f(found.shakedown_m, 'm')}"
+    if found.residual_indentation_m is not None:
+        note += f"; the touch has moved by {f(found.residual_indentation_m, 'm')}"
+    return table("Cycles", fields.CYCLE, found.cycles, [f"{note}."])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,47 +22,20 @@ TYPICAL_SHARE = 0.3
 NOT_KNOWN = "under which friction K_s was measured is not known"
 
 
-@dataclass(frozen=True, slots=True)
-class AcrossRuns:
-    """The fit, None where nothing was recorded or an axis is guided; and its description."""
+def across_of_runs(runs: Sequence[SavedRun]) -> tuple[tuple[SavedRun, ...], dict[str, Any]]:
+    """The effect of lateral force in K_s runs of one arm in one pose, against a block.
 
-    fit: AcrossFit | None
-    told: str
-
-    def keys(self) -> dict[str, Any]:
-        """The keys of a calibration record."""
-        if self.fit is None:
-            return {"across_told": self.told}
-        across = self.fit.across
-        known = across.per_newton_m is not None
-        return {
-            "across_m_per_n": across.per_newton_m or (),
-            "across_sigma_m_per_n": across.sigma_m_per_n if known else (),
-            "across_correlation": across.correlation,
-            "at_share": across.at_share or (),
-            "share_reach": across.reach,
-            "across_told": self.told,
-        }
-
-    def taken_out(self, runs: Sequence[SavedRun]) -> tuple[SavedRun, ...]:
-        """The runs corrected for lateral force, so that all have the mean lateral share."""
-        if self.fit is None:
-            return tuple(runs)
-        return tuple(_without(run, self.fit.across) for run in runs)
-
-
-def across_of_runs(runs: Sequence[SavedRun]) -> AcrossRuns:
-    """Evaluate the effect of lateral force in K_s runs.
-
-    Args:
-        runs: against a block, K_s runs of one arm in one pose.
+    Returns:
+        The runs corrected for it, so that all have the mean lateral share, and the keys of a
+        calibration record.
 
     Raises:
         DomainError: a run has too little force.
         BadInputError: some runs recorded the lateral force and others did not.
     """
+    runs = tuple(runs)
     if not all(run.conditions.arm for run in runs):
-        return AcrossRuns(None, "")
+        return runs, {"across_told": ""}
     if silent := [str(run.path) for run in runs if run.data.across_n is None]:
         if len(silent) < len(runs):
             raise BadInputError(
@@ -70,13 +43,21 @@ def across_of_runs(runs: Sequence[SavedRun]) -> AcrossRuns:
                 "others; with them under which friction K_s was measured would be lost",
                 hint="leave these runs out, or press again with a six-axis force sensor",
             )
-        return AcrossRuns(None, f"the force sensor tells no lateral force: {NOT_KNOWN}")
+        return runs, {"across_told": f"the force sensor tells no lateral force: {NOT_KNOWN}"}
     fit = fit_across(
         [_cells(run) for run in runs],
         contacts=[series_contact(run.conditions) for run in runs],
         length_n=runs[0].conditions.sources.smooth_length_n,
     )
-    return AcrossRuns(fit, _told(fit))
+    across = fit.across
+    return tuple(_without(run, across) for run in runs), {
+        "across_m_per_n": across.per_newton_m or (),
+        "across_sigma_m_per_n": () if across.per_newton_m is None else across.sigma_m_per_n,
+        "across_correlation": across.correlation,
+        "at_share": across.at_share or (),
+        "share_reach": across.reach,
+        "across_told": _told(fit),
+    }
 
 
 def _cells(run: SavedRun) -> Cells:

@@ -22,10 +22,9 @@ from stepload.record.reader import Recording
 from stepload.record.rows import Phase, TickColumns
 from stepload.record.untrusted import of_damaged, untrusted
 from stepload.results.analyse import Evaluation, evaluate
-from stepload.results.certificate import started_on
 from stepload.results.conditions import from_attachments
 from stepload.results.press_data import number_or_nan
-from stepload.results.run_record import largest_force_n, read_to_evaluate, record_in
+from stepload.results.run_record import largest_force_n, read_to_evaluate, record_in, started_on
 from stepload.results.stated import Stated
 from stepload.rig.pose import from_texts
 

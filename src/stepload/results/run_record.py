@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from datetime import date
+from datetime import date, datetime
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +17,6 @@ from stepload.record.outcome import RunStatus
 from stepload.record.reader import Event, Recording, read_recording
 from stepload.record.summary import read_summary
 from stepload.record.untrusted import untrusted
-from stepload.results.certificate import started_on
 from stepload.results.conditions import from_attachments, measured
 from stepload.results.press_data import PressData, press_data
 from stepload.rig.device import ArmConfiguration
@@ -116,6 +115,14 @@ class SavedRun:
                 f"{self.path}: the record says it was started at {text!r}, which is no time"
             )
         return day
+
+
+def started_on(text: str) -> date | None:
+    """The day of a time stamp of a record; None where it is invalid."""
+    try:
+        return datetime.fromisoformat(text).date()
+    except ValueError:
+        return None
 
 
 def labelled(runs: Sequence[SavedRun]) -> tuple[SavedRun, ...]:

@@ -82,13 +82,9 @@ def loaded(events: Sequence[Event], found: Identification | None) -> Loaded | No
     told = [event for event in events if event.kind == "until"]
     if not told:
         return None
+    numbers = ("level_n", "deformation_m", "needed_m")
     looks = tuple(
-        Look(
-            level_n=event_number(event, "level_n"),
-            deformation_m=event_number(event, "deformation_m"),
-            needed_m=event_number(event, "needed_m"),
-            verdict=str(event.data.get("verdict", "")),
-        )
+        Look(*(event_number(event, key) for key in numbers), str(event.data.get("verdict", "")))
         for event in told
     )
     headline = found.headline if found is not None else None
@@ -124,40 +120,27 @@ def until_table(found: Loaded) -> Table:
     return table(title, LOOK, found.looks, (found.text,), page_only=True)
 
 
-def _will_do(need: Need) -> str:
-    return "yes" if need.expected_m >= need.needed_m else "no"
-
-
 NEED: tuple[Field[Need], ...] = (
     named("level_n", "level", quantity("N")),
     Field(lambda need: need.needed_m, "", "deformation needed", _needed),
     named("expected_m", "deformation by theory", quantity("m")),
     named("half_width", "half width by theory", lambda half: f"±{half:.1%}"),
-    Field(_will_do, "", "enough by theory"),
+    Field(lambda n: "yes" if n.expected_m >= n.needed_m else "no", "", "enough by theory"),
 )
 
 
 def need_table(until: Until) -> Table:
     """Requirements of every level before the run."""
-    place, top_n = until.expected, until.needs[-1].level_n
-    expected = (
-        f"By theory the loading ends at {quantity('N')(until.needs[place].level_n)} of "
-        f"{quantity('N')(top_n)}; the run goes by the deformation that it measures."
-        if place is not None
-        else f"By theory no level up to {quantity('N')(top_n)} is enough; the run goes by the "
-        "deformation that it measures."
-    )
-    title = f"How far to load for ±{100.0 * until.asked:g} %"
+    top, expected = quantity("N")(until.needs[-1].level_n), "By theory "
+    if until.expected is None:
+        expected += f"no level up to {top} is enough"
+    else:
+        expected += f"the loading ends at {quantity('N')(until.needs[until.expected].level_n)}"
+        expected += f" of {top}"
+    expected += "; the run goes by the deformation that it measures."
     notes = [
         expected,
         "Deformation is that of the payload from 10 % of a level to the level. Half width is that "
-        f"of the 95 % interval of the chord, {MARGIN:g} times what the known errors give: the rest "
-        "is room for what the contact does of its own, such as creep.",
+        f"of the 95 % interval of the chord, {MARGIN:g} times what the known errors give.",
     ]
-    if any(math.isinf(need.needed_m) for need in until.needs):
-        notes.append(
-            '"None is enough" stands where no deformation would do, whatever the half width: the '
-            "rows of the deflection table begin or end too far from the level, or errors that grow "
-            "with the deformation are too large by themselves."
-        )
-    return table(title, NEED, until.needs, notes)
+    return table(f"How far to load for ±{100.0 * until.asked:g} %", NEED, until.needs, notes)

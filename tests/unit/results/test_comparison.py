@@ -22,13 +22,15 @@ from stepload.record.rows import Phase
 from stepload.results import comparison
 from stepload.results.comparison import compare
 from stepload.results.comparison_curve import CurveGiven, _deformation_at
-from stepload.results.comparison_document import comparison_data, comparison_document
-from stepload.results.comparison_runs import ComparedRun
+from stepload.results.comparison_document import (
+    comparison_data,
+    comparison_document,
+    power_of_ten,
+)
+from stepload.results.comparison_runs import ComparedRun, origin_of
 from stepload.results.model import NOTHING
-from stepload.results.origins import origin_of
 from stepload.results.press_data import PressData, TouchPoint
 from stepload.results.run_record import SavedRun, labelled
-from stepload.results.table_one import power_of_ten
 
 K, N, KS = 6.57e8, 1.5, 3.49e6
 SENSOR = "cell: S2 {}, firmware 1.0, calibration 2026-01"
