@@ -19,7 +19,6 @@ from stepload.estimators.system import SystemStiffnessFit
 from stepload.estimators.table import measured_table
 from stepload.estimators.two_spheres import TwoSphereFit, two_sphere_difference
 from stepload.plan.calibration import TEMPERATURE_BAND_K, CalibrationRecord
-from stepload.plan.model import Structure
 from stepload.results.analyse import identify_system, series_contact
 from stepload.results.lateral_effect_runs import NOT_KNOWN, across_of_runs
 from stepload.results.run_record import SavedRun, labelled
@@ -195,14 +194,15 @@ def _origin(runs: Sequence[SavedRun], valid_days: int) -> dict[str, Any]:
     if valid_days < 1:
         raise BadInputError(f"a validity of {valid_days} days; it must be at least 1 day")
     common = {}
-    for what, every in {
+    every_of: dict[str, list[str]] = {
         "rig": [run.metadata.get("rig", "") for run in runs],
         "pose": [run.conditions.pose for run in runs],
         "direction": [run.metadata.get("force_axis", "") for run in runs],
-        "structure": [Structure.ARM if run.conditions.arm else Structure.MACHINE for run in runs],
+        "structure": ["arm" if run.conditions.arm else "machine" for run in runs],
         "dry run": [str(run.simulated) for run in runs],
-    }.items():
-        if len(found := sorted({str(each) for each in every})) > 1:
+    }
+    for what, every in every_of.items():
+        if len(found := sorted(set(every))) > 1:
             raise BadInputError(
                 f"the runs differ in their {what}: {', '.join(map(repr, found))}",
                 hint="one record is for one rig in one pose; calibrate each by itself",

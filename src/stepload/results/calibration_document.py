@@ -194,12 +194,9 @@ def _figures(found: Calibration) -> list[Figure]:
         misfits = [(run.name, fit.misfit_force_n, fit.misfit_m) for run, fit in fits]
         made.append(misfit_figure(misfits))
     if found.pooled is not None and len(fits) > 1:
-        every = [*((run.name, fit) for run, fit in fits), ("all", found.pooled)]
-        rows = [
-            (name, k := fit.stiffness_n_per_m, k - NORMAL_95 * fit.sigma_n_per_m,
-             k + NORMAL_95 * fit.sigma_n_per_m)
-            for name, fit in every
-        ]  # fmt: skip
+        every = [(run.name, fit.stiffness_n_per_m, fit.sigma_n_per_m) for run, fit in fits]
+        every.append(("all", found.pooled.stiffness_n_per_m, found.pooled.sigma_n_per_m))
+        rows = [(name, k, k - NORMAL_95 * u, k + NORMAL_95 * u) for name, k, u in every]
         made.append(
             Figure(
                 "stiffness", "K_s of every run",

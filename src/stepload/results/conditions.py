@@ -5,9 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, is_dataclass, replace
-from types import NoneType, UnionType
-from typing import Any, TypeVar, cast, get_args, get_origin, get_type_hints
+from dataclasses import asdict, replace
 
 from stepload.contact.law_names import LAW_NAMES
 from stepload.envelope.conditions import conditions_of
@@ -18,7 +16,6 @@ from stepload.estimators.deflection_rows import table_problem
 from stepload.results.press_data import PressData
 
 FILE = "conditions.json"
-T = TypeVar("T")
 
 
 def planned(envelope: Envelope) -> Conditions:
@@ -56,48 +53,24 @@ def from_attachments(attachments: Mapping[str, bytes]) -> Conditions:
     Raises:
         BadInputError: they are missing, invalid, or of another version.
     """
+    from pydantic import TypeAdapter, ValidationError
+
     raw = attachments.get(FILE)
     if raw is None:
         raise BadInputError(f"the record has no {FILE}", hint="it was not made by stepload run")
     try:
-        found = _read(Conditions, json.loads(raw))
+        found = TypeAdapter(Conditions).validate_json(raw, strict=True)
         _check(found)
-    except (ValueError, TypeError, RecursionError) as error:
+        # No default is safe: a key that another version did not write shows here.
+        if json.loads(json.dumps(asdict(found), allow_nan=False)) != json.loads(raw):
+            raise ValueError("another version has written it")
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        name = ".".join(map(str, first["loc"]))
+        raise BadInputError(f"{FILE} in the record is damaged: {name}: {first['msg']}") from None
+    except (ValueError, RecursionError) as error:
         raise BadInputError(f"{FILE} in the record is damaged: {error}") from None
     return found
-
-
-def _read(kind: type[T], data: Any) -> T:
-    """A dataclass from its JSON object, which must have all its keys: no default is safe."""
-    hints = get_type_hints(kind)
-    if not isinstance(data, dict):
-        raise ValueError(f"{kind.__name__} is {data!r}")
-    if missing := hints.keys() - data.keys():
-        raise ValueError(f"it lacks {', '.join(sorted(missing))}; another version has written it")
-    return kind(**{name: _value(name, hints[name], data[name]) for name in hints})
-
-
-def _value(name: str, hint: Any, value: Any) -> Any:
-    """A value of JSON as the type of its field; every number finite."""
-    kinds = get_args(hint) if isinstance(hint, UnionType) else (hint,)
-    if value is None and NoneType in kinds:
-        return None
-    if is_dataclass(kinds[0]):
-        return _read(cast(type, kinds[0]), value)
-    if get_origin(kinds[0]) is tuple:
-        if not isinstance(value, list):
-            raise ValueError(f"{name} is {value!r}, not a list")
-        item, *others = get_args(kinds[0])
-        if others not in ([Ellipsis], [item] * (len(value) - 1)):
-            raise ValueError(f"{name} has {len(value)} numbers")
-        return tuple(_value(name, item, each) for each in value)
-    if kinds[0] in (str, bool):
-        valid = type(value) is kinds[0]
-    else:
-        valid = isinstance(value, int | float) and math.isfinite(value)
-    if not valid:
-        raise ValueError(f"{name} is {value!r}")
-    return value
 
 
 _POSITIVE = {
@@ -124,5 +97,5 @@ def _check(found: Conditions) -> None:
             raise ValueError(problem)
         for name, value in {**asdict(found), **asdict(sources)}.items():
             least = math.ulp(0.0) if name in _POSITIVE else 0.0
-            if isinstance(value, int | float) and value < least and name != "temperature_c":
+            if isinstance(value, float) and name != "temperature_c" and not value >= least:
                 raise ValueError(f"{name} is {value!r}, which is too small")

@@ -25,11 +25,7 @@ def remarks(data: PressData) -> tuple[str, ...]:
 
 
 def unseen(data: PressData) -> str:
-    """Reason why this run cannot show set, creep and drift; "" where its cycles can.
-
-    It is based on the data: a run that was planned with two cycles and stopped in the first has
-    one.
-    """
+    """Reason why the data of this run cannot show set, creep and drift; "" where they can."""
     loading = data.branch(LOADING)
     numbers = np.unique(data.cycle[loading])
     if not numbers.size:
@@ -37,28 +33,19 @@ def unseen(data: PressData) -> str:
     tops = [float(data.force_n[loading & (data.cycle == number)].max()) for number in numbers]
     unloaded = bool(data.branch(UNLOADING).any())
     if sum(top >= MOST_SHORT * tops[0] for top in tops) < 2:
-        hint = (
-            "only the gap between loading and unloading hints at them"
-            if unloaded
-            else "nothing in this run hints at them"
+        what = "only the gap between loading and unloading" if unloaded else "nothing in this run"
+        return (
+            "one loading only: set, creep and drift cannot be told from the law; "
+            f"{what} hints at them"
         )
-        return f"one loading only: set, creep and drift cannot be told from the law; {hint}"
-    if not unloaded:
-        return "no holds on the way down: creep cannot be told from set and drift"
-    return ""
+    return "" if unloaded else "no holds on the way down: creep cannot be told from set and drift"
 
 
 def reopened(data: PressData) -> str:
-    """Shift of the touch after each pause from the zero; "" without a pause.
-
-    Travel keeps the zero of the first loading: set and drift over a pause are in the steps after
-    it. A new zero there would hide them, and add the quantum of another touch.
-    """
+    """Shift of the touch after each pause from the zero; "" without a pause."""
     shifts = [touch.travel_m for touch in data.touches if touch.purpose == "resume"]
-    if not shifts:
-        return ""
     told = ", ".join(f"{format_quantity(shift, 'm', digits=3)}" for shift in shifts)
-    return (
+    return told and (
         f"the contact was opened by a pause and touched again at {told} from the zero of the run: "
         "drift over the pause, and a quantum for each touch, are in the steps after it"
     )
@@ -96,14 +83,9 @@ def sideways(events: Sequence[Event]) -> tuple[str, ...]:
 
 def levels(events: Sequence[Event]) -> tuple[str, ...]:
     """Levels that were not reached, according to the events of the run."""
-    held = sum(event.kind == "held" for event in events)
-    missed = sum(event.kind == "level_missed" for event in events)
-    if not missed:
-        return ()
-    return (
-        f"{missed} of {held} levels were not reached in the time they had: they were held at the "
-        "force that there was",
-    )
+    held, missed = (sum(e.kind == kind for e in events) for kind in ("held", "level_missed"))
+    told = f"{missed} of {held} levels were not reached in their time: held at the force there was"
+    return (told,) if missed else ()
 
 
 def reasons_of(run: Evaluation) -> list[str]:

@@ -54,13 +54,12 @@ class Loaded:
         asked, last = f"±{100.0 * self.asked:g} %", self.looks[-1]
         top = format_quantity(self.top_force_n, "N")
         said = f"loaded to {format_quantity(self.level_n, 'N')} of {top}: "
-        if self.verdict == "enough":
-            said += (
-                f"by its deformation of {format_quantity(last.deformation_m, 'm')}, {asked} was to "
-                f"be expected there ({format_quantity(last.needed_m, 'm')} needed)"
-            )
-        elif self.verdict == "unreachable":
+        if self.verdict == "unreachable":
             return said + f"{asked} was out of reach, even at {top}"
+        if self.verdict == "enough":
+            deformation, needed = last.deformation_m, last.needed_m
+            said += f"it deformed by {format_quantity(deformation, 'm')}, {asked} needs "
+            said += format_quantity(needed, "m")
         else:
             said += f"no level showed enough deformation for {asked}"
         if self.met:
@@ -68,9 +67,9 @@ class Loaded:
         if self.half_width is None or not math.isfinite(self.half_width):
             return f"{said}; the run has no interval"
         found = f"the interval came out as ±{beside_limit(self.half_width, self.asked)[0]}"
-        if self.half_width <= self.asked:
-            return f"{said}; {found}, but the result is not identified"
-        return f"{said}; {found}: it also has in it what the contact did of its own, such as creep"
+        return f"{said}; {found}" + (
+            ", but the result is not identified" if self.half_width <= self.asked else ""
+        )
 
 
 def loaded(events: Sequence[Event], found: Identification | None) -> Loaded | None:
@@ -82,9 +81,13 @@ def loaded(events: Sequence[Event], found: Identification | None) -> Loaded | No
     told = [event for event in events if event.kind == "until"]
     if not told:
         return None
-    numbers = ("level_n", "deformation_m", "needed_m")
     looks = tuple(
-        Look(*(event_number(event, key) for key in numbers), str(event.data.get("verdict", "")))
+        Look(
+            event_number(event, "level_n"),
+            event_number(event, "deformation_m"),
+            event_number(event, "needed_m"),
+            str(event.data.get("verdict", "")),
+        )
         for event in told
     )
     headline = found.headline if found is not None else None

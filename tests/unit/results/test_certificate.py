@@ -166,7 +166,7 @@ def test_a_record_that_was_not_finished_is_said_first(
         summary = Summary(record, {}, told, None, partial)
         monkeypatch.setattr(provenance, "read_summary", lambda path, found=summary: found)
         done = with_record(healthy, record)
-        assert rows_of(done, "Messages of the record") == {"force": ["7", "2"]}
+        assert rows_of(done, TITLE)["messages, force"] == ["7 recorded, 2 dropped"]
         assert (provenance.UNFINISHED in done.reasons) == partial
         assert (sheet_of(done).remarks[0] == provenance.UNFINISHED) == partial
 
