@@ -31,10 +31,10 @@ def snippet(
 
     Example: stepload snippet runs/20260801-101500-demo --for mujoco --mass "1 kg"
     """
+    from stepload.results.conditions import Stated
     from stepload.results.from_file import results_of_file
     from stepload.results.snippets import KINDS, SIMULATORS, spring_of
     from stepload.results.snippets import snippet as written
-    from stepload.results.stated import Stated
     from stepload.units import parse_quantity
 
     if simulator not in SIMULATORS:

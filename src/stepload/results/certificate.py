@@ -21,11 +21,11 @@ from stepload.evidence.identification import Identification
 from stepload.plan.model import Payload, Plan, SystemStiffness
 from stepload.record.reader import Recording
 from stepload.results.analyse import Evaluation
-from stepload.results.identified_tables import stiffness_table
 from stepload.results.levels import Level, sheet_table
 from stepload.results.model import Certificate, Figure, Table
 from stepload.results.quality import summary
 from stepload.results.run_record import SavedRun, started_on
+from stepload.results.tables import stiffness_table
 from stepload.units import format_quantity as f
 
 NOT_STATED = "not stated"
@@ -169,34 +169,29 @@ def _pm(value: float, sigma: float | None, unit: str) -> str:
 
 def geometry(shape: Geometry) -> str:
     """The shape with its sizes."""
-    if isinstance(shape, Sphere):
-        text = f"sphere, radius {_pm(shape.radius_m, shape.radius_sigma_m, 'm')}"
-        if shape.counter_radius_m is not None:
-            other = _pm(shape.counter_radius_m, shape.counter_radius_sigma_m, "m")
-            text += f", on a sphere of radius {other}"
-        return text
-    if isinstance(shape, BluntTip):
-        return f"{shape.kind}, radius of the tip {_pm(shape.radius_m, shape.radius_sigma_m, 'm')}"
     if isinstance(shape, SharpCone):
         return f"sharp cone, {f(shape.slope_rad, 'rad')} between flank and plate"
-    if isinstance(shape, FlatPunch):
-        return f"flat punch, radius {_pm(shape.radius_m, shape.radius_sigma_m, 'm')}"
-    return f"gap in proportion to r^{shape.exponent:g}"
+    if not isinstance(shape, Sphere | BluntTip | FlatPunch):
+        return f"gap in proportion to r^{shape.exponent:g}"
+    radius = _pm(shape.radius_m, shape.radius_sigma_m, "m")
+    if isinstance(shape, BluntTip):
+        return f"{shape.kind}, radius of the tip {radius}"
+    text = f"{'sphere' if isinstance(shape, Sphere) else 'flat punch'}, radius {radius}"
+    if isinstance(shape, Sphere) and shape.counter_radius_m is not None:
+        other = _pm(shape.counter_radius_m, shape.counter_radius_sigma_m, "m")
+        text += f", on a sphere of radius {other}"
+    return text
 
 
 def material(body: Material) -> str:
     """A material with the numbers that theory takes."""
-    text = f"{short(body.name)}: E "
+    modulus = _pm(body.youngs_modulus_pa, body.youngs_modulus_sigma_pa, "Pa")
     if ends_pa := body.youngs_modulus_ends_pa:
-        text += f"{f(ends_pa[0], 'Pa')} to {f(ends_pa[1], 'Pa')}, not known better"
-    else:
-        text += _pm(body.youngs_modulus_pa, body.youngs_modulus_sigma_pa, "Pa")
-    if ratios := body.poisson_ratio_ends:
-        text += f", ν {ratios[0]:g} to {ratios[1]:g}"
-    else:
-        text += f", ν {body.poisson_ratio:g}"
+        modulus = f"{f(ends_pa[0], 'Pa')} to {f(ends_pa[1], 'Pa')}, not known better"
+    ratio = " to ".join(f"{x:g}" for x in body.poisson_ratio_ends or (body.poisson_ratio,))
     if body.poisson_ratio_sigma is not None:
-        text += f" ± {body.poisson_ratio_sigma:g}"
+        ratio += f" ± {body.poisson_ratio_sigma:g}"
+    text = f"{short(body.name)}: E {modulus}, ν {ratio}"
     if body.yield_strength_pa is not None:
         text += f", Y {_pm(body.yield_strength_pa, body.yield_strength_sigma_pa, 'Pa')}"
     return text
@@ -242,36 +237,31 @@ def run_certificate(
         resolution_m = gauge.resolution_m if gauge else arm.position_resolution_m
         way = "travel" if run.system is not None else "deformation"
         beside = sheet_table(levels, run.data.touches, resolution_m, way)
-    told = recording.metadata
-    operator = short(told.get("operator", ""))[:60]
+    told, found, peak_n = recording.metadata, run.identification, run.outcome.peak_force_n
+    limit_n = other_elastic_limit(envelope, found) or envelope.theory.counted.lower_n
+    contact = "" if found is None else summary(found.run.alignment.quality)
+    system_run = envelope.plan.identify.kind == "system"
     return Certificate(
         heading="Test report: system stiffness of a rig"
-        if envelope.plan.identify.kind == "system"
+        if system_run
         else "Test report: contact stiffness of a payload",
         facts=(
-            [*specimen_facts(envelope, recording, run.identification), _largest(run)],
-            [*rig_facts(envelope, recording, run.identification), *_contact(run.identification)],
+            [
+                *specimen_facts(envelope, recording, found),
+                ("Largest force", f"{f(peak_n, 'N')}, {peak_n / limit_n:.0%} of the F_c used"),
+            ],
+            [
+                *rig_facts(envelope, recording, found),
+                *([("Contact", contact.removeprefix("contact: "))] if contact else []),
+            ],
         ),
         tables=tables,
         levels=beside,
         figure=law,
         remarks=few(reasons),
-        signatures=(("Operator", operator), ("Checked by", "")),
+        signatures=(("Operator", short(told.get("operator", ""))[:60]), ("Checked by", "")),
         foot=f"stepload {told.get('stepload', '')} · run {told.get('run_id') or 'without an id'}",
     )
-
-
-def _largest(run: Evaluation) -> tuple[str, str]:
-    """The largest measured force, also as a share of the F_c of the result."""
-    peak_n, limit_n = run.outcome.peak_force_n, run.envelope.theory.counted.lower_n
-    used_n = other_elastic_limit(run.envelope, run.identification) or limit_n
-    return "Largest force", f"{f(peak_n, 'N')}, {peak_n / used_n:.0%} of the F_c used"
-
-
-def _contact(found: Identification | None) -> Facts:
-    """How the contact was made, where the run recorded it."""
-    line = "" if found is None else summary(found.run.alignment.quality).removeprefix("contact: ")
-    return [("Contact", line)] if line else []
 
 
 def few(reasons: Sequence[str]) -> list[str]:

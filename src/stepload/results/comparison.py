@@ -161,11 +161,6 @@ def _sharing_notes(runs: Sequence[ComparedRun]) -> list[str]:
         notes.append(
             "different rigs, poses or calibrations: the error of K_s is not taken as common"
         )
-    elif not all(each.calibration for each in origins) and origins[0].stiffness_n_per_m:
-        notes.append(
-            "the records are older and do not name their calibration: taken as one where rig, arm, "
-            "axis, K_s and its uncertainty are the same"
-        )
     first = runs[0].run
     apart = [
         f"{each.run.name}: {'; '.join(found)}"

@@ -17,8 +17,7 @@ from stepload.results.model import data
 from stepload.results.press_data import PressData
 from stepload.results.provenance import about
 from stepload.results.quality import quality_data
-from stepload.results.reasons import reasons_of
-from stepload.results.until import loaded
+from stepload.results.reasons import loaded, reasons_of
 
 
 def fits_data(rows: list[fields.NamedFit]) -> dict[str, Any]:

@@ -21,13 +21,13 @@ from stepload.results.analyse import (
     identify_system,
     touched_before,
 )
+from stepload.results.conditions import Stated
 from stepload.results.curve import prepare
 from stepload.results.curve_zero import zero
 from stepload.results.hysteresis import Hysteresis, hysteresis_of
 from stepload.results.model import finite
+from stepload.results.reasons import loaded
 from stepload.results.run_record import SavedRun, saved_run
-from stepload.results.stated import Stated
-from stepload.results.until import loaded
 
 
 def is_record(path: Path) -> bool:

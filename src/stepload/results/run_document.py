@@ -16,27 +16,24 @@ from stepload.record.reader import Recording
 from stepload.results.analyse import Evaluation
 from stepload.results.certificate import run_certificate
 from stepload.results.conditions import planned
-from stepload.results.course_tables import (
-    ending_table,
-    predicted_table,
-    preflight_table,
-    time_table,
-)
 from stepload.results.from_file import FromFile
 from stepload.results.hysteresis import hysteresis_table
-from stepload.results.identified_tables import (
-    brief_lines,
-    budget_table,
-    identification_tables,
-    run_in_table,
-    system_table,
-)
 from stepload.results.levels import Level, hold_table, levels_of
 from stepload.results.model import Document, Mood, Table, Verdict, interval
 from stepload.results.provenance import provenance_table
 from stepload.results.reasons import reasons_of
 from stepload.results.run_figures import figures_of, law_figure
-from stepload.results.until import loaded, until_table
+from stepload.results.tables import (
+    brief_lines,
+    budget_table,
+    ending_table,
+    identification_tables,
+    predicted_table,
+    preflight_table,
+    run_in_table,
+    system_table,
+    time_table,
+)
 from stepload.units import format_quantity as f
 
 MOOD: dict[ResultVerdict, Mood] = {
@@ -130,8 +127,6 @@ def _tables(run: Evaluation, holds: Sequence[Level], system: Table | None) -> li
     tables = [] if found is None else budget_table(found)
     tables += [predicted_table(run), ending_table(run.outcome)]
     tables += [] if run.data is None else [time_table(run.data)]
-    if (until := loaded(run.recording.events, found)) is not None:
-        tables.append(until_table(until))
     tables.append(provenance_table(run.recording.metadata))
     tables.append(hold_table(holds, "travel" if run.system is not None else "deformation"))
     tables += [] if found is None else identification_tables(found)

@@ -43,22 +43,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 PHASE_TINT = {
-    Phase.FREE_AIR: "#e8edf3",
-    Phase.TARE: "#e8edf3",
-    Phase.ALIGN: "#f3ecdc",
-    Phase.NULLING: "#d2e0ee",
-    Phase.FAST_APPROACH: "#e4efe8",
-    Phase.GUARDED_APPROACH: "#d3e8da",
-    Phase.DWELL: "#d3e8da",
-    Phase.TOUCH_RETRACT: "#f3ecdc",
-    Phase.LOAD: "#dbe6f4",
-    Phase.HOLD: "#c6d8ee",
-    Phase.UNLOAD: "#f7e3d6",
-    Phase.UNLOAD_HOLD: "#f1d3be",
-    Phase.RETRACT: "#e4efe8",
-    Phase.POST_TARE: "#e8edf3",
-    Phase.SAFING: "#f6d0cd",
-}
+    Phase[name]: tint
+    for tint, names in {
+        "#e8edf3": "FREE_AIR TARE POST_TARE", "#f3ecdc": "ALIGN TOUCH_RETRACT",
+        "#d2e0ee": "NULLING", "#e4efe8": "FAST_APPROACH RETRACT",
+        "#d3e8da": "GUARDED_APPROACH DWELL", "#dbe6f4": "LOAD", "#c6d8ee": "HOLD",
+        "#f7e3d6": "UNLOAD", "#f1d3be": "UNLOAD_HOLD", "#f6d0cd": "SAFING",
+    }.items()
+    for name in names.split()
+}  # fmt: skip
 Law = Callable[[FloatArray], FloatArray]
 Points = tuple[FloatArray, FloatArray]
 """Deformation and force (N,) each."""

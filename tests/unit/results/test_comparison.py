@@ -189,9 +189,7 @@ def test_errors_that_are_not_shared_do_not_cancel(
     assert any(said in note for note in notes)
 
 
-def test_older_records_and_unknown_numbers_are_told() -> None:
-    old = compare([saved("a", calibration=""), saved("b", draw=2, calibration="")])
-    assert any("do not name their calibration" in note for note in old.notes)
+def test_unknown_numbers_are_told() -> None:
     unknown = compare([saved("a", arm=""), saved("b", draw=2, arm="")])
     assert any("both ways" in note for note in unknown.notes)
     assert "system stiffness K_s" in unknown.differences[0].open_sources
