@@ -349,7 +349,8 @@ def _sheet(found: Comparison, reasons: Sequence[str]) -> Certificate:
     """The sheet of a comparison."""
     runs = [each.run for each in found.runs]
     tables = [_differences(found), table_one(found)]
-    imported = "; the curve is corrected for its modulus." if found.curve else "."
+    corrected = any(each.correction != 1.0 for each in found.curve)
+    imported = "; the curve is corrected for its modulus." if corrected else "."
     return Certificate(
         heading="Comparison of contact stiffness",
         facts=(
