@@ -17,7 +17,7 @@ from stepload.results.terminal import AsJson, Output
 
 if TYPE_CHECKING:
     from stepload.data.reevaluation import Again
-    from stepload.results.stated import Stated
+    from stepload.results.conditions import Stated
 
 EVERY_S = 10.0
 
@@ -95,11 +95,11 @@ def identify(
 
     Example: stepload identify runs/20260801-101500-demo --out again
     """
+    from stepload.results.conditions import Stated, laws_of, with_payload
     from stepload.results.data import identification_data, system_data
     from stepload.results.from_file import is_record, results_of_file, system_results_of_file
     from stepload.results.provenance import about
     from stepload.results.run_document import identification_document, system_document
-    from stepload.results.stated import Stated, laws_of, with_payload
     from stepload.units import parse_quantity
 
     def quantity(text: str | None, unit: str) -> float | None:

@@ -112,9 +112,9 @@ def show_figures(envelope: Envelope, out: Output) -> None:
     from stepload.envelope.bounds import common_error
     from stepload.envelope.reason import PlanVerdict
     from stepload.results import fields
-    from stepload.results.course_tables import force_budget_table
     from stepload.results.model import Table, table
-    from stepload.results.until import need_table
+    from stepload.results.reasons import need_table
+    from stepload.results.tables import force_budget_table
     from stepload.units import format_quantity as f
 
     def angle(radians: float) -> str:

@@ -79,7 +79,7 @@ def calibrate(
     from stepload.results.calibration import from_system_runs, from_two_spheres
     from stepload.results.calibration_document import calibration_data, calibration_document
     from stepload.results.page import render
-    from stepload.results.provenance import sealed, sealed_runs
+    from stepload.results.provenance import sealed
     from stepload.results.run_record import saved_run
     from stepload.session.files import write_file
     from stepload.setup.calibration_record import put_record, state_to_take_it
@@ -141,7 +141,7 @@ def calibrate(
     document, report = calibration_document(found, record), record.with_name(f"{record.stem}.html")
     output.show(document)
     try:
-        write_file(report, render(sealed(sealed_runs(document, found.runs), record)))
+        write_file(report, render(sealed(document, record)))
         output.line(f"report: {report}")
     except OSError as error:  # the record is written: it is kept even if its picture fails
         output.line(f"report not written: {report}: {error.strerror}")
@@ -232,7 +232,6 @@ def compare(
     from stepload.results.comparison_document import comparison_data, comparison_document
     from stepload.results.curve import deformation_curve
     from stepload.results.page import render
-    from stepload.results.provenance import sealed_runs
     from stepload.results.run_record import saved_run
     from stepload.session.files import write_file
     from stepload.units import parse_quantity
@@ -264,8 +263,7 @@ def compare(
     if out is not None:
         try:
             out.mkdir(parents=True, exist_ok=True)
-            page = render(sealed_runs(document, [each.run for each in found.runs]))
-            write_file(out / "compare.html", page)
+            write_file(out / "compare.html", render(document))
             write_file(out / "compare.json", json_text(data, indent=1) + "\n")
         except OSError as error:
             raise BadInputError(f"cannot write to {out}: {error.strerror}") from error

@@ -14,9 +14,7 @@ from stepload.results.terminal import AsJson, Output
 
 def snippet(
     file: RunOrCurve,
-    simulator: Annotated[
-        str, typer.Option("--for", help="mujoco (MJCF), drake (SDFormat) or drake-python.")
-    ],
+    simulator: Annotated[str, typer.Option("--for", help="mujoco (MJCF) or drake (SDFormat).")],
     at: Annotated[
         str | None,
         typer.Option("--at", help='Operating force, "150 N"; half of the highest if none.'),
@@ -33,8 +31,9 @@ def snippet(
 
     Example: stepload snippet runs/20260801-101500-demo --for mujoco --mass "1 kg"
     """
-    from stepload.results.from_file import spring_of_file
-    from stepload.results.snippets import KINDS, SIMULATORS
+    from stepload.results.conditions import Stated
+    from stepload.results.from_file import results_of_file
+    from stepload.results.snippets import KINDS, SIMULATORS, spring_of
     from stepload.results.snippets import snippet as written
     from stepload.units import parse_quantity
 
@@ -42,7 +41,8 @@ def snippet(
         raise BadInputError(f"--for {simulator!r}", hint=", ".join(SIMULATORS))
     if kind not in KINDS:
         raise BadInputError(f"--stiffness {kind!r}", hint=" or ".join(KINDS))
-    spring = spring_of_file(file, at_n=None if at is None else parse_quantity(at, "N"), kind=kind)
+    told, at_n = results_of_file(file, Stated()), None if at is None else parse_quantity(at, "N")
+    spring = spring_of(told.found, at_n=at_n, kind=kind, simulated=told.simulated)
     text = written(
         spring,
         simulator,

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from stepload.data.catalog import RunRow, rows
 from stepload.errors import BadInputError
+from stepload.results.conditions import Stated
 from stepload.results.from_file import results_of_file
 from stepload.results.model import finite
-from stepload.results.stated import Stated
 from stepload.runner.digest import product_digest
 from stepload.runner.jobs import run_in_order
 from stepload.runner.pool import Pool

@@ -27,8 +27,7 @@ from stepload.results.conditions import from_attachments, measured
 from stepload.results.levels import Level, levels_of
 from stepload.results.press_data import LOADING, UNLOADING, PressData, TouchPoint, press_data
 from stepload.results.quality import quality_of
-from stepload.results.record_evaluation import plan_of
-from stepload.results.run_record import condensed, read_to_evaluate, record_in, told_ticks
+from stepload.results.run_record import condensed, plan_of, read_to_evaluate, record_in, told_ticks
 
 
 @dataclass(frozen=True, slots=True)

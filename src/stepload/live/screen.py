@@ -26,7 +26,7 @@ from stepload.live.plots import Plots
 from stepload.live.state import State
 from stepload.live.tail import Tail
 from stepload.record.scan import DamageError
-from stepload.results.record_evaluation import plan_of
+from stepload.results.run_record import plan_of
 
 _SHOWN = (
     OSError, DamageError, SteploadError, ValueError, LookupError, TypeError, ArithmeticError,

@@ -20,9 +20,9 @@ from stepload.evidence.lateral import GUIDED_COMPLIANCE, Sideways
 from stepload.evidence.plausibility import plausibility
 from stepload.evidence.run_data import RunData
 from stepload.record.curves import Curve
+from stepload.results.conditions import Stated
 from stepload.results.curve_zero import TOUCH_NOISE, Zeroed, first_loading, zero
 from stepload.results.run_data import above_limit
-from stepload.results.stated import Stated
 from stepload.units import format_quantity
 
 SMOOTH_LENGTH_SHARE = 1.0 / 6.0

@@ -17,8 +17,7 @@ from stepload.results.model import data
 from stepload.results.press_data import PressData
 from stepload.results.provenance import about
 from stepload.results.quality import quality_data
-from stepload.results.reasons import reasons_of
-from stepload.results.until import loaded
+from stepload.results.reasons import loaded, reasons_of
 
 
 def fits_data(rows: list[fields.NamedFit]) -> dict[str, Any]:
@@ -115,7 +114,10 @@ def outcome_data(outcome: RunOutcome, envelope: Envelope) -> dict[str, Any]:
         "cycle": outcome.cycle,
         "duration_s": outcome.end_s - outcome.start_s,
         "zero_shift_n": outcome.zero_shift_n,
-        "safing": [data(fields.SAFING, action) for action in outcome.safing],
+        "safing": [
+            {key: getattr(each, key) for key in ("name", "sent", "duration_s", "error")}
+            for each in outcome.safing
+        ],
         "errors": outcome.errors,
         "lateness": outcome.lateness,
         "verdict": outcome.status,

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from stepload.evidence.inelastic import Part
     from stepload.evidence.quantity import Line, Quantity
     from stepload.record.align import ChannelClock
-    from stepload.record.outcome import ActionResult
 
 
 class NamedFit(NamedTuple):
@@ -177,13 +176,6 @@ CLOCK: tuple[Field[ChannelClock], ...] = (
     named("skew_ppm", "skew [ppm]", number(".1f")),
     named("residual_median_us", "residual, median", _micro),
     named("residual_p99_us", "residual, 99 %", _micro),
-)
-
-SAFING: tuple[Field[ActionResult], ...] = (
-    named("name", "action"),
-    named("sent", "sent", lambda sent: "yes" if sent else "no"),
-    named("duration_s", "took", lambda value: f"{value * 1e3:.1f} ms"),
-    named("error", "error", lambda error: error or NOTHING),
 )
 
 FORCE_TERM: tuple[Field[Term], ...] = (

@@ -21,14 +21,13 @@ from stepload.results.analyse import (
     identify_system,
     touched_before,
 )
+from stepload.results.conditions import Stated
 from stepload.results.curve import prepare
 from stepload.results.curve_zero import zero
 from stepload.results.hysteresis import Hysteresis, hysteresis_of
 from stepload.results.model import finite
+from stepload.results.reasons import loaded
 from stepload.results.run_record import SavedRun, saved_run
-from stepload.results.snippets import Kind, Spring, spring_of
-from stepload.results.stated import Stated
-from stepload.results.until import loaded
 
 
 def is_record(path: Path) -> bool:
@@ -55,10 +54,7 @@ def identify_file(path: Path, stated: Stated) -> tuple[Identification, tuple[str
     Raises:
         BadInputError: the file is invalid, or has nothing to identify.
     """
-    with untrusted(path):
-        if not is_record(path):
-            return identify_curve(read_curve(path), stated)
-        return _identify_record(saved_run(path), stated)
+    return results_of_file(path, stated)[:2]
 
 
 def results_of_file(path: Path, stated: Stated) -> FromFile:
@@ -67,9 +63,9 @@ def results_of_file(path: Path, stated: Stated) -> FromFile:
     Raises:
         BadInputError: the file is invalid, or has nothing to identify.
     """
-    if not is_record(path):
-        return FromFile(*identify_file(path, stated))
     with untrusted(path):
+        if not is_record(path):
+            return FromFile(*identify_curve(read_curve(path), stated))
         run = saved_run(path)
         found, notes = _identify_record(run, stated)
         try:
@@ -140,13 +136,3 @@ def _without_errors(found: Identification) -> Identification:
         judged = replace(judged, verdict=evidence.headline.verdict, reasons=evidence.headline.why)
     judged = replace(judged, k_max_n_per_m=math.nan)
     return replace(found, judgement=judged, evidence=evidence)
-
-
-def spring_of_file(path: Path, *, at_n: float | None, kind: Kind) -> Spring:
-    """The law of a record (.mcap, or the directory of a run) or of a curve, linearised.
-
-    Raises:
-        BadInputError: the file is invalid, or has no result at that force.
-    """
-    told = results_of_file(path, Stated())
-    return spring_of(told.found, at_n=at_n, kind=kind, simulated=told.simulated)

@@ -6,7 +6,6 @@ errors are reported, never raised.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from itertools import pairwise
@@ -81,15 +80,11 @@ def _relaxation(
     )
 
 
-def _cycles(data: PressData) -> list[int]:
-    """Cycles with both loading and unloading."""
-    up, down = (np.unique(data.cycle[data.branch(phases)]) for phases in (LOADING, UNLOADING))
-    return [int(cycle) for cycle in np.intersect1d(up, down) if cycle > 0]
-
-
 def _loss(data: PressData, deformation_m: FloatArray, found: Identification) -> Loss | Missing:
-    cycles = _cycles(data)
-    if not cycles:
+    up, down = (np.unique(data.cycle[data.branch(phases)]) for phases in (LOADING, UNLOADING))
+    cycles = np.intersect1d(up, down)
+    cycles = cycles[cycles > 0]
+    if not cycles.size:
         return Missing("no cycle was unloaded in steps: plan `unload: true`")
     mask = data.branch((*LOADING, *UNLOADING)) & np.isin(data.cycle, cycles)
     sources = found.conditions.sources
@@ -108,23 +103,17 @@ def hysteresis_data(found: Hysteresis) -> dict[str, Any]:
     return parts | dict.fromkeys(missing) | {"missing": missing}
 
 
-def hysteresis_tables(found: Hysteresis) -> list[Table]:
+def hysteresis_table(found: Hysteresis) -> Table:
     """The table for people."""
     rows = [
-        _row("relaxation in the holds", found.relaxation, _relaxed),
-        _row("loss per cycle", found.loss, _lost),
+        ("relaxation in the holds", *_relaxed(found.relaxation)),
+        ("loss per cycle", *_lost(found.loss)),
     ]
-    return [Table("Beside the law", ("result", "value", "what it is worth"), rows)]
+    return Table("Beside the law", ("result", "value", "what it is worth"), rows)
 
 
-def _row(
-    name: str, found: T | Missing, told: Callable[[T], tuple[str, str]]
-) -> tuple[str, str, str]:
-    return (name, *((NOTHING, found.why) if isinstance(found, Missing) else told(found)))
-
-
-def _relaxed(found: Relaxation) -> tuple[str, str]:
-    if not found.resolved:
+def _relaxed(found: Relaxation | Missing) -> tuple[str, str]:
+    if isinstance(found, Missing) or not found.resolved:
         return NOTHING, found.why
     time = f", τ = {f(found.time_s, 's')}" if found.time_s is not None else ""
     return (
@@ -133,17 +122,11 @@ def _relaxed(found: Relaxation) -> tuple[str, str]:
     )
 
 
-def _lost(found: Loss) -> tuple[str, str]:
+def _lost(found: Loss | Missing) -> tuple[str, str]:
+    if isinstance(found, Missing):
+        return NOTHING, found.why
     shares = ", ".join(f"{c.share:.1%} ± {c.share_sigma:.1%}" for c in found.cycles)
     worth = "of the energy stored, cycle by cycle, ± 1 σ"
     if found.change is not None and found.change_sigma is not None:
-        worth += f"; last minus first {_with_sigma(found.change, found.change_sigma)}"
+        worth += f"; last minus first {found.change:+.1%} ± {found.change_sigma:.1%}"
     return shares, worth
-
-
-def _with_sigma(share: float, sigma: float) -> str:
-    """A share and its standard uncertainty in per cent, to two significant digits of the latter."""
-    places = 1
-    if 0.0 < sigma < math.inf:
-        places = max(1 - int(f"{100.0 * sigma:.1e}".partition("e")[2]), 0)
-    return f"{share:+.{places}%} ± {sigma:.{places}%}"

@@ -11,7 +11,7 @@ import numpy as np
 from stepload.estimators.contact_quality import ContactQuality, contact_quality
 from stepload.estimators.fit import Missing
 from stepload.estimators.lateral import Wrench, turn_of
-from stepload.results.figures import BLUE, GREEN, INK, ORANGE, RED, SAND, figure_of, svg_of
+from stepload.results.figures import BLUE, GREEN, ORANGE, RED, SAND, Line, lines
 from stepload.results.model import Figure, Table
 from stepload.results.press_data import LOADING, UNLOADING, PressData, holds_of
 from stepload.units import format_quantity as f
@@ -46,29 +46,19 @@ def quality_of(data: PressData, lever_m: float | None) -> ContactQuality | Missi
 
 def quality_data(found: ContactQuality | Missing) -> dict[str, Any]:
     """The object for programs: `missing` says why there is no result; all else is then null."""
+    keys = ("share", "branches", "loop", "share_change", "share_change_sigma", "slips",
+            "unseen_slip_n", "points", "points_missing")  # fmt: skip
     if isinstance(found, Missing):
-        keys = ("share", "branches", "loop", "share_change", "share_change_sigma", "slips",
-                "unseen_slip_n", "points", "points_missing")  # fmt: skip
         return {"missing": found.why, **dict.fromkeys(keys)}
-    change, sigma = found.change or (None, None)
-    return {
-        "missing": "",
-        "share": found.share,
-        "branches": [
-            {
-                "cycle": branch.cycle, "loading": branch.rising, "median": branch.median,
-                "force_n": branch.force_n, "share": branch.share, "sigma": branch.sigma,
-            }
-            for branch in found.branches
-        ],
-        "loop": found.loop,
-        "share_change": change,
-        "share_change_sigma": sigma,
-        "slips": found.slips,
-        "unseen_slip_n": found.unseen_n,
-        "points": None if isinstance(found.points, Missing) else found.points,
-        "points_missing": _why(found),
-    }  # fmt: skip
+    branches = [
+        {"loading": each.rising}
+        | {key: getattr(each, key) for key in ("cycle", "median", "force_n", "share", "sigma")}
+        for each in found.branches
+    ]
+    points = None if isinstance(found.points, Missing) else found.points
+    values = (found.share, branches, found.loop, *(found.change or (None, None)), found.slips,
+              found.unseen_n, points, _why(found))  # fmt: skip
+    return {"missing": "", **dict(zip(keys, values, strict=True))}
 
 
 def _why(found: ContactQuality) -> str:
@@ -90,26 +80,23 @@ def summary(found: ContactQuality | Missing) -> str:
 
 
 def quality_table(found: ContactQuality) -> Table:
-    """Sentences on the contact for people."""
-    rows = []
-    for branch in found.branches:
-        one, other = branch.median
-        rows.append(
-            (
-                f"cycle {branch.cycle}, {'loading' if branch.rising else 'unloading'}",
-                f"{branch.size:.1%} of the force along the axis, median over the forces ({one:+.1%}"
-                f" and {other:+.1%} along the sensor's two other axes)",
-            )
+    """How the contact was made, in words."""
+    rows = [
+        (
+            f"cycle {branch.cycle}, {'loading' if branch.rising else 'unloading'}",
+            f"{branch.size:.1%} of the force along the axis, median over the forces"
+            f" ({branch.median[0]:+.1%} and {branch.median[1]:+.1%} along the two other axes)",
         )
-    loop = found.loop
+        for branch in found.branches
+    ]
+    loop, place = found.loop, _why(found)
     if loop.at_half is not None:
         said = ": the contact slides, or its edge slips" if loop.friction else ""
         rows.append(
             ("difference at half the top force", f"{loop.at_half:.1%} ± {loop.sigma:.1%}{said}")
         )
     if found.change is not None:
-        change, sigma = found.change
-        rows.append(("change from cycle 1 to 2", f"{change:.1%} ± {sigma:.1%}"))
+        rows.append(("change from cycle 1 to 2", "{:.1%} ± {:.1%}".format(*found.change)))
     rows += [
         (
             f"slip in cycle {slip.cycle}",
@@ -118,10 +105,7 @@ def quality_table(found: ContactQuality) -> Table:
         )
         for slip in found.slips
     ]
-    if not found.slips:
-        rows.append(("slip", "none was seen"))
     rows.append(("slip that might not be seen", f"up to {f(found.unseen_n, 'N', 2)}"))
-    place = _why(found)
     if (point := found.eccentric) is not None:
         x, y = (f(each, "m", 2) for each in point.beside_m)
         place = (
@@ -132,45 +116,42 @@ def quality_table(found: ContactQuality) -> Table:
     return Table("How the contact was made", ("of", "what was seen"), rows, page_only=True)
 
 
-COLOURS = {(True, 0): BLUE, (True, 1): GREEN, (False, 0): ORANGE, (False, 1): SAND}
-MOST_CYCLES = 2
-
-
 def share_over_force(found: ContactQuality) -> str:
     """Both components of the share in the first two cycles; slips as marks at the bottom."""
-    with figure_of(3.0) as (figure, (axes,)):
-        cycles = sorted({branch.cycle for branch in found.branches})[:MOST_CYCLES]
-        for branch in found.branches:
-            if branch.cycle not in cycles:
-                continue
-            first = branch.cycle == cycles[0]
-            way = "loading" if branch.rising else "unloading"
-            for axis, name in enumerate(("first", "second")):
-                axes.errorbar(
-                    branch.force_n, 100.0 * branch.share[:, axis], 200.0 * branch.sigma,
-                    color=COLOURS[branch.rising, axis], ls="-" if first else ":", marker="o",
-                    ms=3.0 if first else 2.0, lw=1.2,
-                    label=f"{way}, {name} axis across" if first else None,
-                )  # fmt: skip
-        axes.axhline(0.0, color=INK, lw=0.8)
-        bottom = axes.get_ylim()[0]
-        for rising, mark, way in ((True, "^", "loading"), (False, "v", "unloading")):
-            at_n = [slip.force_n for slip in found.slips if slip.rising == rising]
-            if at_n:
-                axes.plot(at_n, [bottom] * len(at_n), mark, color=RED, ms=7, clip_on=False,
-                          label=f"slip while {way}")  # fmt: skip
-        axes.set(xlabel="force along the axis [N]", ylabel="force across [% of it]")
-        axes.legend(loc="best", fontsize=8)
-        return svg_of(figure)
+    curves, cycles = list[Line](), sorted({branch.cycle for branch in found.branches})[:2]
+    for branch in found.branches:
+        if branch.cycle not in cycles:
+            continue
+        first, way = branch.cycle == cycles[0], "loading" if branch.rising else "unloading"
+        for axis, name in enumerate(("first", "second")):
+            style = {
+                "color": (BLUE, GREEN, ORANGE, SAND)[axis + 2 * (not branch.rising)],
+                "ms": 3.0 if first else 2.0,
+                "label": f"{way}, {name} axis across" if first else None,
+            }
+            share, half = branch.share[:, axis], 2.0 * branch.sigma
+            form = "o-" if first else "o:"
+            curves.append((branch.force_n, 100.0 * share, form, style))
+            if first:
+                thin = {"color": style["color"], "lw": 0.6}
+                for edge in (share - half, share + half):
+                    curves.append((branch.force_n, 100.0 * edge, ":", thin))
+    low = min((float(np.min(y)) for _, y, _, _ in curves), default=0.0)
+    for rising, mark, way in ((True, "^", "loading"), (False, "v", "unloading")):
+        at_n = np.array([slip.force_n for slip in found.slips if slip.rising == rising])
+        if at_n.size:
+            style = {"color": RED, "ms": 7, "label": f"slip while {way}"}
+            curves.append((at_n, np.full_like(at_n, low), mark, style))
+    return lines(curves, "force along the axis [N]", "force across [% of it]", zero=True)
 
 
 def quality_figure(found: ContactQuality) -> Figure:
     """The figure with its caption."""
     return Figure(
         "contact", "Lateral force",
-        "Force along the sensor's two axes across, as a share of that along the pressing axis, with"
-        " twice the standard uncertainty by noise; dotted: the second cycle. Loading and unloading"
-        " that differ are sliding friction.",
+        "Force along the sensor's two axes across, as a share of that along the pressing axis, "
+        "within twice the standard uncertainty by noise; dotted: the second cycle. Loading and "
+        "unloading that differ are sliding friction.",
         "share of the lateral force over the force",
         partial(share_over_force, found),
     )  # fmt: skip

@@ -15,9 +15,9 @@ from stepload.estimators.fit import Flag, FloatArray
 from stepload.estimators.identifiability import identifiability
 from stepload.evidence.identification import Identification
 from stepload.record.curves import Curve
+from stepload.results.conditions import Stated, with_payload
 from stepload.results.curve import PreparedCurve, deformation_curve, prepare
 from stepload.results.from_file import identify_file, system_results_of_file
-from stepload.results.stated import Stated, with_payload
 
 K, N, KS = 6.57e8, 1.5, 3.49e6
 ONLY_A_LOADING = (

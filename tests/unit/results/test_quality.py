@@ -103,7 +103,6 @@ def test_people_read_one_line_and_a_table() -> None:
     assert "touched 3" in line
     words = dict(quality_table(found).rows)
     assert "mm" in words["place of the contact"]
-    assert words["slip"] == "none was seen"
     unknown = dict(quality_table(replace(found, points=Missing("no lever"))).rows)
     assert unknown["place of the contact"] == "no lever"
 

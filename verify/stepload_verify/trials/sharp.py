@@ -27,8 +27,8 @@ from stepload.evidence.quantity import ResultVerdict
 from stepload.evidence.run_data import RunData
 from stepload.plan.load import load_plan
 from stepload.record.curves import Curve
+from stepload.results.conditions import Stated
 from stepload.results.curve import prepare
-from stepload.results.stated import Stated
 from stepload_verify.trials.boundary.curves import Contact
 
 Law = Callable[[FloatArray], FloatArray]
