@@ -104,32 +104,22 @@ class Sources:
         return _table(self.deflection_force_n, self.deflection_m, self.deflection_sigma_m)
 
     @property
-    def system_m_per_n(self) -> float:
-        """1/K_s, what the system gives way in the travel; 0 where it is not in the chain."""
-        stiffness = self.system_stiffness_n_per_m
-        return 1.0 / stiffness if stiffness else 0.0
-
-    @property
     def quantum_left_m(self) -> float:
-        """Standard deviation of what noise leaves of the position's quantum in a mean."""
-        return quantum_left(self.position_resolution_m, self.position_noise_m)
+        """Standard deviation of what noise of σ leaves of the position's quantum q in a mean.
+
+        (q/πk) exp(−2π²k²σ²/q²) of each harmonic of the error, which is a sawtooth over the true
+        value (Carbone and Petri 1994); without noise it is q/√12.
+        """
+        quantum, noise = self.position_resolution_m, self.position_noise_m
+        if quantum <= 0.0:
+            return 0.0
+        k = np.arange(1, HARMONICS + 1)
+        left = np.exp(-2.0 * (math.pi * noise / quantum * k) ** 2) / (math.pi * k)
+        return quantum * math.sqrt(0.5 * float(left @ left))
 
 
 _table = lru_cache(maxsize=16)(DeflectionTable)
 """A run's conditions ask for its table a thousand times."""
-
-
-def quantum_left(quantum: float, noise: float) -> float:
-    """Standard deviation of what noise of σ leaves of the error of a quantum in a mean.
-
-    (q/πk) exp(−2π²k²σ²/q²) of each harmonic of the error, which is a sawtooth over the true value
-    (Carbone and Petri 1994); without noise it is q/√12.
-    """
-    if quantum <= 0.0:
-        return 0.0
-    k = np.arange(1, HARMONICS + 1)
-    left = np.exp(-2.0 * (math.pi * noise / quantum * k) ** 2) / (math.pi * k)
-    return quantum * math.sqrt(0.5 * float(left @ left))
 
 
 def white_sigmas(

@@ -26,7 +26,6 @@ from stepload.results.course_tables import (
 )
 from stepload.results.equations import equation_table
 from stepload.results.from_file import FromFile
-from stepload.results.hysteresis import hysteresis_tables
 from stepload.results.identified_tables import (
     HEADLINE_BUDGET,
     brief_lines,
@@ -54,8 +53,6 @@ def identification_document(told: FromFile) -> Document:
     tables = identification_tables(told.found)
     if told.run_in is not None:
         tables.append(run_in_table(told.run_in))
-    if told.hysteresis is not None:
-        tables += hysteresis_tables(told.hysteresis)
     return Document(
         title="Identification",
         verdict=_identified(told.found),
@@ -144,8 +141,6 @@ def _tables(run: Evaluation, holds: Sequence[Level], system: Table | None) -> li
         tables.append(system)
     if run.run_in is not None:
         tables.append(run_in_table(run.run_in))
-    if run.hysteresis is not None:
-        tables += hysteresis_tables(run.hysteresis)
     return [
         *tables,
         table("Safing", fields.SAFING, run.outcome.safing, page_only=True),
