@@ -274,19 +274,6 @@ def test_compare_sets_runs_side_by_side(lab: Path, payload_runs: list[Path]) -> 
         assert set(run["fits"]) >= {"rs_btls", "rs_rtls", "joint"}
         low, high = run["interval_secant_n_per_m"]
         assert low < 5.06e6 < high
-    assert [len(run["cycles"]) for run in ran.data["runs"]] == [1, 2]
-    spread = ran.data["spread"]["joint"]["secant"]
-    assert spread["values"] == [1, 2]
-    secants = [
-        [cycle["joint"]["secant_n_per_m"] for cycle in run["cycles"]] for run in ran.data["runs"]
-    ]
-    assert spread["mean"] == pytest.approx(np.mean([np.mean(values) for values in secants]))
-    assert spread["within_sd"] == pytest.approx(np.std(secants[1], ddof=1))
-    pair = next(pair for pair in ran.data["pairs"] if pair["estimator"] == "joint")
-    one, two = (run["fits"]["joint"] for run in ran.data["runs"])
-    assert pair["change"]["n_change"] == pytest.approx(two["n"] - one["n"])
-    changed = two["secant_n_per_m"] / one["secant_n_per_m"] - 1.0
-    assert pair["change"]["secant_change"] == pytest.approx(changed)
     page = (out / "compare.html").read_text()
     assert "<script" not in page
     assert page.count("data:image/svg+xml") == 2

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from stepload.errors import BadInputError
-from stepload.estimators.compare import FitPair, Spread, compare_fits, spread
 from stepload.evidence.difference import SAME_FORCE, Difference
-from stepload.evidence.identification import REPORTED
 from stepload.evidence.quantity import Quantity
 from stepload.results.comparison_curve import AgainstCurve, CurveGiven, against_curve
 from stepload.results.comparison_notes import group_notes, run_notes
@@ -20,27 +16,8 @@ from stepload.results.comparison_runs import (
     compared_run,
     differences,
     grouped,
-    usable,
 )
 from stepload.results.run_record import SavedRun, labelled
-
-
-@dataclass(frozen=True, slots=True)
-class EstimatorSpread:
-    """Spread of secant stiffness and exponent of one estimator over runs and their cycles."""
-
-    secant: Spread
-    n: Spread
-
-
-@dataclass(frozen=True, slots=True)
-class Pair:
-    """A later run against the first, by one estimator."""
-
-    first: str
-    second: str
-    estimator: str
-    change: FitPair
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,8 +32,6 @@ class Comparison:
     secant_force_n: float
     runs: tuple[ComparedRun, ...]
     chords: tuple[Quantity, ...]
-    spreads: Mapping[str, EstimatorSpread]
-    pairs: tuple[Pair, ...]
     curve: tuple[AgainstCurve, ...]
     notes: tuple[str, ...]
     groups: tuple[tuple[int, ...], ...]
@@ -110,8 +85,6 @@ def compare(
         secant_force_n=at,
         runs=compared,
         chords=figures,
-        spreads=_spreads(compared),
-        pairs=tuple(_pairs(compared)),
         curve=()
         if given is None
         else tuple(against_curve(each, given, tolerance) for each in compared),
@@ -127,27 +100,3 @@ def _secant_force_n(run: SavedRun) -> float:
     wanted_n = run.conditions.secant_force_n
     peak_n = float(run.data.force_n[run.data.first_loading()].max(initial=0.0))
     return wanted_n if not 0.0 < peak_n < (1.0 - SAME_FORCE) * wanted_n else peak_n
-
-
-def _spreads(runs: Sequence[ComparedRun]) -> dict[str, EstimatorSpread]:
-    result = {}
-    for name in REPORTED:
-        fits = [[c[name] for c in each.cycles.values() if name in c] for each in runs]
-        if all(fits):
-            result[name] = EstimatorSpread(
-                secant=spread([np.array([fit.secant_n_per_m for fit in run]) for run in fits]),
-                n=spread([np.array([fit.n for fit in run]) for run in fits]),
-            )
-    return result
-
-
-def _pairs(runs: Sequence[ComparedRun]) -> list[Pair]:
-    pairs = []
-    first = runs[0]
-    for later in runs[1:]:
-        for name in REPORTED:
-            one, other = first.found.fits.get(name), later.found.fits.get(name)
-            if one is not None and other is not None and usable(one) and usable(other):
-                change = compare_fits(one, other)
-                pairs.append(Pair(first.run.name, later.run.name, name, change))
-    return pairs

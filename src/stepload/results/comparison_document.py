@@ -7,17 +7,15 @@ from dataclasses import replace
 from typing import Any
 
 import stepload
-from stepload.estimators.compare import Spread
 from stepload.evidence.difference import Agreement, Difference, DifferenceLine
 from stepload.results import fields
 from stepload.results.certificate import Facts, few, shared
-from stepload.results.comparison import Comparison, Pair
+from stepload.results.comparison import Comparison
 from stepload.results.comparison_curve import AgainstCurve
 from stepload.results.comparison_figures import LAWS, figures_of
 from stepload.results.data import fits_data
 from stepload.results.equations import equation_table
 from stepload.results.model import (
-    NOTHING,
     Card,
     Certificate,
     Document,
@@ -31,7 +29,6 @@ from stepload.results.model import (
     first_rows,
     interval,
     named,
-    number,
     quantity,
     table,
 )
@@ -56,14 +53,6 @@ _MOODS: dict[Agreement, Mood] = {
     Agreement.CANNOT_TELL: "doubt",
 }
 
-
-PAIR: tuple[Field[Pair], ...] = (
-    Field(lambda pair: f"{pair.first} → {pair.second}", label="runs"),
-    Field(lambda pair: pair.estimator, label="fit"),
-    Field(lambda pair: pair.change.secant_change, "", "secant changes by", change),
-    Field(lambda pair: pair.change.n_change, "", "n changes by", number("+.3f")),
-    Field(lambda pair: pair.change.k_ratio, "", "ratio of K", number(".3g")),
-)
 
 _AGAINST: tuple[Field[Difference], ...] = (
     named("relative", "change", change),
@@ -126,11 +115,6 @@ def comparison_document(found: Comparison) -> Document:
     title = f"Fits of the virgin contact (* believed), secants at {at}"
     tables = [table_one(found), table(title, by_name("run", shown), fits)]
     tables += [_difference_table(each) for each in found.differences]
-    if found.pairs:
-        note = "Differences of the fits have no interval; the verdict is that of the chords."
-        tables.append(table("Against the first run, by fit", PAIR, found.pairs, [note]))
-    if found.spreads:
-        tables.append(_spread_table(found))
     if found.curve:
         tables.append(table("Against the curve", CURVE, found.curve, correction_notes(found.curve)))
     judged, pictures = verdict(found), figures_of(found)
@@ -193,26 +177,6 @@ def _reasons(found: Comparison) -> list[str]:
     return [f"{' + '.join(each.second)}: {each.verdict}, {each.why}" for each in found.differences]
 
 
-def _spread_table(found: Comparison) -> Table:
-    def row(name: str, of: str, each: Spread) -> tuple[str, ...]:
-        def size(sd: float | None) -> str:
-            if sd is None:
-                return NOTHING
-            return f"{sd:.4f}" if of == "n" else percent(sd / each.mean)
-
-        mean = f"{each.mean:.3f}" if of == "n" else f(each.mean, "N/m")
-        odds = NOTHING if each.p_value is None else f"{each.p_value:.2g}"
-        return name, of, mean, size(each.within_sd), size(each.between_sd), odds
-
-    columns = ("fit", "of", "mean", "within a run", "between runs", "odds if alike")
-    rows = [
-        row(name, of, value)
-        for name, each in found.spreads.items()
-        for of, value in (("secant", each.secant), ("n", each.n))
-    ]
-    return Table("Spread", columns, rows)
-
-
 def comparison_data(found: Comparison) -> dict[str, Any]:
     """A comparison for programs."""
     judged = verdict(found)
@@ -236,19 +200,9 @@ def comparison_data(found: Comparison) -> dict[str, Any]:
                 "believe": each.found.believe,
                 "fits": fits_data(fields.fits_of(each.found)),
                 "interval_secant_n_per_m": each.found.interval_secant_n_per_m,
-                "cycles": [
-                    {"cycle": number}
-                    | {
-                        name: {"n": fit.n, "secant_n_per_m": fit.secant_n_per_m}
-                        for name, fit in fits.items()
-                    }
-                    for number, fits in each.cycles.items()
-                ],
             }
             for each in found.runs
         ],
-        "spread": found.spreads,
-        "pairs": found.pairs,
         "curve": [data(CURVE, each) for each in found.curve],
         "notes": found.notes,
     }

@@ -10,7 +10,7 @@ import numpy as np
 
 from stepload.contact.power_law import ContactLaw
 from stepload.envelope.theory import Theory
-from stepload.estimators.compare import confidence_band
+from stepload.estimators.band import confidence_band
 from stepload.estimators.fit import Fit, FloatArray, Missing
 from stepload.evidence.identification import REPORTED, Identification
 from stepload.record.rows import Phase
@@ -88,10 +88,11 @@ def _band(found: Identification) -> tuple[FloatArray, FloatArray, FloatArray] | 
     if covariance is None or not 0.0 < reach_m < np.inf:
         return None
     with np.errstate(over="ignore", invalid="ignore"):
-        band = confidence_band(fit, covariance, np.linspace(0.0, reach_m, 121)[1:])
-    if not np.isfinite(band.upper_n).all():
+        deformation_m = np.linspace(0.0, reach_m, 121)[1:]
+        lower_n, upper_n = confidence_band(fit, covariance, deformation_m)
+    if not np.isfinite(upper_n).all():
         return None
-    return band.deformation_m + fit.zero_m, band.lower_n, band.upper_n
+    return deformation_m + fit.zero_m, lower_n, upper_n
 
 
 def figures_of(run: Evaluation) -> list[Figure]:

@@ -11,7 +11,7 @@ import pytest
 from pressed_runs import there_and_back
 
 from stepload.errors import BadInputError, DomainError
-from stepload.estimators.compare import compare_fits, confidence_band
+from stepload.estimators.band import confidence_band
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.cycles import run_in
 from stepload.estimators.decide import EXPONENT_HALF_WIDTH, decide, undetermined
@@ -343,26 +343,13 @@ def test_cycles_are_steady_within_one_percent_of_stiffness_and_ten_of_energy() -
     assert found.cycles[0].stored_energy_j == pytest.approx(0.5 * 98.0**2 / 1e6, rel=0.01)
 
 
-def test_two_fits_by_hand() -> None:
-    second = fit(k=2.0 * K, n=1.6, secant_n_per_m=1.1 * fit().secant_n_per_m)
-    pair = compare_fits(fit(), second)
-    assert pair.secant_change == pytest.approx(0.1)
-    assert pair.n_change == pytest.approx(0.1)
-    assert pair.k_ratio == pytest.approx(2.0)
-    with pytest.raises(DomainError, match="like with like"):
-        compare_fits(fit(), fit("rs_btls"))
-    with pytest.raises(DomainError, match="one force"):
-        compare_fits(fit(), fit(secant_force_n=200.0))
-
-
 def test_a_band_carries_both_parameters_and_their_correlation() -> None:
     covariance = np.array([[4e-4, -1e-5, 0.0], [-1e-5, 1e-6, 0.0], [0.0, 0.0, 0.0]])
     x = np.array([1e-5, 1e-4])
-    band = confidence_band(fit(), covariance, x)
+    lower_n, upper_n = confidence_band(fit(), covariance, x)
     variance = 4e-4 - 2e-5 * np.log(x) + 1e-6 * np.log(x) ** 2
-    assert band.force_n == pytest.approx(K * x**N)
-    assert np.log(band.upper_n / band.force_n) == pytest.approx(1.959964 * np.sqrt(variance))
-    assert np.log(band.force_n / band.lower_n) == pytest.approx(1.959964 * np.sqrt(variance))
+    assert np.log(upper_n / (K * x**N)) == pytest.approx(1.959964 * np.sqrt(variance))
+    assert np.log(K * x**N / lower_n) == pytest.approx(1.959964 * np.sqrt(variance))
     with pytest.raises(DomainError, match="positive deformations"):
         confidence_band(fit(), covariance, np.array([0.0]))
 
