@@ -225,13 +225,14 @@ class ContactAlignment:
     @property
     def notes(self) -> list[str]:
         """Remarks for the reader of the figures; empty where there are none."""
-        if isinstance(self.quality, Missing):
+        place = self.quality if isinstance(self.quality, Missing) else self.quality.place
+        if isinstance(place, Missing):
             return []
-        point = self.quality.eccentric
-        if point is None:
+        allowed_m = OFF_AXIS_M + 2.0 * place.sigma_m
+        if place.size_m <= allowed_m:
             return []
-        allowed_m = OFF_AXIS_M + 2.0 * point.sigma_m
-        return [_off(point.size_m, allowed_m)] if point.size_m > allowed_m else []
+        size, limit = beside_limit(place.size_m, allowed_m, "m")
+        return [f"the plate is touched {size} beside the force sensor's axis (allowed {limit})"]
 
 
 def alignment_of(
@@ -254,8 +255,3 @@ def coupling_of(across: Across, yields_m_per_n: float) -> float:
         return CROSS_COMPLIANCE
     whole = math.hypot(*across.per_newton_m, *across.sigma_m_per_n)
     return whole / math.sqrt(2.0) / yields_m_per_n
-
-
-def _off(size_m: float, allowed_m: float) -> str:
-    size, limit = beside_limit(size_m, allowed_m, "m")
-    return f"the plate is touched {size} beside the force sensor's axis (allowed {limit})"

@@ -11,7 +11,7 @@ import numpy as np
 from stepload.contact.power_law import ContactLaw
 from stepload.envelope.theory import Theory
 from stepload.estimators.band import confidence_band
-from stepload.estimators.fit import Fit, FloatArray, Missing
+from stepload.estimators.fit import Fit, FloatArray
 from stepload.evidence.identification import REPORTED, Identification
 from stepload.record.rows import Phase
 from stepload.results import figures
@@ -20,7 +20,6 @@ from stepload.results.certificate import other_elastic_limit
 from stepload.results.conditions import measured, planned
 from stepload.results.model import Figure
 from stepload.results.press_data import LOADING, UNLOADING
-from stepload.results.quality import quality_figure
 from stepload.units import format_quantity as f
 
 
@@ -159,6 +158,4 @@ def _fit_figures(run: Evaluation) -> list[Figure]:
             ),
         )
     )  # fmt: skip
-    if not isinstance(contact := found.run.alignment.quality, Missing):
-        made.append(quality_figure(contact))
     return made
