@@ -35,13 +35,6 @@ procedure:
   settle_timeout: 0.3 s
 identify: {{kind: {kind}, temperature: 22 degC}}
 """
-SPHERE = """
-name: reference sphere
-geometry: {{shape: sphere, radius: {radius} mm}}
-material: {steel}
-plate: {steel}
-"""
-STEEL = "{name: bearing steel, youngs_modulus: 210 GPa, poisson_ratio: 0.29, yield_strength: 2 GPa}"
 
 
 class Ran(NamedTuple):
@@ -145,25 +138,6 @@ def test_several_runs_are_pooled(lab: Path, system_runs: list[tuple[Path, Ran]])
     assert twice.code == 2
     assert "given twice" in twice.data["error"]
     assert not (lab / "twice.json").exists()
-
-
-@pytest.mark.long
-def test_two_reference_spheres_give_the_same_stiffness(lab: Path) -> None:
-    runs = []
-    for radius in (10, 200):
-        payload = lab / f"ball-{radius}.yaml"
-        payload.write_text(SPHERE.format(radius=radius, steel=STEEL))
-        plan = plan_file(lab, f"on-ball-{radius}", payload, "stvf", kind="system")
-        runs.append(lab / f"ball-run-{radius}")
-        ran = command("run", plan, "--dry-run", "--quiet", "--seed", radius, "--out", runs[-1])
-        assert ran.code == 0, ran.text
-    ran = command("calibrate", "--two-spheres", *runs, "--record", lab / "spheres.json")
-    assert ran.code == 0, ran.text
-    record = read_calibration(lab / "spheres.json")
-    assert abs(record.stiffness_n_per_m - KS) < 3.0 * record.sigma_n_per_m
-    assert record.sigma_n_per_m < 0.15 * KS
-    spheres = ran.data["two_spheres"]
-    assert abs(spheres["contact_scale"] - 1.0) < 3.0 * spheres["contact_scale_sigma"]
 
 
 def test_a_plan_goes_by_its_record(lab: Path, system_runs: list[tuple[Path, Ran]]) -> None:

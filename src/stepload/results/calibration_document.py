@@ -45,11 +45,6 @@ def calibration_document(found: Calibration, file: Path) -> Document:
     reasons.append(_table_told(found))
     if record.across_told:
         reasons.append(record.across_told)
-    if found.spheres is not None:
-        reasons.append(
-            f"the contacts deform {found.spheres.contact_scale:.3f} ± "
-            f"{found.spheres.contact_scale_sigma:.3f} times as much as theory says"
-        )
     reasons.append(
         f"for {record.rig}, pose {record.pose or 'not stated'!r}, direction {record.direction}, "
         f"valid until {record.valid_until}"
@@ -171,5 +166,4 @@ def calibration_data(found: Calibration) -> dict[str, Any]:
             for run, fit in zip(found.runs, found.fits, strict=False)
         ],
         "pooled": found.pooled,
-        "two_spheres": found.spheres,
     }
