@@ -29,7 +29,6 @@ class Flag(StrEnum):
 
     TOO_FEW_POINTS = "too_few_points"
     NOT_POSITIVE = "deformation_not_positive"
-    ABOVE_ELASTIC_LIMIT = "above_elastic_limit"
     HOLD_WINDUP = "hold_windup"
     EXPONENT_UNDETERMINED = "exponent_undetermined"
     NOT_CONVERGED = "not_converged"

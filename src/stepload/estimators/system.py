@@ -27,7 +27,6 @@ from numpy.typing import NDArray
 
 from stepload.errors import DomainError
 from stepload.estimators.fit import FloatArray, IntArray
-from stepload.estimators.pieces import piece_shifts
 from stepload.estimators.smooth import (
     NORMAL_95,
     few_degrees,
@@ -134,7 +133,7 @@ def fit_system_stiffness(
         force_n: (N,) contact force, tared, positive when pressing.
         contact: the series contact, where it is known.
         piece: (N,) which piece of the run each sample belongs to; each has an intercept of its own
-            (`stepload.estimators.pieces`). None: all are one.
+            (`piece_shifts`). None: all are one.
         loading: (N,) whether a sample belongs to a loading; None: all do.
         min_force_fraction: forces below this fraction of the largest are left out of K_s.
         resolution_m: quantum of `displacement_m`; 0 counts the whole misfit as smooth error.
@@ -319,6 +318,38 @@ def gather(
         else np.zeros((count.size, 0)),
         mean(loading[mask].astype(np.float64)) > 0.5,
     )
+
+
+def piece_shifts(
+    displacement_m: FloatArray, cell: IntArray, piece: IntArray
+) -> tuple[FloatArray, BoolArray]:
+    """A common zero for the pieces of a run, between which set, drift or a touch shifts the travel.
+
+    The shifts are taken where two pieces have cells of force in common, which is least squares with
+    an intercept per piece.
+
+    Args:
+        displacement_m: (N,) travel.
+        cell: (N,) cell of force (and of motion) that the sample belongs to.
+        piece: (N,) number of the piece of the run that it belongs to.
+
+    Returns:
+        Shift (N,) in m of each sample's piece against the piece with most cells, and (N,) whether
+        it is known: a piece that shares no cell with that one cannot be placed.
+    """
+    _, cells = np.unique(cell, return_inverse=True)
+    numbers, pieces = np.unique(piece, return_inverse=True)
+    shape = numbers.size, int(cells.max(initial=0)) + 1
+    flat = np.ravel_multi_index((pieces, cells), shape)
+    count = np.bincount(flat, minlength=shape[0] * shape[1]).reshape(shape)
+    total = np.bincount(flat, displacement_m, minlength=shape[0] * shape[1]).reshape(shape)
+    mean = np.where(count > 0, total / np.maximum(count, 1), np.nan)
+    # Of equals the first: the zero of the run is that of its first piece.
+    reference = mean[int(np.argmax((count > 0).sum(axis=1)))]
+    shared = np.isfinite(mean) & np.isfinite(reference)
+    known = shared.any(axis=1)
+    apart = np.where(shared, mean - reference, 0.0).sum(axis=1) / np.maximum(shared.sum(axis=1), 1)
+    return np.asarray(apart[pieces]), np.asarray(known[pieces])
 
 
 def _windowed_rate(time_s: FloatArray, values: FloatArray) -> FloatArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from stepload.evidence.repeats import LEAST_DEGREES
+from stepload.evidence.difference import LEAST_DEGREES
 from stepload.results.comparison_curve import CurveGiven
 from stepload.results.comparison_runs import ComparedRun
 from stepload.results.origins import origin_of

@@ -16,7 +16,6 @@ from stepload.estimators.conditions import Conditions
 from stepload.estimators.cycles import run_in
 from stepload.estimators.decide import EXPONENT_HALF_WIDTH, decide, undetermined
 from stepload.estimators.fit import Doubt, Fit, Flag, FloatArray, checked, loaded, positive
-from stepload.estimators.fit_all import above_elastic_limit
 from stepload.estimators.identifiability import Binding, identifiability
 from stepload.estimators.inverse_law import joint
 from stepload.estimators.ls import ill_conditioned, rs_btls
@@ -108,11 +107,6 @@ def test_an_exponent_is_undetermined_beyond_its_limit() -> None:
     assert undetermined(1.5, 0.999 * edge) == ()
     assert undetermined(1.5, 1.001 * edge)[0].flag is Flag.EXPONENT_UNDETERMINED
     assert undetermined(1.5, None) == ()
-
-
-def test_doubts_from_outside_begin_above_their_limits() -> None:
-    assert above_elastic_limit(100.0, 100.0) == above_elastic_limit(100.0, None) == ()
-    assert above_elastic_limit(100.1, 100.0)[0].flag is Flag.ABOVE_ELASTIC_LIMIT
 
 
 def test_fits_compare_with_the_paper_where_their_exponents_agree() -> None:

@@ -18,7 +18,10 @@ from stepload.evidence.difference import (
     Difference,
     DifferenceLine,
     Measured,
+    Scatter,
     difference,
+    scatter_of,
+    within,
 )
 from stepload.evidence.origin import (
     ACROSS_ALIKE,
@@ -31,7 +34,6 @@ from stepload.evidence.origin import (
     common,
 )
 from stepload.evidence.quantity import Line, Quantity, ResultVerdict
-from stepload.evidence.repeats import Scatter, scatter_of, within
 
 KS, GAIN, SMOOTH, NOISE = (
     "system stiffness K_s", "force calibration", "smooth deformation error",
