@@ -39,8 +39,8 @@ OFF_AXIS_M = 2e-3
 HIGH_SHARE = 0.3
 """Only holds above this share of the largest force are compared with one another."""
 APART, LEAST_APART_M = 3.0, 5e-4
-"""Limits of the scatter of the places beyond which the lever must be on the other side: as a
-multiple of the scatter with that lever, in m; and `SIGMAS` standard uncertainties by noise."""
+"""Least scatter of the places that puts the lever on the other side: over that with that lever, and
+in m."""
 NO_HOLDS = "where the plate is touched is not known: there is no hold"
 OTHER_SIDE = (
     "where the plate is touched is not known: the torques fit a contact on the other side of the "

@@ -1,13 +1,8 @@
-"""Cycles: the loop of each and the energy it loses, the effect of repeated loading, and its end.
+"""Run-in: chord and loop of every cycle, from the virgin one to the steady one.
 
-A loop holds everything that does not come back: hysteresis of the material, creep in the holds,
-plastic flow (the first cycle only), and, unless a gauge measured across the contact, friction and
-lost motion of the rig. A lag of the force opens a loop as well; its size is in the uncertainty.
-
-Cycles *without* lift-off measure shakedown: asperities and material settle while the bodies stay
-together. Cycles *with* lift-off also measure seating, and only they can show the residual
-indentation, as the shift of the point of touch. Cycle 1 (virgin) and the steady cycle are two
-different results; their mean is a property of nothing and is not computed.
+Cycles without lift-off measure shakedown: asperities and material settle while the bodies stay
+together. Cycles with lift-off also measure seating, and the residual indentation as the shift of
+the touch. Virgin and steady cycle are two results; their mean is a property of nothing.
 """
 
 from __future__ import annotations
@@ -40,14 +35,12 @@ class Cycle:
     Attributes:
         number: as labelled in the data.
         fit: joint fit of the loading branch.
-        chord_n_per_m: (F_high − F_low)/(δ_high − δ_low) while loading; the same two forces in every
-            cycle, so it does not depend on a zero.
-        loop_energy_j: energy left in the contact, the area between loading and unloading over the
-            forces that both branches of every cycle reach. A cycle that ends in a retract unloads
-            to its lowest step only.
+        chord_n_per_m: while loading, between the same two forces in every cycle.
+        loop_energy_j: area between loading and unloading over the forces that both branches of
+            every cycle reach.
         loop_sigma_j: its standard uncertainty from noise and quanta, as the data show them.
         stored_energy_j: work done while loading, over the same forces.
-        start_m: deformation at F_low while loading.
+        start_m: deformation at the lower force while loading.
     """
 
     number: int
@@ -68,13 +61,11 @@ class RunIn:
         lift_off: whether the contact was opened between them.
         virgin: the first cycle, where the contact had not been pressed before; None otherwise.
         steady: the last cycle, once the last three agree; None while they do not.
-        secant_tolerance: the change of the chord stiffness that was allowed, max(1 %, 2u).
-        secant_change: relative span of the chord stiffness over the last three cycles.
-        energy_change: relative span of the loop energy over them.
-        energy_tolerance: its allowed value, 10 % or what the noise of the loops explains.
-        shakedown_m: shift of the deformation at F_low from the first cycle to the last.
-        residual_indentation_m: shift of the touch from the first to the last; None without lift-off
-            or touch points.
+        secant_change, energy_change: relative span of chord and loop energy over the last three.
+        secant_tolerance: allowed change of the chord, max(1 %, 2u).
+        energy_tolerance: that of the loop energy, 10 % or what the noise of the loops explains.
+        shakedown_m: shift of the deformation at the lower force from the first cycle to the last.
+        residual_indentation_m: shift of the touch; None without lift-off or touch points.
     """
 
     cycles: tuple[Cycle, ...]
@@ -108,9 +99,8 @@ def run_in(
         secant_force_n: where the secants of the fits are taken.
         lift_off: whether the contact was opened between cycles.
         virgin: whether the contact had not been pressed before the first cycle.
-        secant_sigma: relative standard uncertainty u of a cycle's secant from what changes between
-            cycles (noise, quanta; not K_s, which is common to all).
-        touch_m: (C,) travel at the touch that begins each cycle, and at later touches.
+        secant_sigma: relative standard uncertainty u of a cycle's secant by noise and quanta.
+        touch_m: (C,) travel at the touches.
 
     Raises:
         DomainError: no cycle, or one that was not both loaded and unloaded.
