@@ -2,11 +2,8 @@
 
 Every error of the budget enters the difference of ln(stiffness) with the weight of its run: −1/N in
 the first group, +1/N in the second (GUM, JCGM 100, 5.2.2, with correlations). An error that all
-runs share cancels except for the difference of its size: K_s with 1.3 % in one and 1.4 % in the
-other leaves 0.1 %. Errors of single runs are averaged.
-
-Repeats take precedence over a budget: a scatter of the runs that is larger than the budget of their
-own errors predicts replaces it, widened after Student for few runs.
+runs share cancels except for the difference of its size; errors of single runs are averaged. A
+scatter of repeats larger than their own errors predict replaces these, widened after Student.
 """
 
 from __future__ import annotations
@@ -162,18 +159,14 @@ class Difference:
     """Difference of group 2 from group 1.
 
     Attributes:
-        kind, from_n, to_n: of the figure that was compared.
         first, second: names of the runs of both groups.
         relative: S2/S1 − 1, geometric means.
         interval: its 95 % interval; wider where several groups are compared with the first.
         half_width: of the interval of ln(S2/S1).
-        smallest_detectable: the relative difference that would be detected with a probability of 80
-            %.
-        tolerance: the difference that matters, relative.
-        verdict, why: the verdict and its reason.
+        smallest_detectable: the relative difference that is detected with a probability of 80 %.
+        tolerance: the relative difference that matters.
         lines: one per source; in the widest case where it is not known what is shared.
-        scatter: standard deviation of ln S between the runs of a group, pooled; None: no repeats.
-        scatter_degrees: its degrees of freedom.
+        scatter: standard deviation of ln S between the runs of a group; None: no repeats.
         scatter_expected: what the budget of the runs' own errors expects.
         open_sources: sources for which the records do not show whether they are shared.
     """

@@ -15,7 +15,7 @@ from stepload.estimators.band import confidence_band
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.cycles import run_in
 from stepload.estimators.decide import EXPONENT_HALF_WIDTH, decide, undetermined
-from stepload.estimators.fit import Doubt, Fit, Flag, FloatArray, checked, loaded, positive
+from stepload.estimators.fit import Doubt, Fit, Flag, FloatArray, checked, usable
 from stepload.estimators.identifiability import Binding, identifiability
 from stepload.estimators.inverse_law import joint
 from stepload.estimators.ls import ill_conditioned, rs_btls
@@ -137,10 +137,15 @@ def test_the_order_in_which_fits_are_believed() -> None:
 def test_points_without_force_or_deformation_are_left_out() -> None:
     deformation = np.array([0.0, -1e-6, 1e-6, 2e-6, 3e-6])
     force = np.array([1.0, 2.0, 0.0, 4.0, 5.0])
-    assert loaded(deformation, force, at_least=3).force_n.tolist() == [1.0, 2.0, 4.0, 5.0]
-    assert positive(deformation, force, at_least=2).force_n.tolist() == [4.0, 5.0]
+    assert usable(deformation, force, at_least=3, known_zero=False).force_n.tolist() == [
+        1.0,
+        2.0,
+        4.0,
+        5.0,
+    ]
+    assert usable(deformation, force, at_least=2, known_zero=True).force_n.tolist() == [4.0, 5.0]
     with pytest.raises(DomainError, match="at least 3"):
-        positive(deformation, force, at_least=3)
+        usable(deformation, force, at_least=3, known_zero=True)
     for bad in (math.nan, math.inf):
         with pytest.raises(DomainError, match="not finite"):
             checked([1.0, bad], [1.0, 2.0])
@@ -152,7 +157,9 @@ def test_points_without_force_or_deformation_are_left_out() -> None:
 
 @pytest.mark.parametrize(("count", "few"), [(9, True), (10, False)])
 def test_few_points_are_flagged(count: int, few: bool) -> None:
-    flags = {d.flag for d in loaded(np.ones(count), np.ones(count), at_least=1).doubts}
+    flags = {
+        d.flag for d in usable(np.ones(count), np.ones(count), at_least=1, known_zero=False).doubts
+    }
     assert (Flag.TOO_FEW_POINTS in flags) == few
 
 
@@ -160,7 +167,7 @@ def test_few_points_are_flagged(count: int, few: bool) -> None:
 def test_more_than_one_percent_without_force_is_flagged(bad: int, flagged: bool) -> None:
     force = np.ones(100)
     force[:bad] = 0.0
-    flags = {d.flag for d in loaded(np.ones(100), force, at_least=1).doubts}
+    flags = {d.flag for d in usable(np.ones(100), force, at_least=1, known_zero=False).doubts}
     assert (Flag.NOT_POSITIVE in flags) == flagged
 
 
@@ -178,8 +185,6 @@ def test_samples_at_a_rate_and_spread_over_force() -> None:
     assert at_rate(np.arange(100) * 0.01, 10.0).tolist() == list(range(0, 100, 10))
     with pytest.raises(DomainError):
         at_rate([0.0, 1.0, 0.5], 10.0)
-    with pytest.raises(DomainError):
-        uniform_in_force([1.0, math.nan])
     held = np.concatenate([np.linspace(0.0, 60.0, 600), np.full(5000, 60.0)])
     chosen = uniform_in_force(held, 120)
     assert (held[chosen] >= 59.0).sum() <= 3
