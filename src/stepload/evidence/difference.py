@@ -137,19 +137,14 @@ class DifferenceLine:
     """Contribution of one source; all relative standard uncertainties.
 
     Attributes:
-        source: its name.
         first, second: rms of its size in a single run of the group.
-        own: contribution of its part that is independent between runs, after averaging.
-        shared: contribution of its shared part, after cancelling.
-        left: both combined.
+        left: contribution to the difference, after averaging and cancelling.
         common: in words, which runs share it.
     """
 
     source: str
     first: float
     second: float
-    own: float
-    shared: float
     left: float
     common: str
 
@@ -345,7 +340,7 @@ def _case(
             if measured is not None:
                 spread, left = measured * scatter.degrees, math.sqrt(measured * average)
                 told = "no; its size is taken from the scatter"
-                line = DifferenceLine(source, line.first, line.second, left, 0.0, left, told)
+                line = DifferenceLine(source, line.first, line.second, left, told)
         expected += spread
         lines.append(line)
     if scatter is None:
@@ -355,7 +350,7 @@ def _case(
     if beyond > 0.0:
         each, left = math.sqrt(beyond), math.sqrt(beyond * average)
         told = f"no; widened for {scatter.degrees} degrees of freedom"
-        lines.append(DifferenceLine(REPEATABILITY, each, each, left, 0.0, left, told))
+        lines.append(DifferenceLine(REPEATABILITY, each, each, left, told))
     return _Case(tuple(lines), math.sqrt(expected))
 
 
@@ -363,19 +358,8 @@ def _line(source: str, groups: _Groups, matrix: FloatArray) -> DifferenceLine:
     sigma = groups.sigma(source)
     parts = groups.weight * sigma
     left = math.sqrt(max(float(parts @ matrix @ parts), 0.0))
-    partner = np.max(matrix - np.eye(parts.size), axis=1)
-    own = min(math.sqrt(float(np.sum(parts**2 * (1.0 - partner)))), left)
-    if not _shared(matrix):
-        own = left
-    return DifferenceLine(
-        source=source,
-        first=_rms(sigma[groups.group == 0]),
-        second=_rms(sigma[groups.group == 1]),
-        own=own,
-        shared=math.sqrt(max(left**2 - own**2, 0.0)),
-        left=left,
-        common=_told(matrix, groups.group),
-    )
+    first, second = (_rms(sigma[groups.group == group]) for group in (0, 1))
+    return DifferenceLine(source, first, second, left, _told(matrix, groups.group))
 
 
 def _rms(values: FloatArray) -> float:

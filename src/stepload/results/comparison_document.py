@@ -94,8 +94,6 @@ DIFFERENCE_LINE: tuple[Field[DifferenceLine], ...] = (
     named("first", "group 1", _two_digits),
     named("second", "group 2", _two_digits),
     named("common", "shared"),
-    named("own", "own", _two_digits),
-    named("shared", "not cancelled", _two_digits),
     named("left", "in all", _two_digits),
 )
 DIFFERENCE: tuple[Field[Difference], ...] = (
@@ -151,8 +149,7 @@ def _named(found: Comparison) -> str:
 
 def _difference_table(each: Difference) -> Table:
     notes = [
-        "Standard uncertainties. Of a single run of each group; then what the difference keeps: of "
-        "errors of a run's own, averaged, and of shared ones, after cancelling.",
+        "Standard uncertainties: of a single run of each group, and of the difference.",
         f"Group 2 against group 1: {change(each.relative)}, 95 % interval "
         f"{changes(each.interval)}. Smallest difference that these runs "
         f"could have shown (in 80 of 100 tries, at 5 % false alarms): "
