@@ -221,8 +221,8 @@ def _place(wrench: Wrench, lever_m: float | None) -> ContactPoint | Missing:
 
     lever = -wrench.turn * lever_m
     beside, other = places(lever), places(-lever)
-    sigma = math.hypot(wrench.torque_noise_n_m, lever_m * wrench.noise_n)
-    sigma = sigma / (along * np.sqrt(count[used]))
+    noise_n_m = math.hypot(wrench.torque_noise_n_m, lever_m * wrench.noise_n)
+    sigma = noise_n_m / (along * np.sqrt(count[used]))
     high = along > HIGH_SHARE * float(along.max())
     scatter, of_other = (float(np.hypot(*each[high].std(axis=0))) for each in (beside, other))
     if scatter > max(APART * of_other, LEAST_APART_M, SIGMAS * float(sigma[high].max())):
@@ -242,11 +242,11 @@ class _Windows(NamedTuple):
 
 
 def _windows(period_s: float) -> _Windows:
-    mean = max(round(MEAN_S / period_s), 1)
-    return _Windows(
-        mean, max(round(COMPARED_S / period_s), 2 * mean, 2), max(round(LASTS_S / period_s), 1),
-        max(round(RATIO_S / period_s), 4),
-    )  # fmt: skip
+    mean, apart, row, ratio = (
+        round(each_s / period_s) for each_s in (MEAN_S, COMPARED_S, LASTS_S, RATIO_S)
+    )
+    mean = max(mean, 1)
+    return _Windows(mean, max(apart, 2 * mean, 2), max(row, 1), max(ratio, 4))
 
 
 def smallest_seen_n(noise_n: float, period_s: float, force_n: float) -> float:
