@@ -36,15 +36,6 @@ def calibrate(
             help="Runs made already (directory, record or id), to be pooled; none that stopped.",
         ),
     ] = None,
-    two_spheres: Annotated[
-        tuple[Path, Path] | None,
-        typer.Option(
-            "--two-spheres",
-            parser=run_path,
-            metavar="RUN RUN",
-            help="Two runs on reference spheres: difference method.",
-        ),
-    ] = None,
     record: Annotated[
         Path | None,
         typer.Option("--record", help=f"File for the record; the run's {CALIBRATION} if none."),
@@ -76,7 +67,7 @@ def calibrate(
     from stepload.envelope.envelope import envelope_of
     from stepload.plan.calibration import write_calibration
     from stepload.plan.load import load_plan
-    from stepload.results.calibration import from_system_runs, from_two_spheres
+    from stepload.results.calibration import from_system_runs
     from stepload.results.calibration_document import calibration_data, calibration_document
     from stepload.results.page import render
     from stepload.results.provenance import sealed
@@ -96,9 +87,7 @@ def calibrate(
                 hint="leave one of the two out",
             )
         state_to_take_it(into)  # refused before anything is pressed
-    if two_spheres is not None and (given or made):
-        raise BadInputError("--two-spheres takes its two runs and nothing else")
-    if two_spheres is None and not made:
+    if not made:
         if len(given) != 1:
             raise BadInputError(
                 "give one plan to run, or runs that are there with --from",
@@ -127,12 +116,8 @@ def calibrate(
         record = record or finished.directory / CALIBRATION
     if record is None:
         raise BadInputError("--record is missing", hint=f"name a file, such as {CALIBRATION}")
-    if two_spheres is not None:
-        one, other = (saved_run(path) for path in two_spheres)
-        found = from_two_spheres(one, other, valid_days=valid_days)
-    else:
-        runs = [saved_run(path) for path in (*made, *given)]
-        found = from_system_runs(runs, valid_days=valid_days)
+    runs = [saved_run(path) for path in (*made, *given)]
+    found = from_system_runs(runs, valid_days=valid_days)
     try:
         record.parent.mkdir(parents=True, exist_ok=True)
         write_calibration(found.record, record)

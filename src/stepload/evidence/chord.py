@@ -1,9 +1,7 @@
 """The chord stiffness of a branch, from the deformations at its two forces.
 
-(F_top - F_ref)/(δ(F_top) - δ(F_ref)), from 10 % to 100 % of the top force, needs no zero of the
-deformation and no law, so it stays true for every shape of a contact. ASTM E111 leaves out secant
-and initial tangent moduli for the same reason: both depend on where a curve begins. A deformation
-at one force is a weighted sum of the branch, without a law.
+(F_top - F_ref)/(δ(F_top) - δ(F_ref)), from 10 % to 100 % of the top force, needs no zero and no law
+(ASTM E111). A deformation at one force is a weighted sum of the branch.
 """
 
 from __future__ import annotations
@@ -88,13 +86,7 @@ def _mean_site(path: Path, stretches: NDArray[np.bool_]) -> Site:
 
 @dataclass(frozen=True, slots=True)
 class Chord:
-    """A chord of one branch.
-
-    Attributes:
-        from_n, to_n: its two forces.
-        span_m: difference of the deformations.
-        weights: (B,) of the branch: `span_m` is weights @ deformation.
-    """
+    """A chord of one branch; `span_m`, the deformation in it, is `weights` (B,) @ deformation."""
 
     from_n: float
     to_n: float
@@ -124,13 +116,9 @@ def chord(branch: Branch, from_n: float | None = None, to_n: float | None = None
 
 @dataclass(frozen=True, slots=True)
 class Smooth:
-    """δ = a + b F^q + c F^2q by generalised least squares over a branch: a power law with what
-    bends away from it.
+    """δ = a + b F^q + c F^2q by generalised least squares over a branch, F in `unit_n`.
 
-    Attributes:
-        estimator: (3, B) of the branch: its three numbers are estimator @ deformation.
-        q: exponent of the deformation over the force, 1/n.
-        unit_n: the force that F is counted in.
+    (a, b, c) are `estimator` (3, B) @ deformation; q is 1/n.
     """
 
     estimator: FloatArray

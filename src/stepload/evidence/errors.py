@@ -38,15 +38,9 @@ def middle(count: int) -> int:
 def errors_of(
     run: RunData, first: Branch, elastic: Elastic, drift: Drift | None, length_n: float
 ) -> list[Component]:
-    """The covariance of every source along a loading; the list has the same order for every one.
+    """The covariance of every source along a loading, in one order for all.
 
-    Args:
-        run: the run.
-        first: its loading.
-        elastic: the elastic contact, which has its compliance, and its travel without the errors of
-            the sensor.
-        drift: the drift that was taken out.
-        length_n: correlation length of the smooth error.
+    `drift` was taken out; `length_n` is the correlation length of the smooth error.
     """
     path, told, sources = first.path, run.conditions, run.conditions.sources
     force = path.force_n

@@ -38,13 +38,9 @@ NOT_CHECKED = "the gauge's scale was not checked against the arm's travel: "
 
 
 def against_arm(run: RunData, main: Chord) -> tuple[list[str], list[str]]:
-    """Doubts about the gauge over the first loading, and remarks.
+    """Doubts about the gauge over the first loading, and remarks, by the chord `main`.
 
     Both are empty where no gauge was read beside an arm, and where the system is what is pressed.
-
-    Args:
-        run: the run.
-        main: the chord.
     """
     track, told = run.tracks[0][1], run.conditions
     if track.arm_m is None or told.kind == "system":

@@ -70,15 +70,10 @@ def inelastic_of(
     run: RunData, loops: Sequence[Loop], span_m: float, from_n: float, elastic: Elastic,
     drift: Drift | None,
 ) -> Inelastic:  # fmt: skip
-    """Every sign that these cycles can show.
+    """Every sign that these cycles can show, drift taken out.
 
-    Args:
-        run: the run.
-        loops: its cycles, drift taken out.
-        span_m: deformation of the chord.
-        from_n: its lower force.
-        elastic: the elastic contact with which the cycles are compared.
-        drift: the drift that was taken out.
+    `span_m` is the deformation of the chord, `from_n` its lower force; the cycles are compared with
+    the elastic contact.
     """
     signs = [sign for sign in signs_of(loops, elastic.at) if sign.name != "top_shift"]
     rate = rate_sign(loops, elastic)

@@ -13,14 +13,12 @@ from pydantic import ValidationError
 
 import stepload
 from stepload.errors import BadInputError
-from stepload.estimators.fit import FloatArray
 from stepload.estimators.lateral_effect import CROSS_COMPLIANCE, Across
 from stepload.estimators.lateral_effect_fit import MIN_FORCE, AcrossFit, fit_across
 from stepload.estimators.pool import PooledStiffness, pool
 from stepload.estimators.smooth_length import SmoothLength, measure_length
 from stepload.estimators.system import Cells, SystemStiffnessFit, gather
 from stepload.estimators.table import measured_table
-from stepload.estimators.two_spheres import TwoSphereFit, two_sphere_difference
 from stepload.plan.calibration import TEMPERATURE_BAND_K, CalibrationRecord
 from stepload.results.analyse import identify_system, pieces, series_contact
 from stepload.results.press_data import LOADING, UNLOADING
@@ -29,10 +27,6 @@ from stepload.rig.pose import differences
 
 VALID_DAYS = 180
 _KEYS = ("stiffness_n_per_m", "sigma_n_per_m", "msde_m", "smooth_error_m")
-_LEVELS = 200
-"""Number of common forces of the two runs in the difference method."""
-_LEAST_SHARE = 0.05
-"""Forces below this share of the top are left out there: the touch dominates."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +41,6 @@ class Calibration:
     runs: tuple[SavedRun, ...]
     fits: tuple[SystemStiffnessFit, ...] = ()
     pooled: PooledStiffness | None = None
-    spheres: TwoSphereFit | None = None
     length: SmoothLength | None = None
     table_problem: str = ""
 
@@ -122,48 +115,6 @@ def _table(
     }, made.problem
 
 
-def from_two_spheres(
-    first: SavedRun, second: SavedRun, *, valid_days: int = VALID_DAYS
-) -> Calibration:
-    """K_s from two reference spheres of known radii and materials: the difference method.
-
-    Raises:
-        BadInputError: runs without a known contact, too small a common range of force, or spheres
-            too similar.
-    """
-    origin = _origin((first, second), valid_days)
-    first, second = labelled((first, second))
-    contacts = []
-    for run in (first, second):
-        contact = series_contact(run.conditions)
-        if contact is None or run.data.gauge:
-            what = "measured across the contact" if run.data.gauge else "without a contact law"
-            raise BadInputError(f"{run.path}: a run {what}: the difference method needs both")
-        contacts.append(contact)
-    branches = [_loading(run) for run in (first, second)]
-    top_n = min(float(force.max()) for force, _ in branches)
-    low_n = max(_LEAST_SHARE * top_n, *(float(force.min()) for force, _ in branches))
-    grid = np.linspace(low_n, 0.99 * top_n, _LEVELS)
-    one, other = (_at(force, travel, grid) for force, travel in branches)
-    fit = two_sphere_difference(
-        one, other, grid, first_contact=contacts[0], second_contact=contacts[1],
-        length_n=first.conditions.sources.smooth_length_n,
-    )  # fmt: skip
-    record = _record(
-        **origin,
-        **_figures(fit),
-        smooth_length_n=first.conditions.sources.smooth_length_n,
-        damping_n_s_per_m=0.0,
-        force_from_n=float(grid[0]),
-        force_to_n=float(grid[-1]),
-        across_told=f"two spheres tell K_s alone: {NOT_KNOWN}" if first.conditions.arm else "",
-    )
-    return Calibration(
-        record, (first, second), spheres=fit,
-        table_problem="two spheres tell K_s, and no table of the deflection",
-    )  # fmt: skip
-
-
 def _record(**values: Any) -> CalibrationRecord:
     """The record; BadInputError where one of its values is none that a plan would take."""
     try:
@@ -177,7 +128,7 @@ def _record(**values: Any) -> CalibrationRecord:
         ) from None
 
 
-def _figures(fit: PooledStiffness | TwoSphereFit) -> dict[str, Any]:
+def _figures(fit: PooledStiffness) -> dict[str, Any]:
     """The keys of the record that say K_s and its errors."""
     degrees = fit.smooth_degrees
     return {
@@ -262,28 +213,6 @@ def common_pose(runs: Sequence[SavedRun]) -> dict[str, Any]:
         "tcp_position_m": tcp[:3],
         "tcp_rotation_rad": tcp[3:],
     }
-
-
-def _loading(run: SavedRun) -> tuple[FloatArray, FloatArray]:
-    """Force and travel of the first loading."""
-    loading = run.data.first_loading()
-    if not loading.any():
-        raise BadInputError(f"{run.path}: the run ended before its first load step")
-    return run.data.force_n[loading], run.data.travel_m[loading]
-
-
-def _at(force_n: FloatArray, travel_m: FloatArray, grid_n: FloatArray) -> FloatArray:
-    """Travel on a grid of forces, averaged over a grid step, so that a hold counts once."""
-    step = float(grid_n[1] - grid_n[0])
-    index = np.round((force_n - grid_n[0]) / step).astype(np.intp)
-    inside = (index >= 0) & (index < grid_n.size)
-    count = np.bincount(index[inside], minlength=grid_n.size)
-    used = count > 0
-    if np.count_nonzero(used) < 10:
-        raise BadInputError("the two runs have fewer than 10 forces in common")
-    force = np.bincount(index[inside], force_n[inside], grid_n.size)[used] / count[used]
-    travel = np.bincount(index[inside], travel_m[inside], grid_n.size)[used] / count[used]
-    return np.asarray(np.interp(grid_n, force, travel))
 
 
 TYPICAL_SHARE = 0.3

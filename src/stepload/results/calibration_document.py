@@ -70,11 +70,6 @@ def _reasons(found: Calibration) -> list[str]:
     told.append(_table_told(found))
     if record.across_told:
         told.append(record.across_told)
-    if found.spheres is not None:
-        told.append(
-            f"the contacts deform {found.spheres.contact_scale:.3f} ± "
-            f"{found.spheres.contact_scale_sigma:.3f} times as much as theory says"
-        )
     told.append(
         f"for {record.rig}, pose {record.pose or 'not stated'!r}, direction {record.direction}, "
         f"valid until {record.valid_until}"
@@ -239,5 +234,4 @@ def calibration_data(found: Calibration) -> dict[str, Any]:
             for run, fit in zip(found.runs, found.fits, strict=False)
         ],
         "pooled": found.pooled,
-        "two_spheres": found.spheres,
     }

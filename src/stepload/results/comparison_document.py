@@ -10,14 +10,11 @@ from typing import Any
 import numpy as np
 
 import stepload
-from stepload.estimators.compare import compare_fits, spread
 from stepload.evidence.difference import Agreement, Difference, DifferenceLine
-from stepload.evidence.identification import REPORTED
 from stepload.results import fields, figures
 from stepload.results.certificate import few, shared_facts
 from stepload.results.comparison import Comparison
 from stepload.results.comparison_curve import AgainstCurve
-from stepload.results.comparison_runs import usable
 from stepload.results.data import fits_data
 from stepload.results.model import (
     NOTHING,
@@ -86,8 +83,6 @@ DIFFERENCE_LINE: tuple[Field[DifferenceLine], ...] = (
     named("first", "group 1", _two_digits),
     named("second", "group 2", _two_digits),
     named("common", "shared"),
-    named("own", "own", _two_digits),
-    named("shared", "not cancelled", _two_digits),
     named("left", "in all", _two_digits),
 )
 DIFFERENCE: tuple[Field[Difference], ...] = (
@@ -139,8 +134,7 @@ def _differences(found: Comparison) -> Table:
 
 def _difference_table(each: Difference) -> Table:
     notes = [
-        "Standard uncertainties. Of a single run of each group; then what the difference keeps: of "
-        "errors of a run's own, averaged, and of shared ones, after cancelling.",
+        "Standard uncertainties: of a single run of each group, and of the difference.",
     ]
     if each.scatter is not None:
         expected = each.scatter_expected or 0.0
@@ -272,51 +266,12 @@ def comparison_data(found: Comparison) -> dict[str, Any]:
                 "believe": each.found.believe,
                 "fits": fits_data(fields.fits_of(each.found)),
                 "interval_secant_n_per_m": each.found.interval_secant_n_per_m,
-                "cycles": [
-                    {"cycle": number}
-                    | {
-                        name: {"n": fit.n, "secant_n_per_m": fit.secant_n_per_m}
-                        for name, fit in fits.items()
-                    }
-                    for number, fits in each.cycles.items()
-                ],
             }
             for each in found.runs
         ],
-        "spread": _spreads(found),
-        "pairs": _pairs(found),
         "curve": [data(CURVE, each) for each in found.curve],
         "notes": found.notes,
     }
-
-
-def _spreads(found: Comparison) -> dict[str, Any]:
-    """Spread of secant and exponent of every fit over the runs and their cycles."""
-    made = {}
-    for name in REPORTED:
-        fits = [[c[name] for c in each.cycles.values() if name in c] for each in found.runs]
-        if all(fits):
-            made[name] = {
-                key: spread([np.array([getattr(fit, of) for fit in run]) for run in fits])
-                for key, of in (("secant", "secant_n_per_m"), ("n", "n"))
-            }
-    return made
-
-
-def _pairs(found: Comparison) -> list[dict[str, Any]]:
-    """Every later run against the first, by each fit."""
-    first, *others = found.runs
-    return [
-        {
-            "first": first.run.name, "second": later.run.name, "estimator": name,
-            "change": compare_fits(one, other),
-        }
-        for later in others
-        for name in REPORTED
-        if (one := first.found.fits.get(name)) is not None
-        and (other := later.found.fits.get(name)) is not None
-        and usable(one) and usable(other)
-    ]  # fmt: skip
 
 
 def _v1_word(found: Comparison, judged: Verdict) -> str:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -12,12 +11,9 @@ import numpy as np
 
 from stepload.errors import BadInputError, DomainError
 from stepload.estimators.conditions import BRANCHES
-from stepload.estimators.fit import Fit
-from stepload.estimators.fit_all import fit_all
-from stepload.estimators.selection import select
 from stepload.estimators.smooth import SHORTEST
 from stepload.evidence.difference import SAME_FORCE, Difference, Measured, difference
-from stepload.evidence.identification import REPORTED, Identification
+from stepload.evidence.identification import Identification
 from stepload.evidence.origin import Origin
 from stepload.evidence.quantity import Quantity
 from stepload.evidence.reading import branch_chord, read_of
@@ -29,11 +25,10 @@ from stepload.results.run_record import SavedRun
 
 @dataclass(frozen=True, slots=True)
 class ComparedRun:
-    """One run: its first loading, and the reported fits of every cycle separately."""
+    """One run, identified from its first loading."""
 
     run: SavedRun
     found: Identification
-    cycles: Mapping[int, Mapping[str, Fit]]
 
     def reached(self, force_n: float) -> bool:
         """Whether it was pressed up to this force."""
@@ -48,23 +43,7 @@ def compared_run(run: SavedRun, secant_force_n: float) -> ComparedRun:
     """A run identified with its secants at this force."""
     conditions = dataclasses.replace(run.conditions, secant_force_n=secant_force_n)
     found = identify_payload(run.data, conditions)
-    numbers = np.unique(run.data.cycle[run.data.branch(LOADING)])
-    cycles = {int(number): _cycle_fits(run, int(number), secant_force_n) for number in numbers}
-    return ComparedRun(run, found, cycles)
-
-
-def _cycle_fits(run: SavedRun, cycle: int, secant_force_n: float) -> dict[str, Fit]:
-    loading = run.data.branch(LOADING, cycle)
-    force_n = run.data.force_n[loading]
-    deformation_m = run.data.since_touch(cycle) - run.conditions.bend(force_n)
-    selected = select(deformation_m, force_n, time_s=run.data.time_s[loading])
-    fits = fit_all(selected, secant_force_n=secant_force_n)
-    return {name: fit for name in REPORTED if (fit := fits.get(name)) is not None and usable(fit)}
-
-
-def usable(fit: Fit) -> bool:
-    """Whether the numbers of a fit are positive and finite."""
-    return all(0.0 < value < math.inf for value in (fit.secant_n_per_m, fit.k, fit.n))
+    return ComparedRun(run, found)
 
 
 def grouped(runs: Sequence[SavedRun], sizes: Sequence[int] | None) -> tuple[tuple[int, ...], ...]:

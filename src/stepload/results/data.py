@@ -12,7 +12,6 @@ from stepload.evidence.identification import Identification
 from stepload.record.outcome import RunOutcome
 from stepload.results import fields
 from stepload.results.analyse import Evaluation
-from stepload.results.hysteresis import hysteresis_data
 from stepload.results.model import data
 from stepload.results.press_data import PressData
 from stepload.results.provenance import about
@@ -145,8 +144,6 @@ def run_data(run: Evaluation) -> dict[str, Any]:
         made["run_in"] = _run_in_data(run.run_in)
     if (until := loaded(run.recording.events, run.identification)) is not None:
         made["until"] = until
-    if run.hysteresis is not None:
-        made |= hysteresis_data(run.hysteresis)
     if resumed := run.recording.metadata.get("resumed"):
         made["resumed"] = resumed
     return made | {"reasons": [*filter(None, [run.problem]), *reasons_of(run)]}

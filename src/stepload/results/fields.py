@@ -100,7 +100,6 @@ LINE: tuple[Field[Line], ...] = (
 
 SIGNS = {
     "gap": "unloading against loading",
-    "gap_change": "the same, change from cycle 1 to 2",
     "set": "set",
     "reload": "second loading against the first",
     "seat": "the foot of the next branch against the first loading",

@@ -24,7 +24,6 @@ from stepload.results.analyse import (
 from stepload.results.conditions import Stated
 from stepload.results.curve import prepare
 from stepload.results.curve_zero import zero
-from stepload.results.hysteresis import Hysteresis, hysteresis_of
 from stepload.results.model import finite
 from stepload.results.reasons import loaded
 from stepload.results.run_record import SavedRun, saved_run
@@ -36,14 +35,12 @@ def is_record(path: Path) -> bool:
 
 
 class FromFile(NamedTuple):
-    """Result of a file: the identification, the assumptions, and for a record its cycles, its
-    further results, whether a simulated rig made it, and the largest force of the whole run, None
-    where it is not stored."""
+    """Result of a file: the identification, the assumptions, and for a record its cycles, whether a
+    simulated rig made it, and the largest force of the whole run, None where it is not stored."""
 
     found: Identification
     notes: tuple[str, ...]
     run_in: RunIn | None = None
-    hysteresis: Hysteresis | None = None
     simulated: bool = False
     peak_force_n: float | None = None
 
@@ -58,7 +55,7 @@ def identify_file(path: Path, stated: Stated) -> tuple[Identification, tuple[str
 
 
 def results_of_file(path: Path, stated: Stated) -> FromFile:
-    """The same with all further results of a record.
+    """The same with the cycles of a record.
 
     Raises:
         BadInputError: the file is invalid, or has nothing to identify.
@@ -73,8 +70,7 @@ def results_of_file(path: Path, stated: Stated) -> FromFile:
             run_in = cycles_of_run(run.data, found, run.events, touched_before=before)
         except BadInputError as error:
             run_in, notes = None, (*notes, error.message)
-        hysteresis = hysteresis_of(run.data, found)
-        return FromFile(found, notes, run_in, hysteresis, run.simulated, finite(run.peak_force_n))
+        return FromFile(found, notes, run_in, run.simulated, finite(run.peak_force_n))
 
 
 def _identify_record(run: SavedRun, stated: Stated) -> tuple[Identification, tuple[str, ...]]:

@@ -12,7 +12,7 @@ from stepload.envelope.reason import PlanVerdict, Reason, findings
 from stepload.envelope.theory import DECLARED, chance_of_yield
 from stepload.envelope.until import planned_run
 from stepload.errors import DomainError
-from stepload.evidence.expected import expected_chord, lower_force, narrowing
+from stepload.evidence.expected import expected_chord, narrowing
 from stepload.evidence.quantity import Quantity
 from stepload.evidence.run_data import RunData
 from stepload.plan.hazards import read_words, rig_argument
@@ -138,8 +138,6 @@ def _figures(envelope: Envelope) -> Iterator[tuple[str, str, str]]:
     if (found := envelope.identifiability) is not None:
         yield "K_max", f(found.k_max_n_per_m, "N/m"), f"(34), {found.binding} binds"
     ways = narrowing(*planned) if planned is not None else []
-    if planned is not None and (lower := lower_force(*planned)) is not None:
-        ways.append(lower)
     if ways:
         told = [f"{way.todo}: {half_width(way.half_width)}" for way in ways]
         yield "narrower with", "", "; ".join(told)

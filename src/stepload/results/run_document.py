@@ -17,7 +17,6 @@ from stepload.results.analyse import Evaluation
 from stepload.results.certificate import run_certificate
 from stepload.results.conditions import planned
 from stepload.results.from_file import FromFile
-from stepload.results.hysteresis import hysteresis_table
 from stepload.results.levels import Level, hold_table, levels_of
 from stepload.results.model import Document, Mood, Table, Verdict, interval
 from stepload.results.provenance import provenance_table
@@ -48,8 +47,6 @@ def identification_document(told: FromFile) -> Document:
     tables = [*identification_tables(told.found), *budget_table(told.found)]
     if told.run_in is not None:
         tables.append(run_in_table(told.run_in))
-    if told.hysteresis is not None:
-        tables.append(hysteresis_table(told.hysteresis))
     return Document(
         title="Identification",
         verdict=_identified(told.found),
@@ -133,8 +130,6 @@ def _tables(run: Evaluation, holds: Sequence[Level], system: Table | None) -> li
     tables += [] if system is None else [system]
     if run.run_in is not None:
         tables.append(run_in_table(run.run_in))
-    if run.hysteresis is not None:
-        tables.append(hysteresis_table(run.hysteresis))
     return [*tables, preflight_table(run.envelope)]
 
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stepload.envelope.theory import Theory
-from stepload.estimators.compare import confidence_band
-from stepload.estimators.fit import Fit, FloatArray, Missing
+from stepload.estimators.band import confidence_band
+from stepload.estimators.fit import Fit, FloatArray
 from stepload.evidence.identification import REPORTED, Identification
 from stepload.record.rows import Phase
 from stepload.results.analyse import Evaluation
@@ -36,7 +36,6 @@ from stepload.results.figures import (
 )
 from stepload.results.model import Figure
 from stepload.results.press_data import LOADING, UNLOADING, PressData
-from stepload.results.quality import quality_figure
 from stepload.units import format_quantity as f
 
 if TYPE_CHECKING:
@@ -117,10 +116,11 @@ def _band(found: Identification) -> tuple[FloatArray, FloatArray, FloatArray] | 
     if covariance is None or not 0.0 < reach_m < np.inf:
         return None
     with np.errstate(over="ignore", invalid="ignore"):
-        band = confidence_band(fit, covariance, np.linspace(0.0, reach_m, 121)[1:])
-    if not np.isfinite(band.upper_n).all():
+        deformation_m = np.linspace(0.0, reach_m, 121)[1:]
+        lower_n, upper_n = confidence_band(fit, covariance, deformation_m)
+    if not np.isfinite(upper_n).all():
         return None
-    return band.deformation_m + fit.zero_m, band.lower_n, band.upper_n
+    return deformation_m + fit.zero_m, lower_n, upper_n
 
 
 def force_deformation(
@@ -223,8 +223,6 @@ def _fit_figures(run: Evaluation) -> list[Figure]:
             "force residuals over force", partial(residuals, found),
         )
     )  # fmt: skip
-    if not isinstance(contact := found.run.alignment.quality, Missing):
-        made.append(quality_figure(contact))
     return made
 
 

@@ -278,8 +278,8 @@ def test_a_cycle_that_was_cut_short_is_left_out() -> None:
     early = loading.force_n < 60.0
     first = int(np.argmin(early))
     cut = Track(*(getattr(loading, n)[:first] for n in ("time_s", "force_n", "travel_m", "held")))
-    found = weigh(replace(run, tracks=[run.tracks[0], (number, cut, None)], touches=None))
-    alone = weigh(replace(run, tracks=run.tracks[:1], touches=None))
+    found = weigh(replace(run, tracks=[run.tracks[0], (number, cut, None)]))
+    alone = weigh(replace(run, tracks=run.tracks[:1]))
     assert found.headline == alone.headline
     assert found.drift_m_per_s is None
 
@@ -302,7 +302,7 @@ def test_exponents_that_theory_knows_are_told_apart_where_the_data_can() -> None
 def test_a_second_loading_alone_still_tells_what_has_set() -> None:
     run = press(World(set_m=10e-6))
     number, loading, _ = run.tracks[1]
-    found = weigh(replace(run, tracks=[run.tracks[0], (number, loading, None)], touches=None))
+    found = weigh(replace(run, tracks=[run.tracks[0], (number, loading, None)]))
     assert "set" in shown(found)
     moved = found.inelastic.of("set")
     assert moved is not None
