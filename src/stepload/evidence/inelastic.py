@@ -17,7 +17,7 @@ from stepload.estimators.smooth import NORMAL_95, smooth_correlation
 from stepload.evidence.drift import Drift
 from stepload.evidence.elastic import Elastic
 from stepload.evidence.errors import dithered
-from stepload.evidence.inelastic_signs import Sign, rate_sign, signs_of
+from stepload.evidence.inelastic_signs import Sign, lost_work, rate_sign, signs_of
 from stepload.evidence.loops import BETWEEN, Branch, Hold, Loop
 from stepload.evidence.run_data import RunData
 
@@ -46,10 +46,15 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Inelastic:
-    """The signs of a run and its set, in m; `span_m` is the deformation of the chord."""
+    """The signs of a run and its set, in m; `span_m` is the deformation of the chord.
+
+    `loss` is the work that the first cycle lost over that of its loading, with its standard
+    uncertainty; None without an unloading.
+    """
 
     parts: tuple[Part, ...]
     span_m: float
+    loss: tuple[float, float] | None = None
 
     @property
     def share(self) -> float:
@@ -80,7 +85,11 @@ def inelastic_of(
     signs += [rate] if rate is not None else []
     parts = [Part(s.name, s.value_m, _sigma(s, run, elastic, drift), s.elapsed_s) for s in signs]
     creep = _creep(run, loops, from_n, elastic, drift)
-    return Inelastic((*parts, *([creep] if creep else [])), span_m)
+    lost = lost_work(loops[0])
+    loss = None if lost is None else (
+        lost[0].value_m / lost[1], _sigma(lost[0], run, elastic, drift) / lost[1]
+    )  # fmt: skip
+    return Inelastic((*parts, *([creep] if creep else [])), span_m, loss)
 
 
 def _sigma(sign: Sign, run: RunData, elastic: Elastic, drift: Drift | None) -> float:

@@ -138,6 +138,34 @@ def _shift(name: str, pair: Sequence[tuple[Branch, Site]], compliance: Complianc
     return Sign(name, value, ((other, there.weights), (one, -at.weights)), force_n)
 
 
+def lost_work(loop: Loop) -> tuple[Sign, float] | None:
+    """∮F dδ of a cycle in J, its weights in N in place of a length, and ∫F dδ of the loading.
+
+    Both branches count from the lowest to the highest force that they have in common; None where
+    there is no unloading.
+    """
+    if loop.unloading is None:
+        return None
+    branches = loop.loading, loop.unloading
+    low_n = max(float(branch.path.force_n.min()) for branch in branches)
+    terms, works = [], []
+    for branch, sign in zip(branches, (1.0, -1.0), strict=True):
+        order = np.argsort(branch.path.force_n, kind="stable")
+        order = order[branch.path.force_n[order] >= low_n]
+        if order.size < 2:
+            return None
+        force_n = branch.path.force_n[order]
+        middle_n = 0.5 * (force_n[1:] + force_n[:-1])
+        weights = np.zeros(branch.path.size)
+        weights[order] = np.concatenate([[0.0], middle_n]) - np.concatenate([middle_n, [0.0]])
+        works.append(float(weights @ branch.deformation_m))
+        terms.append((branch, sign * weights))
+    if not works[0] > 0.0:
+        return None
+    top_n = float(loop.loading.path.force_n.max())
+    return Sign("loss", works[0] - works[1], tuple(terms), top_n), works[0]
+
+
 def rate_sign(loops: Sequence[Loop], elastic: Elastic) -> Sign | None:
     """Deformation in the holds less that of the neighbouring ramps at the same force, in m.
 

@@ -51,6 +51,7 @@ def _evidence_data(found: Identification) -> dict[str, Any]:
     evidence = found.evidence
     if evidence is None:
         return {"headline": None, "quantities": {}, "exponent": None, "inelastic": None, "laws": []}
+    lost = evidence.inelastic.loss
     return {
         "headline": data(fields.QUANTITY, evidence.headline),
         "quantities": {
@@ -61,6 +62,7 @@ def _evidence_data(found: Identification) -> dict[str, Any]:
             "share": evidence.inelastic.share,
             "elastic": evidence.elastic,
             "signs": [data(fields.PART, each) for each in evidence.inelastic.parts],
+            "loss": None if lost is None else {"share": lost[0], "sigma": lost[1]},
         },
         "laws": evidence.laws,
         "narrowing": found.narrowing,

@@ -17,6 +17,7 @@ from stepload.results import fields
 from stepload.results.model import NOTHING, Show, Table, interval, number, quantity, table
 from stepload.results.quality import quality_table, summary
 from stepload.units import format_quantity as f
+from stepload.units import percent
 
 if TYPE_CHECKING:
     from stepload.contact.power_law import ContactLaw
@@ -67,9 +68,13 @@ def identification_tables(found: Identification) -> list[Table]:
         share, half = evidence.inelastic.share, evidence.within
         word = "Elastic" if evidence.elastic else "Not elastic"
         told = f"{word}: {share:.1%} of the deformation is not, up to {half:.1%} counts for none."
+        notes = [told]
+        if (lost := evidence.inelastic.loss) is not None:
+            share, sigma = (percent(each, 2) for each in lost)
+            notes.append(f"Work lost in the first cycle: {share} of that of its loading ± {sigma}.")
         tables += [
             table("Laws that were tried", fields.LAW, evidence.laws, page_only=True),
-            table("What is not elastic", fields.PART, evidence.inelastic.parts, [told],
+            table("What is not elastic", fields.PART, evidence.inelastic.parts, notes,
                   page_only=True),
         ]  # fmt: skip
         contact = found.run.alignment.quality
