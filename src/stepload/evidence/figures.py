@@ -87,7 +87,7 @@ def _shared(run: RunData, read_from: Reading) -> list[Line]:
     bend = float(np.diff(told.bend(np.array([main.from_n, main.to_n])))[0])
     sideways = run.sideways.relative * abs(bend) / main.span_m
     scale = [
-        Line("force calibration", f"{sources.gain_sigma:.2%}", q * sources.gain_sigma),
+        Line("force calibration", f"{percent(sources.gain_sigma, 3)}", q * sources.gain_sigma),
         Line(
             "temperature of the material",
             f"{sources.temperature_sigma_k:.3g} K",
@@ -303,7 +303,7 @@ def _upper(read_from: Reading, smooth: Smooth, at_n: float) -> Line:
     allowed = NORMAL_95 * combined(_lines(parts, upper.weights - weights, upper.span_m))
     off = math.log(span_m / upper.span_m) if min(span_m, upper.span_m) > 0.0 else math.inf
     beyond = math.sqrt(max(off**2 - allowed**2, 0.0))
-    return Line("shape (upper chord against the curve's)", f"{off:.2%}", beyond)
+    return Line("shape (upper chord against the curve's)", f"{percent(off, 3)}", beyond)
 
 
 def _sensitivity(fit: LawFit, read: Read, path: Path, parts: Sequence[Component]) -> FloatArray:

@@ -12,7 +12,7 @@ from stepload.estimators.fit import FloatArray, Missing
 from stepload.estimators.lateral_effect import CROSS_COMPLIANCE, Across
 from stepload.evidence.inelastic_signs import Compliance
 from stepload.evidence.quantity import Line
-from stepload.units import beside_limit, format_quantity
+from stepload.units import beside_limit, format_quantity, percent
 
 GUIDED_COMPLIANCE = 0.3
 """C_xz/C_zz of a guided axis, or of a rig of unstated structure."""
@@ -78,11 +78,11 @@ class Sideways:
         if self.rule == "unknown":
             return "friction of the contact, not measured"
         if self.rule == "one number":
-            return f"{self.away:.1%} away from that of K_s"
+            return f"{percent(self.away, 2)} away from that of K_s"
         if self.share is None:
             return "share not known, counted as none"
-        taken = f", {self.taken:.1%} of the deflection taken out"
-        return f"{self.share:.1%}" + (taken if self.rule == "three numbers" else "")
+        taken = f", {percent(self.taken, 2)} of the deflection taken out"
+        return f"{percent(self.share, 2)}" + (taken if self.rule == "three numbers" else "")
 
     @property
     def note(self) -> str:

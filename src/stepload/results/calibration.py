@@ -24,6 +24,7 @@ from stepload.results.analyse import identify_system, pieces, series_contact
 from stepload.results.press_data import LOADING, UNLOADING
 from stepload.results.run_record import SavedRun, labelled
 from stepload.rig.pose import differences
+from stepload.units import percent
 
 VALID_DAYS = 180
 _KEYS = ("stiffness_n_per_m", "sigma_n_per_m", "msde_m", "smooth_error_m")
@@ -280,7 +281,7 @@ def _without(run: SavedRun, across: Across) -> SavedRun:
 def _told(fit: AcrossFit) -> str:
     """Uncertainty of the correction, in words."""
     sizes = np.linalg.norm(fit.shares, axis=1)
-    span = f"shares of {sizes.min():.1%} to {sizes.max():.1%} across"
+    span = f"shares of {percent(sizes.min(), 2)} to {percent(sizes.max(), 2)} across"
     of_any = CROSS_COMPLIANCE * TYPICAL_SHARE
     if not len(fit.directions):
         return (
@@ -289,18 +290,21 @@ def _told(fit: AcrossFit) -> str:
             "5 % (press the block dry, and greased, harder and more often)"
         )
     along = [
-        f"({d[0]:+.2f}, {d[1]:+.2f}) to {fit.stiffness_n_per_m * sigma * TYPICAL_SHARE:.1%}"
+        f"({d[0]:+.2f}, {d[1]:+.2f}) to {percent(fit.stiffness_n_per_m * sigma * TYPICAL_SHARE, 2)}"
         for d, sigma in zip(fit.directions, fit.sigma_m_per_n, strict=True)
     ]
     c = np.array(fit.across.per_newton_m) * fit.stiffness_n_per_m
     text = (
         f"lateral force: {span}; per newton across {c[0]:+.3f} and {c[1]:+.3f} of what one "
-        f"along does; at a share of {TYPICAL_SHARE:.0%} beside the calibrated one known along "
+        f"along does; at a share of {percent(TYPICAL_SHARE, 2)} beside the calibrated one "
+        f"known along "
         f"{' and '.join(along)} of the deflection (standard uncertainty)"
     )
     if len(fit.directions) == 1:
-        text += (
-            f"; at right angles to it nothing is claimed ({of_any:.0%}): the runs went one way only"
-        )
+        text += f"; at right angles to it nothing is claimed ({percent(of_any, 2)})"
     beyond = 1.5 * fit.across.reach
-    return text + f"; beyond {beyond:.0%} from it it costs width" if math.isfinite(beyond) else text
+    return (
+        text + f"; beyond {percent(beyond, 2)} from it it costs width"
+        if math.isfinite(beyond)
+        else text
+    )

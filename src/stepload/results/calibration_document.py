@@ -29,6 +29,7 @@ from stepload.results.model import (
 from stepload.results.provenance import runs_table
 from stepload.results.run_figures import misfit_figure
 from stepload.units import format_quantity as f
+from stepload.units import percent
 
 
 def calibration_document(found: Calibration, file: Path) -> Document:
@@ -153,7 +154,7 @@ def _table_told(found: Calibration) -> str:
     return (
         f"table of the deflection in {len(rows)} rows from {f(rows[0], 'N')} to "
         f"{f(rows[-1], 'N')}, each ± {f(max(record.deflection_sigma_m), 'm')} (standard "
-        f"uncertainty), {record.deflection_common:.1%} common to all"
+        f"uncertainty), {percent(record.deflection_common, 2)} common to all"
     )
 
 

@@ -27,6 +27,7 @@ from stepload.results.quality import summary
 from stepload.results.run_record import SavedRun, started_on
 from stepload.results.tables import stiffness_table
 from stepload.units import format_quantity as f
+from stepload.units import percent
 
 NOT_STATED = "not stated"
 LONGEST = 100
@@ -248,7 +249,10 @@ def run_certificate(
         facts=(
             [
                 *specimen_facts(envelope, recording, found),
-                ("Largest force", f"{f(peak_n, 'N')}, {peak_n / limit_n:.0%} of the F_c used"),
+                (
+                    "Largest force",
+                    f"{f(peak_n, 'N')}, {percent(peak_n / limit_n, 2)} of the F_c used",
+                ),
             ],
             [
                 *rig_facts(envelope, recording, found),

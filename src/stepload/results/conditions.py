@@ -22,6 +22,7 @@ from stepload.estimators.lateral_effect import Across
 from stepload.estimators.sources import Sources
 from stepload.plan.load import load_payload
 from stepload.results.press_data import PressData
+from stepload.units import percent
 
 FILE = "conditions.json"
 
@@ -241,7 +242,10 @@ def _without_table(sources: Sources) -> Sources:
         return sources
     note = ""
     if not sigma > 0.0:
-        sigma, note = ASSUMED_RELATIVE * stiffness, f"no σ of K_s stated: {ASSUMED_RELATIVE:.0%}"
+        sigma, note = (
+            ASSUMED_RELATIVE * stiffness,
+            f"no σ of K_s stated: {percent(ASSUMED_RELATIVE, 2)}",
+        )
     return replace(
         sources, system_stiffness_sigma_n_per_m=sigma, system_stiffness_note=note,
         deflection_force_n=(), deflection_m=(), deflection_sigma_m=(),

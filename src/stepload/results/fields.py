@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from stepload.results.model import NOTHING, Field, data, finite, interval, named, number, quantity
+from stepload.units import percent
 
 if TYPE_CHECKING:
     from stepload.envelope.press import Term
@@ -84,7 +85,8 @@ QUANTITY: tuple[Field[Quantity], ...] = (
     ),
     Field(_interval, "interval_n_per_m", "95 % interval", interval("N/m")),
     Field(
-        lambda each: finite(each.half_width), label="half width", show=lambda half: f"±{half:.1%}"
+        lambda each: finite(each.half_width), label="half width",
+        show=lambda half: f"±{percent(half, 2)}",
     ),
     named("verdict", "verdict"),
     named("why"),
@@ -149,7 +151,7 @@ SYSTEM: tuple[Field[SystemStiffnessFit], ...] = (
     named("sigma_n_per_m", "standard uncertainty", quantity("N/m")),
     named("msde_m", "MSDE", quantity("m")),
     Field(
-        lambda fit: f"{fit.nonlinearity:+.2%} ± {fit.nonlinearity_sigma:.2%}",
+        lambda fit: f"{100.0 * fit.nonlinearity:+.2f} % ± {percent(fit.nonlinearity_sigma, 3)}",
         label="nonlinearity",
     ),
 )

@@ -17,6 +17,7 @@ from stepload.estimators.fit import Missing
 from stepload.results.model import Table
 from stepload.results.press_data import LOADING, UNLOADING, PressData, holds_of
 from stepload.units import format_quantity as f
+from stepload.units import percent
 
 
 def wrench_of(data: PressData) -> Wrench | None:
@@ -67,7 +68,7 @@ def summary(found: ContactQuality | Missing) -> str:
         return ""
     slips = len(found.slips)
     slipped = f"{slips} slip event{'s' if slips > 1 else ''}" if slips else "no slip event"
-    parts = [f"lateral force {found.branches[0].size:.1%} of that along it", slipped]
+    parts = [f"lateral force {percent(found.branches[0].size, 2)} of that along it", slipped]
     if not isinstance(found.place, Missing):
         parts.append(f"touched {f(found.place.size_m, 'm', 2)} beside the axis")
     return f"contact: {', '.join(parts)}"
@@ -78,8 +79,10 @@ def quality_table(found: ContactQuality) -> Table:
     rows = [
         (
             f"cycle {branch.cycle}, {_way(branch.rising)}",
-            "{:.1%} of the force along the axis ({:+.1%} and {:+.1%} along the sensor's two other"
-            " axes)".format(branch.size, *branch.share),
+            f"{percent(branch.size, 2)} of the force along the axis"
+            " ({:+.1f} % and {:+.1f} % along the sensor's two other axes)".format(
+                *(100.0 * each for each in branch.share)
+            ),
         )
         for branch in found.branches
     ]

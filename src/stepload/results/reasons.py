@@ -17,7 +17,7 @@ from stepload.record.reader import Event
 from stepload.results.analyse import Evaluation
 from stepload.results.model import Field, Table, named, quantity, table
 from stepload.results.press_data import LOADING, UNLOADING, PressData, event_number, number_or_nan
-from stepload.units import beside_limit, format_quantity
+from stepload.units import beside_limit, format_quantity, percent
 
 MOST_SHORT = 0.9
 """A later loading counts where it reached this share of the highest force of the first."""
@@ -220,7 +220,7 @@ NEED: tuple[Field[Need], ...] = (
     named("level_n", "level", quantity("N")),
     Field(lambda need: need.needed_m, "", "deformation needed", _needed),
     named("expected_m", "deformation by theory", quantity("m")),
-    named("half_width", "half width by theory", lambda half: f"±{half:.1%}"),
+    named("half_width", "half width by theory", lambda half: f"±{percent(half, 2)}"),
     Field(lambda n: "yes" if n.expected_m >= n.needed_m else "no", "", "enough by theory"),
 )
 

@@ -27,6 +27,7 @@ from stepload.evidence.identification import Identification
 from stepload.evidence.quantity import ResultVerdict
 from stepload.results.model import SIMULATED
 from stepload.units import format_quantity as f
+from stepload.units import percent
 
 Simulator = Literal["mujoco", "drake"]
 Kind = Literal["tangent", "chord"]
@@ -113,7 +114,8 @@ def spring_of(
         warnings.append("there is no interval: the uncertainty of this number is not known")
     if at_n < WELL_ABOVE_ZERO * peak_n:
         warnings.append(
-            f"{f(at_n, 'N')} is less than {WELL_ABOVE_ZERO:.0%} of the {f(peak_n, 'N')} that were "
+            f"{f(at_n, 'N')} is less than {percent(WELL_ABOVE_ZERO, 2)} of the "
+            f"{f(peak_n, 'N')} that were "
             "pressed: the zero decides there, not the data"
         )
     return Spring(

@@ -55,7 +55,7 @@ def budget_table(found: Identification) -> list[Table]:
     """What the interval of the headline is made of."""
     if (headline := found.headline) is None:
         return []
-    total = f"All together {headline.relative:.2%}; the interval is 1.96 times that."
+    total = f"All together {percent(headline.relative, 3)}; the interval is 1.96 times that."
     lines = [line for line in headline.lines if line.relative > 0.0]
     title = "What the headline's interval is made of"
     return [table(title, fields.LINE, lines, [total], page_only=True)]
@@ -67,11 +67,14 @@ def identification_tables(found: Identification) -> list[Table]:
     if evidence is not None:
         share, half = evidence.inelastic.share, evidence.within
         word = "Elastic" if evidence.elastic else "Not elastic"
-        told = f"{word}: {share:.1%} of the deformation is not, up to {half:.1%} counts for none."
+        most = percent(half, 2)
+        told = (
+            f"{word}: {percent(share, 2)} of the deformation is not (up to {most} counts for none)."
+        )
         notes = [told]
         if (lost := evidence.inelastic.loss) is not None:
-            share, sigma = (percent(each, 2) for each in lost)
-            notes.append(f"Work lost in the first cycle: {share} of that of its loading ± {sigma}.")
+            work, sigma = (percent(each, 2) for each in lost)
+            notes.append(f"Work lost in the first cycle: {work} of that of its loading ± {sigma}.")
         tables += [
             table("Laws that were tried", fields.LAW, evidence.laws, page_only=True),
             table("What is not elastic", fields.PART, evidence.inelastic.parts, notes,
@@ -148,9 +151,10 @@ def run_in_table(found: RunIn) -> Table:
         steady = f"fewer than {STEADY_CYCLES} cycles do not show whether it is steady"
     else:
         steady = (
-            f"not steady: chord changed by {found.secant_change:.2%} (allowed "
-            f"{found.secant_tolerance:.2%}), loop energy by {found.energy_change:.0%} "
-            f"(allowed {found.energy_tolerance:.0%}) over the last {STEADY_CYCLES} cycles"
+            f"not steady: chord changed by {percent(found.secant_change, 3)} (allowed "
+            f"{percent(found.secant_tolerance, 3)}), loop energy by "
+            f"{percent(found.energy_change, 2)} "
+            f"(allowed {percent(found.energy_tolerance, 2)}) over the last {STEADY_CYCLES} cycles"
         )
     virgin = "The virgin contact is not in this record"
     if found.virgin:
