@@ -24,7 +24,6 @@ from stepload.record.scan import (
     RawRecord,
     Run,
     count_messages,
-    fingerprint,
     open_scan,
     parse,
     parse_attachment,
@@ -89,9 +88,6 @@ class _Repair:
         self._out = out
         self._topics: dict[int, str] = {}
         self._schemas: set[int] = set()
-        self._alike: dict[tuple[tuple[int, int], ...], tuple[tuple[int, int], ...]] = {}
-        self.checked: dict[bytes, tuple[tuple[int, int], ...]] = {}
-        """(Channel, messages) of each chunk that was taken, by its fingerprint."""
         self.cut_bytes = 0
         self.damage = ""
         out.start()
@@ -164,8 +160,6 @@ class _Repair:
             uncompressed_size=len(chunk.raw),
         )
         self._out.append_chunk(record.encoded(), entry, indexes)
-        inside = tuple((channel, number) for channel, (number, _) in indexes.items())
-        self.checked[fingerprint(record)] = self._alike.setdefault(inside, inside)
 
     def finish(self, source: str, damage: str) -> None:
         """Note the repair in the file and close it."""
@@ -236,7 +230,7 @@ def recover(path: Path, out: Path | None = None) -> Recovered:
             raise
         finally:
             os.close(fd)
-    counts = count_messages(unverified, repair.checked)
+    counts = count_messages(unverified)
     if counts != repair.counts:
         raise BadInputError(f"{unverified}: read back {counts}, written {repair.counts}")
     os.rename(unverified, target)
