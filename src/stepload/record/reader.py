@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -200,9 +200,11 @@ class Reading:
                     f"{channel.topic} is {name!r} in {channel.message_encoding!r}, "
                     f"not {known.schema!r} in 'cdr'",
                 )
-            topic = self.topics[channel.id] = _as_defined(record.at, known, definition)
-            if topic.fields:
-                self._columns.setdefault(topic.name, _Columns(topic, self._mean_of))
+            if known.schema.startswith("stepload") and definition != known.definition.encode():
+                raise DamageError(record.at, f"the message definition of {known.name} is not ours")
+            self.topics[channel.id] = known
+            if known.fields:
+                self._columns.setdefault(known.name, _Columns(known, self._mean_of))
 
     def take_run(self, at: int, raw: bytes, run: Run) -> None:
         """Take in messages of one channel in a row."""
@@ -228,7 +230,7 @@ class Reading:
         numbers = {}
         for topic in STREAMS[name].topics:
             part = self._columns.get(topic.name, _Columns(topic, 1)).columns()
-            number = numbers[topic.name] = len(next(iter(part.values())))
+            numbers[topic.name] = len(next(iter(part.values())))
             found |= part
         if len(set(numbers.values())) > 1:
             told = ", ".join(f"{count} messages on {topic}" for topic, count in numbers.items())
@@ -236,24 +238,7 @@ class Reading:
                 f"{path}: {told}; they belong together",
                 hint="use the file as stepload wrote it, or `stepload recover` it",
             )
-        fields = layout.fields_of(STREAMS[name].row)
-        for field in fields.keys() - found.keys():  # declared after the file was made
-            column = found[field] = np.empty(number, fields[field].numpy)
-            column[:] = np.nan if column.dtype.kind == "f" else 0
-        return COLUMNS[name](**{field: found[field] for field in fields})
-
-
-def _as_defined(at: int, known: Topic, definition: bytes) -> Topic:
-    """The topic with its fields as the file's own message definition has them."""
-    if known.frame is not None or not known.fields:  # of a standard type, which does not change
-        return known
-    try:
-        fields = layout.read_definition(definition.decode())
-        if any(fields[name] != known.fields[name] for name in fields.keys() & known.fields.keys()):
-            raise ValueError("a field has another type than ours")
-        return replace(known, fields=fields)
-    except ValueError as error:
-        raise DamageError(at, f"the message definition of {known.name}: {error}") from error
+        return COLUMNS[name](**found)
 
 
 def read_recording(path: Path, mean_of: int = 1) -> Recording:
