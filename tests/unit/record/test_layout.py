@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, get_type_hints
 
 import pytest
 
@@ -122,7 +122,8 @@ def test_messages_of_another_type_or_encoding_are_refused(
 def test_messages_of_another_length_than_defined_are_damage(
     write_record: Callable[..., Path], monkeypatch: pytest.MonkeyPatch, make: Any
 ) -> None:
-    row = NamedTuple("row", [*get_type_hints(TickFields).items(), ("later_n", Number)])  # type: ignore[misc]
+    hints = [*get_type_hints(TickFields).items(), ("later_n", Number)]
+    row = NamedTuple("row", hints)  # type: ignore[misc]
     tick = TOPICS["/tick"]
     lying = layout.Topic(7, "/tick", tick.schema, tick.definition, layout.fields_of(row))
     with monkeypatch.context() as patch:

@@ -160,7 +160,8 @@ def test_a_writer_that_ends_before_it_is_done_is_noticed(
     start: Start, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     recorder = start()
-    monkeypatch.setattr(recorder, "_send", lambda *_: os.kill(recorder.writer_pid, signal.SIGKILL))
+    kill = lambda _: os.kill(recorder.writer_pid, signal.SIGKILL)  # noqa: E731
+    monkeypatch.setattr(recorder._control, "send", kill)
     with pytest.raises(RecordingFailedError, match="ended with code -9"):
         recorder.finish({}, "identified")
 
@@ -185,9 +186,8 @@ def test_a_problem_is_known_after_the_record_is_given_up(start: Start) -> None:
     assert "code -9" in recorder.problem()
 
 
-def test_nobody_waits_for_a_dead_writer(start: Start, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_nobody_waits_for_a_dead_writer(start: Start) -> None:
     recorder = start()
-    monkeypatch.setattr(recorder, "_send", lambda *_: None)
     asked = []
 
     def has_room() -> bool:
