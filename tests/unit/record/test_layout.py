@@ -13,7 +13,7 @@ from stepload.errors import BadInputError
 from stepload.record import layout
 from stepload.record.layout import STREAMS, TOPICS, Stream
 from stepload.record.reader import _text, read_recording
-from stepload.record.rows import rows_of
+from stepload.record.rows import TickFields, rows_of
 from stepload.record.scan import DamageError
 from stepload.rig.samples import ArmSample, ForceSample, Number
 
