@@ -21,8 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 from stepload.errors import SteploadError
 from stepload.live.messages import POSE, TARED, pose_message, wrench_message
-from stepload.live.schema import LIVE, LIVE_SCHEMA
-from stepload.live.state import State
+from stepload.live.state import LIVE, LIVE_SCHEMA, State
 from stepload.live.tail import Message, Tail
 from stepload.record.scan import DamageError
 
