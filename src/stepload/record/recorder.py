@@ -83,7 +83,11 @@ class Recorder:
         attachments: Mapping[str, bytes],
         lossless: bool,
     ) -> None:
-        _check_rates(rates_hz)
+        for name, rate_hz in rates_hz.items():
+            if not 0.0 < rate_hz <= MAX_RATE_HZ:
+                raise BadInputError(
+                    f"rate of {name}: {rate_hz} Hz, must be within 0 … {MAX_RATE_HZ}"
+                )
         self.path = directory / NAME
         self.part_path = directory / (NAME + PART_SUFFIX)
         self._lossless = lossless
@@ -119,11 +123,8 @@ class Recorder:
             os.close(file_fd)
             raise RecordingFailedError(f"cannot start the record writer: {error}") from error
         self._counters = self._shared.counters
-        for name in STREAMS:
-            absent = f"the recorder was made without a rate for {name!r}"
-            known = name in rates_hz
-            push = self._shared.producer(name, self._wait_for_room) if known else _refuse(absent)
-            setattr(self, name, push)
+        for name in rates_hz:
+            setattr(self, name, self._shared.producer(name, self._wait_for_room))
         self._push_event = self._shared.event_producer(self._wait_for_room)
         try:
             self._control.send(start)
@@ -227,9 +228,8 @@ class Recorder:
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
-        for name in STREAMS:
-            setattr(self, name, _refuse("the recorder is closed"))
-        self._push_event = _refuse("the recorder is closed")
+        for name in (*STREAMS, "_push_event"):
+            setattr(self, name, _closed)
         self._shared.close()
         os.close(self._file_fd)
 
@@ -261,19 +261,8 @@ class Recorder:
         return True
 
 
-def _refuse(why: str) -> Callable[..., None]:
-    def refuse(*_: object) -> None:
-        raise RuntimeError(why)
-
-    return refuse
-
-
-def _check_rates(rates_hz: Mapping[str, float]) -> None:
-    for name, rate_hz in rates_hz.items():
-        if name not in STREAMS:
-            raise BadInputError(f"no stream named {name!r} (known: {', '.join(STREAMS)})")
-        if not 0.0 < rate_hz <= MAX_RATE_HZ:
-            raise BadInputError(f"rate of {name}: {rate_hz} Hz, must be within 0 … {MAX_RATE_HZ}")
+def _closed(*_: object) -> NoReturn:
+    raise RuntimeError("the recorder is closed")
 
 
 def _open_locked(part: Path, final: Path) -> int:

@@ -49,13 +49,15 @@ class Recovered:
 
 
 def is_being_written(path: Path) -> bool:
-    """Whether a living writer process has this file open."""
-    with path.open("rb") as file:
-        try:
+    """Whether a living writer process has this file open; not said where we may not read it."""
+    try:
+        with path.open("rb") as file:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
-        except BlockingIOError:
-            return True
-        return False
+    except BlockingIOError:
+        return True
+    except PermissionError:
+        pass
+    return False
 
 
 def find_unfinished(directory: Path) -> list[Path]:
@@ -69,16 +71,9 @@ def find_unfinished(directory: Path) -> list[Path]:
             linked = path.parent != directory and path.parent.is_symlink()
             with contextlib.suppress(FileNotFoundError, PermissionError):  # finished, or not ours
                 about = path.lstat()
-                if stat.S_ISREG(about.st_mode) and not linked and not _is_busy(path):
+                if stat.S_ISREG(about.st_mode) and not linked and not is_being_written(path):
                     found.append((about.st_mtime, path))
     return [path for _, path in sorted(found)]
-
-
-def _is_busy(path: Path) -> bool:
-    try:
-        return is_being_written(path)
-    except PermissionError:
-        return False
 
 
 class _Repair:
