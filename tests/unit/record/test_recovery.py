@@ -7,6 +7,7 @@ import struct
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -193,12 +194,14 @@ def test_unfinished_records_are_looked_for_here_and_not_behind_links(
     (runs / "f").mkdir()
     os.mkfifo(runs / "f" / "run.mcap.part")
 
-    def locked(path: Path) -> bool:
+    plain = Path.open
+
+    def locked(path: Path, mode: str) -> Any:
         if path.parent.name == "a":
             raise PermissionError(13, "Permission denied")
-        return False
+        return plain(path, mode)
 
-    monkeypatch.setattr(recovery, "is_being_written", locked)
+    monkeypatch.setattr(Path, "open", locked)
     found = {path.parent.name for path in find_unfinished(runs)}
     assert found == {"a", "b"}
 
