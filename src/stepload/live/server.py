@@ -100,17 +100,6 @@ class Publisher:
         )
 
 
-def _first_line(fd: int) -> str:
-    """The first line of a pipe; "" where it ends before."""
-    text = b""
-    while not text.endswith(b"\n"):
-        byte = os.read(fd, 1)
-        if not byte:
-            return ""
-        text += byte
-    return text.decode().rstrip("\n")
-
-
 def _quiet() -> None:
     """Keep standard error for our own words: the SDK logs there what any viewer makes it say."""
     words, nothing = os.dup(2), os.open(os.devnull, os.O_WRONLY)
@@ -139,7 +128,7 @@ def main(host: str, port: int) -> int:
         return 1
     print(READY, server.port, flush=True)
     try:
-        if path := _first_line(0):
+        if path := sys.stdin.readline().rstrip("\n"):
             _follow(Path(path))
     finally:
         server.stop()
@@ -147,9 +136,8 @@ def main(host: str, port: int) -> int:
 
 
 def _follow(path: Path) -> None:
-    tail = Tail(path)
-    publisher = Publisher(tail)
     try:
+        publisher = Publisher(Tail(path))
         while True:
             began_s = time.monotonic()
             publisher.publish()
@@ -160,8 +148,6 @@ def _follow(path: Path) -> None:
                 return
     except (OSError, DamageError) as error:
         print(f"the live view ends: {error}", file=sys.stderr, flush=True)
-    finally:
-        tail.close()
 
 
 if __name__ == "__main__":
