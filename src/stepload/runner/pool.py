@@ -66,12 +66,12 @@ class Pool:
         left, busy = iter(parts), set[Connection]()
         try:
             while True:
-                while len(busy) < self._processes and (part := next(left, None)) is not None:
+                while len(busy) < self._processes and (due := next(left, None)) is not None:
                     pipe = next((each for each in self._workers if each not in busy), None)
                     pipe = pipe or self._start()
                     busy.add(pipe)
                     with _none_killed():
-                        pipe.send((do, part))
+                        pipe.send((do, due))
                 if not busy:
                     return
                 for pipe in [each for each in wait(list(busy)) if isinstance(each, Connection)]:

@@ -290,17 +290,6 @@ def test_opens_and_decodes_in_the_fields_readers(start: Start, make: SimpleNames
     assert set(stamps) == {0}
 
 
-def test_log_times_never_go_back_even_when_samples_do(start: Start, make: SimpleNamespace) -> None:
-    recorder = start()
-    for i in (5, 6, 2, 7):
-        recorder.force(make.force(i))
-    path = recorder.finish({}, "stopped")
-    in_file_order = {m.sequence: m.log_time for topic, m, _ in decode(path) if topic == "/force"}
-    times = [in_file_order[sequence] for sequence in (5, 6, 2, 7)]
-    assert times == sorted(times)
-    assert read_recording(path).force.sequence.tolist() == [5, 6, 2, 7]
-
-
 def test_lossless_waits_for_the_writer(start: Start, make: SimpleNamespace) -> None:
     recorder = start({**RATES_HZ, "force": 60.0})
     capacity = recorder._shared.capacity["force"]
@@ -390,18 +379,6 @@ def test_a_disk_that_is_full_from_the_start(virtual_clock: Any, tmp_path: Path) 
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_sync_makes_the_unfinished_record_readable(start: Start, make: SimpleNamespace) -> None:
-    recorder = start()
-    fill(recorder, make, 300)
-    recorder.event(100.0, "note", {})
-    recorder.sync()
-    got = read_recording(recorder.part_path)
-    assert got.partial
-    assert len(got.force.sequence) == 300
-    assert len(got.ticks.time_s) == 150
-    assert len(got.events) == 1
 
 
 def test_a_dead_writer_is_a_problem(start: Start, make: SimpleNamespace) -> None:
