@@ -62,6 +62,8 @@ KINDS: Mapping[object, Kind] = {
     Number: Kind("float64", "<f8", "d"),
     Six: Kind("float64[6]", "(6,)<f8", "6d"),
 }
+_LONGEST = 1 << 13
+"""Characters of a message definition."""
 Fields = Mapping[str, Kind]
 """Fields in the order of their bytes, by name."""
 
@@ -75,6 +77,23 @@ def fields_of(row: type) -> Fields:
 def row_dtype(row: type) -> np.dtype[np.void]:
     """A row with its fields one after the other, as numpy sees it."""
     return np.dtype([(name, kind.numpy) for name, kind in fields_of(row).items()])
+
+
+def read_definition(definition: str) -> Fields:
+    """The fields of a message definition that has no other types than a row's.
+
+    Raises:
+        ValueError: it has others, no fields, or more than any message of ours.
+    """
+    named = {kind.ros: kind for kind in KINDS.values()}
+    lines = [line.partition("#")[0].split() for line in definition[:_LONGEST].splitlines()]
+    try:
+        fields = {name: named[kind] for kind, name in filter(None, lines)}
+    except KeyError as error:
+        raise ValueError(f"type {str(error)[:80]}") from error
+    if not fields:
+        raise ValueError("no fields")
+    return fields
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -200,11 +200,9 @@ class Reading:
                     f"{channel.topic} is {name!r} in {channel.message_encoding!r}, "
                     f"not {known.schema!r} in 'cdr'",
                 )
-            if known.schema.startswith("stepload") and definition != known.definition.encode():
-                raise DamageError(record.at, f"the message definition of {known.name} is not ours")
-            self.topics[channel.id] = known
-            if known.fields:
-                self._columns.setdefault(known.name, _Columns(known, self._mean_of))
+            topic = self.topics[channel.id] = _as_defined(record.at, known, definition)
+            if topic.fields:
+                self._columns.setdefault(topic.name, _Columns(topic, self._mean_of))
 
     def take_run(self, at: int, raw: bytes, run: Run) -> None:
         """Take in messages of one channel in a row."""
@@ -238,7 +236,25 @@ class Reading:
                 f"{path}: {told}; they belong together",
                 hint="use the file as stepload wrote it, or `stepload recover` it",
             )
-        return COLUMNS[name](**found)
+        number = next(iter(numbers.values()))
+        fields = layout.fields_of(STREAMS[name].row)
+        for field in fields.keys() - found.keys():  # declared after the file was made
+            value = 0 if fields[field].numpy == "<i8" else np.nan
+            found[field] = np.full(number, value, fields[field].numpy)
+        return COLUMNS[name](**{field: found[field] for field in fields})
+
+
+def _as_defined(at: int, known: Topic, definition: bytes) -> Topic:
+    """The topic with its fields as the file's own message definition has them."""
+    if not known.schema.startswith("stepload"):  # a standard type, which does not change
+        return known
+    try:
+        fields = layout.read_definition(definition.decode())
+        if any(fields[name] != known.fields[name] for name in fields.keys() & known.fields.keys()):
+            raise ValueError("a field has another type than ours")
+        return replace(known, fields=fields)
+    except ValueError as error:
+        raise DamageError(at, f"the message definition of {known.name}: {error}") from error
 
 
 def read_recording(path: Path, mean_of: int = 1) -> Recording:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple, get_type_hints
 
+import numpy as np
 import pytest
 
 from stepload.errors import BadInputError
@@ -87,6 +88,32 @@ def test_a_template_has_every_constant_byte_of_its_message() -> None:
     assert arm == struct.pack("<BQH", 5, len(arm) - 9, 5) + bytes(20) + b"\x00\x01\x00\x00" + bytes(
         18 * 8
     )
+
+
+@pytest.mark.parametrize(("gone", "value"), [("level_n", np.nan), ("cycle", 0)])
+def test_records_of_other_fields_are_read(
+    write_record: Callable[..., Path], make: Any, monkeypatch: pytest.MonkeyPatch,
+    gone: str, value: float,
+) -> None:  # fmt: skip
+    """From before a field was declared, and with one that was declared later."""
+    hints = {n: kind for n, kind in get_type_hints(TickFields).items() if n != gone}
+    row = NamedTuple("row", [*hints.items(), ("later_n", Number)])  # type: ignore[misc]
+    with monkeypatch.context() as patch:
+        patch.setitem(STREAMS, "tick", Stream(row, (layout._rows(7, "/tick", "Tick", row),)))
+        path = write_record(
+            chunks=2, tick=lambda i: row(*(getattr(make.tick(i), n) for n in hints), 7.0)
+        )
+    got = read_recording(path)
+    assert not got.damage
+    for name in TickFields._fields:
+        expected = [value if name == gone else getattr(make.tick(i), name) for i in range(50)]
+        np.testing.assert_array_equal(getattr(got.ticks, name), expected, err_msg=name)
+
+
+@pytest.mark.parametrize("line", ["", "# nothing", "float64", "float32 a", 900 * "float64 abc\n"])
+def test_a_definition_that_no_row_has_is_refused(line: str) -> None:
+    with pytest.raises(ValueError):
+        layout.read_definition(line)
 
 
 @pytest.mark.parametrize("line", ["float64 sequence", "float64 opcode", "float64 words", "\x00"])
