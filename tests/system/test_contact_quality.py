@@ -57,5 +57,3 @@ def test_python_has_the_six_components_and_the_object(directory: Path) -> None:
         assert float(np.median(free)) < 1.0
     assert isinstance(run.contact, ContactQuality)
     assert run.contact.branches[0].size == pytest.approx(0.02, abs=0.01)
-    half = run.between(curve["time_s"][0], curve["time_s"][curve.rows // 2])
-    assert half.wrench.rows == half.curve.rows

@@ -38,21 +38,22 @@ def runs(
     from dataclasses import asdict
 
     from stepload.data import catalog
+    from stepload.data.columns import write_columns
 
     output, directory = Output(as_json=as_json), directory or runs_directory()
     wanted = dict(_pair(text) for text in where or ())
-    found = catalog.chosen(catalog.rows(directory), wanted)
-    found = catalog.ordered(found, sort, falling=falling)
+    found = catalog.chosen(catalog.rows(directory), wanted, sort, falling=falling)
     if parquet is not None:
-        catalog.write_parquet(found, parquet)
+        columns = {name: [getattr(row, name) for row in found] for name in catalog.COLUMNS}
+        write_columns(columns, parquet)
     if found:
-        columns = ("run", "started", "payload", "specimen", "verdict", "chord", "95 %", "ended")
+        heads = ("run", "started", "payload", "specimen", "verdict", "chord", "95 %", "ended")
         cells = [_cells(row) for row in found]
-        told = [at for at in range(len(columns)) if any(row[at] for row in cells)]
+        told = [at for at in range(len(heads)) if any(row[at] for row in cells)]
         count = "1 run" if len(found) == 1 else f"{len(found)} runs"
         output.table(
             f"{count} in {directory}",
-            [columns[at] for at in told],
+            [heads[at] for at in told],
             [[row[at] for at in told] for row in cells],
         )
     else:
@@ -97,7 +98,7 @@ def export(
 
     Example: stepload export runs/20260801-101500-demo --csv --out tables
     """
-    from stepload.data.export import Format, no_curve, write_tables
+    from stepload.data.export import Format, tables, write_tables
     from stepload.data.run import open_run
 
     output = Output(as_json=as_json)
@@ -111,9 +112,10 @@ def export(
         output.line("SIMULATED: what is exported is no measurement")
     if opened.damage:
         output.line(f"the record ends early: {opened.damage}")
-    if why := no_curve(opened):
+    parts, why = tables(opened)
+    if why:
         output.line(f"no curve, levels or touches: {why}")
-    written = [path for each in formats for path in write_tables(opened, out, each)]
+    written = [path for each in formats for path in write_tables(opened, parts, out, each)]
     for path in written:
         output.line(str(path))
     output.result({"simulated": opened.simulated, "partial": opened.partial, "files": written})

@@ -112,7 +112,6 @@ def press(
     verbose: bool = False,
     resume: Path | None = None,
     live: str = "",
-    watch: bool = False,
 ) -> Finished:
     """Run a plan with its preflight, progress and result shown; `operator` listens already."""
     from stepload.cli.keys import keys
@@ -133,16 +132,10 @@ def press(
             show_reasons(envelope, output)
             show_figures(envelope, output)
     with (
-        progress(quiet=quiet, watch=watch) as display,
+        progress(quiet=quiet) as display,
         keys(operator, display.say),
         shown_live(live, output) as follow,
     ):
-
-        def on_record(record: Path) -> None:
-            for each in (follow, display.on_record):
-                if each is not None:
-                    each(record)
-
         finished = run_plan(
             envelope,
             dry_run=dry_run,
@@ -152,7 +145,7 @@ def press(
             operator=operator,
             on_progress=display.show,
             on_notice=display.say,
-            on_record=on_record,
+            on_record=follow,
         )
     _show_run(finished, output, details=verbose, quiet=quiet)
     return finished
@@ -190,9 +183,6 @@ def run(
             "--verbose", help="All tables, of preflight and result; the report has them too."
         ),
     ] = False,
-    watch: Annotated[
-        bool, typer.Option("--watch", help="Draw force, curve and margins in the terminal.")
-    ] = False,
     live: Annotated[
         bool,
         typer.Option("--live", help="Show the run to Foxglove or Lichtblick while it goes on."),
@@ -209,7 +199,7 @@ def run(
 
     Ctrl+C finishes the step and unloads, twice retracts now; `p` pauses and goes on.
 
-    Example: stepload run procedures/plastic-sphere.yaml --dry-run --watch
+    Example: stepload run procedures/plastic-sphere.yaml --dry-run
     """
     from stepload.engine.operator import Operator
     from stepload.envelope.envelope import envelope_of
@@ -225,7 +215,7 @@ def run(
         finished = press(
             envelope, operator, output, dry_run=dry_run, out=out, seed=seed, resume=resume,
             quiet=quiet, verbose=verbose,
-            live=live_address if live else "", watch=watch,
+            live=live_address if live else "",
         )  # fmt: skip
         output.result({**finished.data, "directory": finished.directory})
     raise typer.Exit(exit_code(finished))

@@ -8,10 +8,8 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from stepload.live.phase_text import KEYS, clock, where
 from stepload.record.rows import Phase
 
 if TYPE_CHECKING:
@@ -21,6 +19,21 @@ if TYPE_CHECKING:
     from stepload.record.rows import TickRow
 
 Progress = Callable[["Engine", "Envelope"], None]
+KEYS = "p pauses; Ctrl+C unloads and ends, twice retracts"
+
+
+def where(row: TickRow) -> str:
+    """Cycle, phase, and the load level where there is one, in words."""
+    name = Phase(row.phase).name.replace("_", " ").lower()
+    level = f", step {row.step} ({row.level_n:.4g} N)" if row.level_n else ""
+    cycle = f"cycle {row.cycle}" if row.cycle else "before the first cycle"
+    return f"{cycle}, {name}{level}"
+
+
+def clock(seconds: float) -> str:
+    """A time as people say it: 48 s, 2 min 05 s."""
+    whole = round(seconds)
+    return f"{whole} s" if whole < 100 else f"{whole // 60} min {whole % 60:02} s"
 
 
 class Seen(NamedTuple):
@@ -100,13 +113,11 @@ def _work(waiting: queue.SimpleQueue[Seen | str | None], show: Show) -> None:
 class Display(NamedTuple):
     """Display of a run (None: none), and of notices, which are never left out.
 
-    Both return at once, even if the terminal blocks. `on_record` is called with the path of the
-    run's record.
+    Both return at once, even if the terminal blocks.
     """
 
     show: Progress | None
     say: Callable[[str], None]
-    on_record: Callable[[Path], None] | None = None
 
 
 REFRESH_S = 0.1
@@ -183,19 +194,11 @@ def plain_lines(write: Callable[[str], None]) -> Progress:
 
 
 @contextmanager
-def progress(*, quiet: bool, watch: bool = False) -> Iterator[Display]:
+def progress(*, quiet: bool) -> Iterator[Display]:
     """The display that suits standard error; `quiet` omits the progress only."""
-    if quiet or watch or not sys.stderr.isatty():
+    if quiet or not sys.stderr.isatty():
         with pen(_line) as line:
-            if quiet:
-                yield Display(None, line)
-            elif not sys.stderr.isatty():
-                yield Display(plain_lines(line), line)
-            else:
-                from stepload.live.view import screen
-
-                with screen(line) as drawn:
-                    yield Display(None, drawn.say, drawn.follow)
+            yield Display(None if quiet else plain_lines(line), line)
     else:
         with _bar() as show, pen(show) as hand_over:
             yield Display(_looks(hand_over), hand_over)

@@ -35,7 +35,7 @@ from stepload.plan.shipped import plan_path
 from stepload.record.outcome import Cause
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.world import WorldFault, load_world
-from stepload.runner.interrupts import interruptible
+from stepload.runner.pool import interruptible
 from stepload_verify.campaign.incidents import NullRecorder
 from stepload_verify.campaign.mounts import draw_stance, mounted
 

@@ -29,7 +29,7 @@ from stepload.results.from_file import identify_file
 from stepload.results.run_data import pressed
 from stepload.results.run_record import saved_run
 from stepload.rig.world import PayloadTruth
-from stepload.runner.interrupts import interruptible
+from stepload.runner.pool import interruptible
 from stepload.session import files
 from stepload_verify.trials.dynamic.plans import Draft, draw, envelope_in
 from stepload_verify.trials.dynamic.worlds import ALL
