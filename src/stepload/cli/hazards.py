@@ -37,7 +37,7 @@ def hazards(
     ],
     as_json: AsJson = False,
 ) -> None:
-    """Say what software cannot prevent on a rig, with its numbers; to be read and signed once.
+    """Say what software cannot prevent on a rig; to be read and signed once.
 
     Example: stepload hazards stvf
     """
@@ -176,7 +176,7 @@ def _ask_wiring(envelope: Envelope, checked: bool) -> bool:
 def _may_move(envelope: Envelope) -> bool:
     """Whether the plan may run on devices."""
     from stepload.envelope.reason import PlanVerdict
-    from stepload.session.hardware_check import simulated_devices
+    from stepload.session.experiment import simulated_devices
 
     plan = envelope.plan
     refused = envelope.verdict is PlanVerdict.REFUSED

@@ -64,7 +64,7 @@ def setup(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Write a rig file step by step. It can be left at any time; the next start goes on.
+    """Write a rig file step by step; left at any time, the next start goes on.
 
     Every question is also a flag: `--host 192.168.1.10`, `--material acetal`; a flag that is none
     lists them all. Nothing moves without consent. Exit 0: all done; 3: a step was refused.
@@ -87,7 +87,7 @@ def setup(
 
 
 def _presets(begun: str) -> list[str]:
-    from stepload.setup.presets import PRESETS
+    from stepload.setup.questions import PRESETS
 
     return [name for name in PRESETS if name.startswith(begun)]
 
@@ -134,7 +134,7 @@ def init(
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Write the plan of a payload from answers; preflight must let it through. Exit 3: it does not.
+    """Write the plan of a payload from answers. Exit 3: preflight refuses it.
 
     The questions are those of the plan's step in `stepload setup`: --shape, --radius, --material …
     A preset proposes most answers. The comments of the plan say what each key means and where its
@@ -142,9 +142,9 @@ def init(
 
     Example: stepload init --preset sphere
     """
-    from stepload.cli.plans import show_preflight
+    from stepload.cli.preflight import show_preflight
     from stepload.setup.first_plan import first_plan, write_plan
-    from stepload.setup.presets import preset
+    from stepload.setup.questions import preset
 
     out = Output(as_json=as_json)
     if plan.exists() and not force:

@@ -16,7 +16,6 @@ from stepload.plan.model import ArmSpec, DisplacementSpec, ForceSpec, Plan
 from stepload.rig.usb import MAX_LATENCY_MS, USB_SERIAL, latency_timer_ms
 from stepload.setup import host, loop_delay, motion, streams
 from stepload.setup.check_line import CheckLine, Mark, graded, without_number
-from stepload.setup.sensor_live import check_live
 from stepload.setup.watch import Watched, devices, watch
 from stepload.units import format_quantity
 
@@ -118,7 +117,7 @@ def _data(exam: _Examination, seen: Watched, seconds: float) -> None:
         if spec is None or name not in seen.samples:
             continue
         exam.add(*streams.check_stream(name, spec, seen, seconds))
-        exam.add(*(dead := list(check_live(name, spec, seen, rig))))
+        exam.add(*(dead := list(streams.check_live(name, spec, seen, rig))))
         if dead or streams.no_data(seen.samples[name], seconds):
             continue  # the noise of a frozen sensor is no figure for the rig
         if name == "arm":

@@ -10,8 +10,8 @@ from bench_fakes import FakeArm, FakeSensor, Rig, sound
 from stepload.errors import DeviceError
 from stepload.rig.faults import Fault, FaultCode
 from stepload.rig.samples import ForceSample
-from stepload.setup import open_devices
-from stepload.setup.open_devices import FORCE, Bench, listen
+from stepload.setup import bench as open_devices
+from stepload.setup.bench import FORCE, Bench, listen
 from stepload.setup.yaml_keys import Value
 
 FAULT = Fault(FaultCode.STALE, "nothing comes", "cable", 0.0)

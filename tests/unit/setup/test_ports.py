@@ -5,7 +5,7 @@ from __future__ import annotations
 import can
 import pytest
 
-from stepload.setup.ports import can_adapters
+from stepload.setup.devices import can_adapters
 
 
 def test_adapters_are_named_and_the_network_is_not_asked(monkeypatch: pytest.MonkeyPatch) -> None:

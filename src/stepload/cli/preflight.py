@@ -1,14 +1,13 @@
-"""Verbs that look at a plan and move nothing: preflight, schema, profiles."""
+"""The verb `preflight`, and how a preflight is shown."""
 
 from __future__ import annotations
 
-import json
 import math
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from stepload.cli.options import PayloadFile, PlanFile
 from stepload.errors import ExitCode
 from stepload.results.terminal import AsJson, Output
 
@@ -17,11 +16,6 @@ if TYPE_CHECKING:
     from stepload.envelope.limits import RunLimits
     from stepload.envelope.theory import CountedLimit
     from stepload.envelope.until import Until
-
-PlanFile = Annotated[Path, typer.Argument(help="Plan (YAML).", show_default=False)]
-PayloadFile = Annotated[
-    Path | None, typer.Option("--payload", help="Another payload file than the plan's.")
-]
 
 
 def preflight_data(envelope: Envelope) -> dict[str, Any]:
@@ -263,7 +257,7 @@ def preflight(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Say before the run whether payload and rig can succeed. Exit 0: go or warn; 3: refused.
+    """Say before a run whether it can succeed. Exit 0: go or warn; 3: not.
 
     Example: stepload preflight procedures/plastic-sphere.yaml
     """
@@ -286,60 +280,3 @@ def preflight(
         out.result(preflight_data(envelope) | {"limits": limits.terms if limits else ()})
     if refused:
         raise typer.Exit(ExitCode.REFUSED)
-
-
-def schema(
-    results: Annotated[
-        bool, typer.Option("--results", help="The schema of results.json instead.")
-    ] = False,
-) -> None:
-    """Print the JSON Schema of a plan, for editors, or that of results.json.
-
-    Example: stepload schema --results
-    """
-    if results:
-        from stepload.results.provenance import schema_text
-
-        print(schema_text(), end="")
-    else:
-        from stepload.plan.load import json_schema
-
-        print(json.dumps(json_schema(), indent=2))
-
-
-def profiles(
-    name: Annotated[str, typer.Argument(help="Print the text of this one.")] = "",
-    as_json: AsJson = False,
-) -> None:
-    """List the rig profiles and the data sheets of force sensors that come with stepload.
-
-    Example: stepload profiles ur5e
-    """
-    from stepload.errors import BadInputError
-    from stepload.plan import references
-
-    rigs = {each: references.read_profile(each) for each in references.profiles()}
-    sheets = {each: references.read_data_sheet(each) for each in references.data_sheets()}
-    out = Output(as_json=as_json)
-    if name:
-        source = (rigs | sheets).get(name)
-        if source is None:
-            known = ", ".join(rigs | sheets)
-            raise BadInputError(f"no profile is named {name!r}", hint=f"there are {known}")
-        out.line(source.text.rstrip())
-        out.result({"name": name, "text": source.text})
-        return
-    columns = ("name", "what it is")
-    for title, found in (
-        ("rigs: `rig: NAME`, or `rig: {profile: NAME, …}`", rigs),
-        ("force sensors: `rig: {force: {profile: NAME, axis: …, options: …}}`", sheets),
-    ):
-        out.table(title, columns, [(each, references.title(s)) for each, s in found.items()])
-    out.line("stepload profiles NAME prints one, every number with its source")
-    told = {"rigs": rigs, "force_sensors": sheets}
-    out.result(
-        {
-            kind: [{"name": each, "about": references.about(s)} for each, s in found.items()]
-            for kind, found in told.items()
-        }
-    )
