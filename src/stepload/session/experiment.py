@@ -26,7 +26,7 @@ from stepload.envelope.envelope import Envelope, envelope_of, refusal_of
 from stepload.envelope.pose import plan_where_it_stands
 from stepload.envelope.reason import PlanVerdict
 from stepload.errors import LeftEarlyError, RefusedError, in_words
-from stepload.plan.model import ArmSpec, DisplacementSpec, ForceSpec, Plan
+from stepload.plan.model import Plan
 from stepload.plan.overlay import SIMULATED
 from stepload.record.outcome import RunOutcome
 from stepload.record.plain import plain
@@ -219,12 +219,7 @@ def refuse_what_may_not_run(envelope: Envelope, dry_run: bool) -> None:
 
 def simulated_devices(plan: Plan) -> list[str]:
     """Keys of the devices of a plan that are simulated: it can be rehearsed, not run."""
-    rig, second = plan.rig, plan.rig.second_force.sensor
-    specs: dict[str, ArmSpec | ForceSpec | DisplacementSpec | None] = {
-        "arm": rig.arm, "force": rig.force, "second_force.sensor": second,
-        "displacement": rig.displacement,
-    }  # fmt: skip
-    return [f"rig.{key}" for key, spec in specs.items() if spec and spec.driver == SIMULATED]
+    return [f"rig.{key}" for key, spec in plan.rig.devices.items() if spec.driver == SIMULATED]
 
 
 def refuse_simulated(plan: Plan) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +18,7 @@ from stepload.plan.model import Plan
 from stepload.record.lag import Lag, measure_lag
 from stepload.record.outcome import RunStatus
 from stepload.record.rows import Phase, TickRow
-from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
+from stepload.rig.samples import ForceSample
 from stepload.setup.check_line import CheckLine, Mark, graded, without_number
 
 STEPS = 4
@@ -29,23 +28,16 @@ CYCLES = 3
 _IN_CONTACT = (Phase.LOAD, Phase.HOLD, Phase.UNLOAD, Phase.UNLOAD_HOLD)
 
 
-def _forget(_: object) -> None:
-    """Not needed here."""
-
-
 class Memory:
     """Keeps what the measurement needs of a run (a `stepload.engine.interfaces.RecordSink`)."""
 
     def __init__(self) -> None:
         self.forces: list[ForceSample] = []
         self.ticks: list[TickRow] = []
-        self.force: Callable[[ForceSample], None] = self.forces.append
-        self.tick: Callable[[TickRow], None] = self.ticks.append
-        self.second_force: Callable[[ForceSample], None] = _forget
-        self.arm: Callable[[ArmSample], None] = _forget
-        self.displacement: Callable[[DisplacementSample], None] = _forget
+        self.force, self.tick = self.forces.append, self.ticks.append
+        self.second_force = self.arm = self.displacement = self.event
 
-    def event(self, time_s: float, kind: str, data: Mapping[str, object]) -> None:
+    def event(self, *_: object) -> None:
         """Not needed here."""
 
     def problem(self) -> str:

@@ -112,7 +112,8 @@ def _keep_or_forget(setup: Setup, name: str, former: dict[str, Found], found: Fo
         setup.state.done |= former
         setup.answers.settled |= {asked for step in former for asked in ASKED_IN[step]}
         setup.tell(f"{name} found what it had found before: the later steps stay done")
-    elif name in CALIBRATED_WITH and setup.state.done.pop(CALIBRATION, None):
+    elif name in CALIBRATED_WITH and CALIBRATION in setup.state.done:
+        del setup.state.done[CALIBRATION]
         setup.tell(
             "the system stiffness was measured before that: the rig file no more names its record;"
             " calibrate again"
