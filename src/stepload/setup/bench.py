@@ -31,7 +31,8 @@ from stepload.setup.yaml_keys import Value, below, quoted, written
 
 ARMS, SENSORS = "stepload.arms", "stepload.force_sensors"
 OPEN_S, SAFE_S = 15.0, 3.0
-FORCE, SECOND = "force", "second_force.sensor"
+ARM, FORCE, SECOND = "second_force", "force", "second_force.sensor"
+"""Keys of a rig: the arm's own force channel, the sensor, and one that checks it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,30 +56,21 @@ class Heard(NamedTuple):
     force: dict[str, list[ForceSample]]
 
     def forces_n(self, name: str) -> FloatArray:
-        """Forces (N, 3) of a sensor.
+        """Forces (N, 3) of a sensor, or (N, 1) of the arm's own channel, `ARM`.
 
         Raises:
             DeviceError: there are none, or the sensor itself calls one of them bad.
         """
-        samples = self.force[name]
+        samples = self.arm if name == ARM else self.force[name]
         if len(samples) < 3:
-            raise _silent(f"rig.{name}")
-        refuse_flagged(name, samples)
-        return np.array([sample.wrench[:3] for sample in samples])
-
-    def arm_force_n(self) -> FloatArray:
-        """The arm's own force channel (N, 1).
-
-        Raises:
-            DeviceError: there is none.
-        """
-        if len(self.arm) < 3:
-            raise _silent("rig.arm")
-        return np.array([[sample.force_n] for sample in self.arm])
-
-
-def _silent(name: str) -> DeviceError:
-    return DeviceError(f"{name}: no data come in", code=FaultCode.STALE, hint="power and cable?")
+            what = "arm" if name == ARM else name
+            raise DeviceError(
+                f"rig.{what}: no data come in", code=FaultCode.STALE, hint="power and cable?"
+            )
+        if name == ARM:
+            return np.array([[sample.force_n] for sample in self.arm])
+        refuse_flagged(name, self.force[name])
+        return np.array([sample.wrench[:3] for sample in self.force[name]])
 
 
 def refuse_flagged(name: str, samples: Sequence[ForceSample]) -> None:

@@ -38,7 +38,7 @@ _BODY = {
 NOTES: dict[str, str] = {
     "stepload": "Version of the plan format. All keys: docs/plan.md, or `stepload schema`",
     "payload": "What is pressed, and against what",
-    "payload.name": "What it is called in reports; one piece of many: record.specimen below",
+    "payload.name": "What it is called in reports; one piece of many: record.specimen",
     "payload.geometry": "Shape where it touches the plate",
     "payload.geometry.radius": "At the contact: drawing, radius gauge, or half the diameter",
     "payload.material": "Of the payload: the numbers of its data sheet, with ± where it tells it",

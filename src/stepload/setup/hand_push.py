@@ -14,12 +14,11 @@ import numpy as np
 
 from stepload.errors import RefusedError
 from stepload.estimators.fit import FloatArray
-from stepload.setup.bench import FORCE, SECOND, Bench, Heard, Setup, listen, say_hazards
+from stepload.setup.bench import ARM, FORCE, SECOND, Bench, Setup, listen, say_hazards
 from stepload.setup.state import Found
 from stepload.setup.yaml_keys import Value
 from stepload.units import parse_quantity
 
-ARM = "second_force"
 REST_S, LOOK_S = 2.0, 0.1
 PUSHES = 2
 PUSH_LOOKS, RISING_LOOKS, QUIET_LOOKS = 13, 3, 5
@@ -47,7 +46,7 @@ def push(setup: Setup) -> Found:
         names = [*bench.sensors, *([ARM] if values["second_force.source"].text == "arm" else [])]
         setup.tell("hands off: the channels are read at rest")
         heard = listen(bench, REST_S)
-        rest = {name: _at_rest(name, _forces(heard, name)) for name in names}
+        rest = {name: _at_rest(name, heard.forces_n(name)) for name in names}
         least_n = max(channel.least_push_n for channel in rest.values())
         found: dict[str, list[FloatArray]] = {name: [] for name in names}
         for number in range(1, PUSHES + 1):
@@ -80,10 +79,6 @@ def _as_found(setup: Setup, proven: dict[str, Proven]) -> Found:
             values[f"{name}.axis"] = Value(f'"{one.axis}"', how)
         values["wiring_checked_on"] = Value(setup.today.isoformat(), how)
     return Found(values, notes)
-
-
-def _forces(heard: Heard, name: str) -> FloatArray:
-    return heard.arm_force_n() if name == ARM else heard.forces_n(name)
 
 
 def _at_rest(name: str, forces_n: FloatArray) -> Channel:
@@ -132,7 +127,7 @@ def _one_push(setup: Setup, bench: Bench, rest: dict[str, Channel]) -> dict[str,
 def _look(bench: Bench, rest: dict[str, Channel]) -> dict[str, FloatArray]:
     heard = listen(bench, LOOK_S)
     return {
-        name: _forces(heard, name).mean(axis=0) - channel.mean_n for name, channel in rest.items()
+        name: heard.forces_n(name).mean(axis=0) - channel.mean_n for name, channel in rest.items()
     }
 
 
