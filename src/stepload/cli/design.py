@@ -92,8 +92,10 @@ def design(
     from stepload.units import format_quantity
 
     output = Output(as_json=as_json)
-    within_s = _quantity("--time", time, "s", 1e-9)
-    surface = format_quantity(_quantity("--surface-distance", surface_distance, "m", 1e-9), "m", 6)
+    within_s = _quantity("--time", time, "s", zero=False)
+    surface = format_quantity(
+        _quantity("--surface-distance", surface_distance, "m", zero=False), "m", 6
+    )
     check_new("--out", out)
     check_room("--out", out)
     found = designed(rig, payload, within_s=within_s, surface=surface)
@@ -171,12 +173,13 @@ def pose(
     output.result(said)
 
 
-def _quantity(option: str, text: str, unit: str, least: float = 0.0) -> float:
+def _quantity(option: str, text: str, unit: str, least: float = 0.0, *, zero: bool = True) -> float:
     from stepload.units import parse_named
 
     value = parse_named(option, text, unit)
-    if not value >= least:
-        raise BadInputError(f"{option}: {text.strip()} is below {least:g} {unit}", hint="give more")
+    if not (value > least or (zero and value == least)):
+        limit = f"{'below' if zero else 'not above'} {least:g} {unit}"
+        raise BadInputError(f"{option}: {text.strip()} is {limit}", hint="give more")
     if unit == "m" and abs(value) > LONGEST_M:
         raise BadInputError(f"{option}: {text.strip()} is more than {LONGEST_M:g} m")
     return value

@@ -226,7 +226,7 @@ def preflight(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Say before a run whether it can succeed. Exit 0: go or warn; 3: not.
+    """Say whether a run can succeed. Exit 0: go or warn; 3: refused.
 
     Example: stepload preflight procedures/plastic-sphere.yaml
     """

@@ -19,7 +19,7 @@ from stepload.errors import BadInputError
 
 ENTRY_POINTS = "stepload.verbs"
 LINES = {
-    "preflight.preflight": "Say before a run whether it can succeed. Exit 0: go or warn; 3: not.",
+    "preflight.preflight": "Say whether a run can succeed. Exit 0: go or warn; 3: refused.",
     "reference.schema": "Print the JSON Schema of a plan, for editors, or that of results.json.",
     "reference.profiles": "List the rig profiles and data sheets that come with stepload.",
     "reference.plans": "Plans that come with stepload, ready to run or to begin with.",
