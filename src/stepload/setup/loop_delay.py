@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +19,7 @@ from stepload.plan.model import Plan
 from stepload.record.lag import Lag, measure_lag
 from stepload.record.outcome import RunStatus
 from stepload.record.rows import Phase, TickRow
-from stepload.rig.samples import ForceSample
+from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 from stepload.setup.check_line import CheckLine, Mark, graded, without_number
 
 STEPS = 4
@@ -34,8 +35,11 @@ class Memory:
     def __init__(self) -> None:
         self.forces: list[ForceSample] = []
         self.ticks: list[TickRow] = []
-        self.force, self.tick = self.forces.append, self.ticks.append
-        self.second_force = self.arm = self.displacement = self.event
+        self.force: Callable[[ForceSample], None] = self.forces.append
+        self.tick: Callable[[TickRow], None] = self.ticks.append
+        self.second_force: Callable[[ForceSample], None] = self.event
+        self.arm: Callable[[ArmSample], None] = self.event
+        self.displacement: Callable[[DisplacementSample], None] = self.event
 
     def event(self, *_: object) -> None:
         """Not needed here."""
