@@ -76,7 +76,7 @@ class _Examination:
             ".".join(("rig", *path)): Value(format_quantity(value, unit), remark)
             for path, (value, unit, remark) in sorted(self.figures.items())
         }
-        return written(rows) if rows else ""
+        return written(rows).replace(" # ", "  # ") if rows else ""
 
 
 def _latency_lines(plan: Plan) -> Iterator[CheckLine]:
