@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from typer import Argument, Option
 
-from stepload.cli.experiments import DryRun, OutDirectory, Seed, exit_code, press
 from stepload.cli.hazards import HazardsRead, WiringChecked, ask_before_pressing
-from stepload.cli.run_paths import run_path
+from stepload.cli.options import DryRun, OutDirectory, Seed, quantity, run_path
+from stepload.cli.run import exit_code, press
 from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
 
@@ -21,7 +22,7 @@ VERSUS = "vs"
 def calibrate(
     files: Annotated[
         list[Path] | None,
-        typer.Argument(
+        Argument(
             parser=run_path,
             metavar="PLAN",
             help="A plan with `identify: {kind: system}`; with --from: more runs.",
@@ -29,7 +30,7 @@ def calibrate(
     ] = None,
     from_runs: Annotated[
         list[Path] | None,
-        typer.Option(
+        Option(
             "--from",
             parser=run_path,
             metavar="RUN",
@@ -37,20 +38,16 @@ def calibrate(
         ),
     ] = None,
     record: Annotated[
-        Path | None,
-        typer.Option("--record", help=f"File for the record; the run's {CALIBRATION} if none."),
+        Path | None, Option(help=f"File for the record; the run's {CALIBRATION} if none.")
     ] = None,
     into: Annotated[
-        Path | None,
-        typer.Option("--into", help="Rig file of `stepload setup` that names the record then."),
+        Path | None, Option(help="Rig file of `stepload setup` that names the record then.")
     ] = None,
-    valid_days: Annotated[
-        int, typer.Option("--valid-days", help="How long the record may be used.", min=1)
-    ] = 180,
+    valid_days: Annotated[int, Option(help="How long the record may be used.", min=1)] = 180,
     dry_run: DryRun = False,
     out: OutDirectory = None,
     seed: Seed = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
+    quiet: Annotated[bool, Option("--quiet", help="No progress.")] = False,
     hazards_read: HazardsRead = False,
     wiring_checked: WiringChecked = False,
     as_json: AsJson = False,
@@ -73,7 +70,7 @@ def calibrate(
     from stepload.results.provenance import sealed
     from stepload.results.run_record import saved_run
     from stepload.session.files import write_file
-    from stepload.setup.calibration_record import put_record, state_to_take_it
+    from stepload.setup.state import put_record, state_to_take_it
 
     output, operator = Output(as_json=as_json), Operator()
     given, made = list(files or ()), list(from_runs or ())
@@ -104,9 +101,8 @@ def calibrate(
             envelope = envelope_of(load_plan(given[0]))  # its rig file may have changed
         with operator.listening():
             finished = press(
-                envelope, operator, output,
-                dry_run=dry_run, out=out, seed=seed, quiet=quiet,
-            )  # fmt: skip
+                envelope, operator, output, dry_run=dry_run, out=out, seed=seed, quiet=quiet
+            )
         code = exit_code(finished)
         if code is not ExitCode.OK or finished.data.get("system_stiffness") is None:
             output.line("no calibration record: the run has no system stiffness")
@@ -143,7 +139,7 @@ def _plate_modulus(text: str) -> float:
     Raises:
         BadInputError: it has another form.
     """
-    from stepload.units import parse_quantity
+    from stepload.units import parse_named
 
     modulus, comma, ratio = text.partition(",")
     try:
@@ -154,7 +150,7 @@ def _plate_modulus(text: str) -> float:
         raise BadInputError(
             f"--curve-plate {text!r}", hint='Young\'s modulus and Poisson ratio: "200 GPa, 0.29"'
         )
-    return parse_quantity(modulus, "Pa") / (1.0 - poisson**2)
+    return parse_named("--curve-plate", modulus, "Pa") / (1.0 - poisson**2)
 
 
 def _groups(runs: list[Path]) -> list[list[Path]]:
@@ -171,7 +167,7 @@ def _groups(runs: list[Path]) -> list[list[Path]]:
 def compare(
     runs: Annotated[
         list[Path],
-        typer.Argument(
+        Argument(
             parser=run_path,
             metavar="RUNS",
             help="Runs (directory, record or id). A word `vs` between them parts repeats: "
@@ -179,32 +175,25 @@ def compare(
         ),
     ],
     curve: Annotated[
-        Path | None,
-        typer.Option("--curve", help="CSV with displacement_m, force_n: another machine, FE."),
+        Path | None, Option(help="CSV with displacement_m, force_n: another machine, FE.")
     ] = None,
     curve_modulus: Annotated[
-        str | None,
-        typer.Option("--curve-modulus", help='Equivalent modulus of the curve, "2.95 GPa" (V-A).'),
+        float | None,
+        quantity("--curve-modulus", "Pa", 'Equivalent modulus of the curve, "2.95 GPa" (V-A).'),
     ] = None,
     curve_plate: Annotated[
-        str | None,
-        typer.Option("--curve-plate", help='Or its counter body: "200 GPa, 0.29" (E, ν).'),
+        str | None, Option(help='Or its counter body: "200 GPa, 0.29" (E, ν).')
     ] = None,
     secant_force: Annotated[
-        str | None, typer.Option("--secant-force", help='Force of the secants, "300 N".')
+        float | None, quantity("--secant-force", "N", 'Force of the secants, "300 N".')
     ] = None,
     tolerance: Annotated[
-        str | None,
-        typer.Option(
-            "--tolerance", help='Difference of stiffness that matters, "5 %"; else 1/t of the plan.'
-        ),
+        float | None, quantity("--tolerance", "%", 'Difference that matters, "5 %"; else 1/t.')
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", help="Directory for compare.html and compare.json.")
-    ] = None,
+    out: Annotated[Path | None, Option(help="Directory for compare.html and compare.json.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compare runs with each other and with an imported curve; nothing is moved or changed.
+    """Compare runs with each other and with an imported curve.
 
     AGREE, DIFFER or CANNOT TELL, and always the smallest difference that could have been seen.
 
@@ -219,7 +208,6 @@ def compare(
     from stepload.results.page import render
     from stepload.results.run_record import saved_run
     from stepload.session.files import write_file
-    from stepload.units import parse_quantity
 
     output = Output(as_json=as_json)
     given = None
@@ -230,18 +218,16 @@ def compare(
     if curve is not None:
         given = CurveGiven(
             deformation_curve(read_curve(curve)),
-            modulus_pa=parse_quantity(curve_modulus, "Pa") if curve_modulus is not None else None,
+            modulus_pa=curve_modulus,
             plate_pa=_plate_modulus(curve_plate) if curve_plate is not None else None,
         )
-    at_n = parse_quantity(secant_force, "N") if secant_force is not None else None
-    matters = parse_quantity(tolerance, "%") if tolerance is not None else None
     groups = _groups(runs)
     found = compare_runs(
         [saved_run(path) for group in groups for path in group],
-        secant_force_n=at_n,
+        secant_force_n=secant_force,
         given=given,
         sizes=[len(group) for group in groups] if len(groups) > 1 else None,
-        tolerance=matters,
+        tolerance=tolerance,
     )
     document, data = comparison_document(found), comparison_data(found)
     output.show(document)

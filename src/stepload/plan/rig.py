@@ -405,3 +405,12 @@ class Rig:
         key("Day on which force axis, its sign and the approach direction were checked."),
     ] = None
     simulation: Annotated[Simulation, key("The simulated rig.")] = Field(default_factory=Simulation)
+
+    @property
+    def devices(self) -> dict[str, ArmSpec | ForceSpec | DisplacementSpec]:
+        """The devices that the rig has, by their key in it."""
+        found = {
+            "force": self.force, "arm": self.arm, "second_force.sensor": self.second_force.sensor,
+            "displacement": self.displacement,
+        }  # fmt: skip
+        return {name: spec for name, spec in found.items() if spec is not None}

@@ -1,12 +1,12 @@
-"""Names of a run on the command line: its directory, its record, or its id."""
+"""Arguments and options that several verbs share: plans, runs by path or id, quantities."""
 
 from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
-import typer
+from typer import Argument, Option
 
 RUNS = "STEPLOAD_RUNS"
 """Environment variable of the directory in which a run id is looked up; by default `runs`."""
@@ -49,18 +49,39 @@ def run_ids(incomplete: str) -> list[str]:
     return [row.run_id for row in rows(runs_directory()) if row.run_id.startswith(incomplete)]
 
 
+def quantity(flag: str, unit: str, help: str, **how: Any) -> Any:
+    """An option whose text with a unit becomes a float in `unit`; its errors name the flag."""
+
+    def parse(text: str | float) -> float:
+        from stepload.units import parse_named
+
+        return text if isinstance(text, float) else parse_named(flag, text, unit)
+
+    return Option(flag, parser=parse, metavar="QUANTITY", help=help, **how)
+
+
+PlanFile = Annotated[Path, Argument(help="Plan (YAML).", show_default=False)]
+RigName = Annotated[str, Argument(help="Rig profile, or a rig file (YAML).", show_default=False)]
+PayloadFile = Annotated[
+    Path | None, Option("--payload", help="Another payload file than the plan's.")
+]
+DryRun = Annotated[
+    bool, Option("--dry-run", help="On the simulated rig, in virtual time; moves nothing.")
+]
+OutDirectory = Annotated[
+    Path | None, Option("--out", help="Directory for the run's files (a new one).")
+]
+Seed = Annotated[int | None, Option("--seed", min=0, help="Seed of the simulated rig.")]
 RunPath = Annotated[
     Path,
-    typer.Argument(
-        parser=run_path,
-        metavar="RUN",
-        help="A run: its directory, its record, or its id.",
+    Argument(
+        parser=run_path, metavar="RUN", help="A run: its directory, its record, or its id.",
         autocompletion=run_ids,
     ),
-]
+]  # fmt: skip
 RunOrCurve = Annotated[
     Path,
-    typer.Argument(
+    Argument(
         parser=run_path, metavar="FILE", help="A run (directory, record, id), or a CSV curve."
     ),
 ]

@@ -1,14 +1,14 @@
-"""Verbs that look at a plan and move nothing: preflight, schema, profiles."""
+"""The verb `preflight`, and how a preflight is shown."""
 
 from __future__ import annotations
 
-import json
 import math
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer import Option
 
+from stepload.cli.options import PayloadFile, PlanFile
 from stepload.errors import ExitCode
 from stepload.results.terminal import AsJson, Output
 
@@ -17,11 +17,6 @@ if TYPE_CHECKING:
     from stepload.envelope.limits import RunLimits
     from stepload.envelope.theory import CountedLimit
     from stepload.envelope.until import Until
-
-PlanFile = Annotated[Path, typer.Argument(help="Plan (YAML).", show_default=False)]
-PayloadFile = Annotated[
-    Path | None, typer.Option("--payload", help="Another payload file than the plan's.")
-]
 
 
 def preflight_data(envelope: Envelope) -> dict[str, Any]:
@@ -33,21 +28,22 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
 
     planned = planned_of(envelope) if envelope.stages else None
     expected = planned[1] if planned else None
-    found = envelope.identifiability
+    theory, found = envelope.theory, envelope.identifiability
+    top_n, limit_n = envelope.plan.procedure.top_force_n, envelope.force_limit_n
     sideways = {"alignment": envelope.aligning, "nulling": envelope.nulling}
     return {
         "verdict": envelope.verdict,
         "reasons": envelope.reasons,
-        "elastic_limit_n": envelope.theory.elastic_limit_n,
-        "elastic_limit_equation": envelope.theory.limit_equation,
-        "elastic_limit": envelope.theory.counted,
-        "k": envelope.theory.law.k,
-        "n": envelope.theory.law.n,
-        "k_softest": envelope.theory.softest.k,
-        "k_stiffest": envelope.theory.stiffest.k,
-        "top_force_n": envelope.plan.procedure.top_force_n,
+        "elastic_limit_n": theory.elastic_limit_n,
+        "elastic_limit_equation": theory.limit_equation,
+        "elastic_limit": theory.counted,
+        "k": theory.law.k,
+        "n": theory.law.n,
+        "k_softest": theory.softest.k,
+        "k_stiffest": theory.stiffest.k,
+        "top_force_n": top_n,
         "largest_safe_force_n": envelope.largest_safe_force_n,
-        "force_limit_n": envelope.force_limit_n,
+        "force_limit_n": limit_n,
         "deformation_m": envelope.deformation_m,
         "secant_n_per_m": envelope.secant_n_per_m,
         "secant_force_n": envelope.plan.identify.secant_force_n,
@@ -56,11 +52,7 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
         "guarded_speed_m_s": envelope.guarded_speed_m_s,
         "fast_speed_m_s": envelope.fast_speed_m_s,
         "force_budget": [data(fields.FORCE_TERM, term) for term in envelope.force_budget],
-        "chance_of_yield": chance_of_yield(
-            envelope.plan.payload,
-            envelope.theory,
-            max(envelope.plan.procedure.top_force_n, envelope.force_limit_n),
-        ),
+        "chance_of_yield": chance_of_yield(envelope.plan.payload, theory, max(top_n, limit_n)),
         "expected": None if expected is None else data(fields.QUANTITY, expected),
         "schedule": [data(fields.STAGE, stage) for stage in envelope.stages],
         "duration_s": envelope.duration_s if envelope.stages else None,
@@ -122,21 +114,14 @@ def show_figures(envelope: Envelope, out: Output) -> None:
 
     theory, found = envelope.theory, envelope.identifiability
     common, source = common_error(envelope.plan.rig)
+    safe, top = envelope.largest_safe_force_n, envelope.plan.procedure.top_force_n
     rows = [
         ("elastic limit F_c", f(theory.elastic_limit_n, "N"), theory.limit_equation),
         *_counted_rows(theory.counted),
-        (
-            "error common to the force channels",
-            f"{common:.3g}",
-            f"{source}, taken off F_allowed",
-        ),
-        (
-            "largest safe top force",
-            f(envelope.largest_safe_force_n, "N"),
-            "F_allowed - headroom, with these steps",
-        ),
+        ("error common to the force channels", f"{common:.3g}", f"{source}, taken off F_allowed"),
+        ("largest safe top force", f(safe, "N"), "F_allowed - headroom, with these steps"),
         ("force limit F_lim (R1)", f(envelope.force_limit_n, "N"), "supervisor"),
-        ("top force", f(envelope.plan.procedure.top_force_n, "N"), "plan"),
+        ("top force", f(top, "N"), "plan"),
         *_law_rows(envelope),
     ]
     if found is not None:
@@ -145,8 +130,7 @@ def show_figures(envelope: Envelope, out: Output) -> None:
             ("  if K_r ≫ K_s", f(found.limit_stiff_resolution_n_per_m, "N/m"), "(35)"),
             ("  if K_s ≫ K_r", f(found.limit_stiff_system_n_per_m, "N/m"), "(36)"),
         ]
-    rows += _stiffness_rows(envelope)
-    out.tables(Table("Predicted", ("figure", "value", "from"), rows))
+    out.tables(Table("Predicted", ("figure", "value", "from"), rows + _stiffness_rows(envelope)))
     if envelope.verdict is not PlanVerdict.REFUSED:
         out.tables(force_budget_table(envelope))
         title = f"Schedule: about {envelope.duration_s:.0f} s"
@@ -155,12 +139,11 @@ def show_figures(envelope: Envelope, out: Output) -> None:
         ("Touches on a circle", envelope.aligning),
         ("Force across is taken off", envelope.nulling),
     ):
-        if part is not None:
-            rows = [
-                (t.name, f(t.value, t.unit) if t.unit != "rad" else angle(t.value), t.source)
-                for t in part.terms
-            ]
-            out.table(title, ("what", "value", "from"), rows)
+        rows = [
+            (t.name, f(t.value, t.unit) if t.unit != "rad" else angle(t.value), t.source)
+            for t in (part.terms if part is not None else ())
+        ]
+        out.tables(Table(title, ("what", "value", "from"), rows))
     if envelope.until is not None:
         out.tables(need_table(envelope.until))
 
@@ -173,12 +156,12 @@ def _stiffness_rows(envelope: Envelope) -> list[tuple[str, str, str]]:
     system = envelope.plan.rig.system_stiffness
     ratio, source = stuck_ratio(envelope.plan.rig)
     sliding = f(largest_sliding_stiffness(system), "N/m")
-    largest = f(envelope.bounds.stiffness_n_per_m, "N/m")
     rows = [
         ("system stiffness K_s", f(system.stiffness_n_per_m, "N/m"), system.provenance.value),
         ("  K_s, upper bound", sliding, "K_s + 3 sigma, more for a guess"),
     ]
     if ratio != 1.0:
+        largest = f(envelope.bounds.stiffness_n_per_m, "N/m")
         rows.append(("  if friction holds the tip", largest, f"that × {ratio:.3g} ({source})"))
     return rows
 
@@ -190,26 +173,13 @@ def _law_rows(envelope: Envelope) -> list[tuple[str, str, str]]:
     theory, plan = envelope.theory, envelope.plan
     top_n, secant_n = plan.procedure.top_force_n, plan.identify.secant_force_n
     laws = [theory.softest, theory.stiffest] if theory.is_range else [theory.law]
-
-    def both(figures: list[str]) -> str:
-        return " to ".join(figures)
-
+    k = " to ".join(f"{law.k:.3g}" for law in laws)
+    deformation = " to ".join(f(law.deformation(top_n), "m") for law in reversed(laws))
+    secant = " to ".join(f(law.secant(secant_n), "N/m") for law in laws)
     return [
-        (
-            "law",
-            f"K = {both([f'{law.k:.3g}' for law in laws])} N/m^n, n = {theory.law.n:.4g}",
-            theory.law.equation,
-        ),
-        (
-            "deformation at top force",
-            both([f(law.deformation(top_n), "m") for law in reversed(laws)]),
-            "(2)",
-        ),
-        (
-            f"secant at {f(secant_n, 'N')}",
-            both([f(law.secant(secant_n), "N/m") for law in laws]),
-            "(28)",
-        ),
+        ("law", f"K = {k} N/m^n, n = {theory.law.n:.4g}", theory.law.equation),
+        ("deformation at top force", deformation, "(2)"),
+        (f"secant at {f(secant_n, 'N')}", secant, "(28)"),
     ]
 
 
@@ -221,17 +191,11 @@ def _counted_rows(counted: CountedLimit) -> list[tuple[str, str, str]]:
         return []
     most = max(counted.sources, key=lambda source: source.sigma_ln)
     assumed = [f"{source.what} {source.shown}" for source in counted.sources if source.assumed]
+    sigma, chance = f"{counted.sigma_ln:.1%}", f"{counted.probability:.2g}"
+    used = f"  F_c used (k = {counted.coverage:g})"
     rows = [
-        (
-            "  standard uncertainty of ln F_c",
-            f"{counted.sigma_ln:.1%}",
-            f"mostly {most.what} {most.shown}",
-        ),
-        (
-            f"  F_c used (k = {counted.coverage:g})",
-            f(counted.lower_n, "N"),
-            f"F_c is lower still with a probability of {counted.probability:.2g}",
-        ),
+        ("  standard uncertainty of ln F_c", sigma, f"mostly {most.what} {most.shown}"),
+        (used, f(counted.lower_n, "N"), f"F_c is lower still with a probability of {chance}"),
     ]
     return rows + ([("  assumed", "", "; ".join(assumed))] if assumed else [])
 
@@ -258,12 +222,11 @@ def preflight(
     plan: PlanFile,
     payload: PayloadFile = None,
     verbose: Annotated[
-        bool,
-        typer.Option("--verbose", help="Every reason and figure, schedule, every threshold."),
+        bool, Option("--verbose", help="Every reason and figure, schedule, every threshold.")
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Say before the run whether payload and rig can succeed. Exit 0: go or warn; 3: refused.
+    """Say whether a run can succeed. Exit 0: go or warn; 3: refused.
 
     Example: stepload preflight procedures/plastic-sphere.yaml
     """
@@ -286,60 +249,3 @@ def preflight(
         out.result(preflight_data(envelope) | {"limits": limits.terms if limits else ()})
     if refused:
         raise typer.Exit(ExitCode.REFUSED)
-
-
-def schema(
-    results: Annotated[
-        bool, typer.Option("--results", help="The schema of results.json instead.")
-    ] = False,
-) -> None:
-    """Print the JSON Schema of a plan, for editors, or that of results.json.
-
-    Example: stepload schema --results
-    """
-    if results:
-        from stepload.results.provenance import schema_text
-
-        print(schema_text(), end="")
-    else:
-        from stepload.plan.load import json_schema
-
-        print(json.dumps(json_schema(), indent=2))
-
-
-def profiles(
-    name: Annotated[str, typer.Argument(help="Print the text of this one.")] = "",
-    as_json: AsJson = False,
-) -> None:
-    """List the rig profiles and the data sheets of force sensors that come with stepload.
-
-    Example: stepload profiles ur5e
-    """
-    from stepload.errors import BadInputError
-    from stepload.plan import references
-
-    rigs = {each: references.read_profile(each) for each in references.profiles()}
-    sheets = {each: references.read_data_sheet(each) for each in references.data_sheets()}
-    out = Output(as_json=as_json)
-    if name:
-        source = (rigs | sheets).get(name)
-        if source is None:
-            known = ", ".join(rigs | sheets)
-            raise BadInputError(f"no profile is named {name!r}", hint=f"there are {known}")
-        out.line(source.text.rstrip())
-        out.result({"name": name, "text": source.text})
-        return
-    columns = ("name", "what it is")
-    for title, found in (
-        ("rigs: `rig: NAME`, or `rig: {profile: NAME, …}`", rigs),
-        ("force sensors: `rig: {force: {profile: NAME, axis: …, options: …}}`", sheets),
-    ):
-        out.table(title, columns, [(each, references.title(s)) for each, s in found.items()])
-    out.line("stepload profiles NAME prints one, every number with its source")
-    told = {"rigs": rigs, "force_sensors": sheets}
-    out.result(
-        {
-            kind: [{"name": each, "about": references.about(s)} for each, s in found.items()]
-            for kind, found in told.items()
-        }
-    )

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from typer import Argument, Option
 
 from stepload.cli.hazards import HazardsRead, WiringChecked, ask_before_pressing
-from stepload.cli.live import DEFAULT_ADDRESS, shown_live
-from stepload.cli.plans import PayloadFile, PlanFile
-from stepload.cli.run_paths import run_directory
+from stepload.cli.options import DryRun, OutDirectory, PayloadFile, PlanFile, Seed, run_directory
 from stepload.errors import ExitCode
 from stepload.results.terminal import AsJson, Output
 
@@ -20,14 +21,7 @@ if TYPE_CHECKING:
     from stepload.envelope.envelope import Envelope
     from stepload.session.experiment import Finished
 
-DryRun = Annotated[
-    bool, typer.Option("--dry-run", help="On the simulated rig, in virtual time; moves nothing.")
-]
-OutDirectory = Annotated[
-    Path | None, typer.Option("--out", help="Directory for the run's files (a new one).")
-]
-Seed = Annotated[int | None, typer.Option("--seed", min=0, help="Seed of the simulated rig.")]
-
+DEFAULT_ADDRESS = "127.0.0.1:8765"
 EXIT_OF_SIGNAL: dict[int, ExitCode] = {
     signal.SIGTERM: ExitCode.TERMINATED,
     signal.SIGHUP: ExitCode.HANGUP,
@@ -53,7 +47,6 @@ def _show_run(finished: Finished, out: Output, *, details: bool, quiet: bool) ->
     from stepload.record.outcome import RunStatus
 
     document, report = finished.document, finished.directory / "report.html"
-    record = finished.directory / "run.mcap"
     for error in (*finished.outcome.errors, *finished.problems):
         out.line(f"error: {error}")
     completed = finished.outcome.status is RunStatus.COMPLETED
@@ -64,12 +57,10 @@ def _show_run(finished: Finished, out: Output, *, details: bool, quiet: bool) ->
             out.verdict(document, whole=False)
         else:
             out.show(document, details=details)
-    if not report.exists():
-        out.line(f"record   {record}")
-        return
-    out.line(f"report   {report}")
-    if not quiet:
-        out.line(f"record   {record}")
+    if report.exists():
+        out.line(f"report   {report}")
+    if not quiet or not report.exists():
+        out.line(f"record   {finished.directory / 'run.mcap'}")
 
 
 def _show_end(finished: Finished, out: Output, *, quiet: bool) -> None:
@@ -79,8 +70,7 @@ def _show_end(finished: Finished, out: Output, *, quiet: bool) -> None:
     from stepload.results.terminal import wrapped
     from stepload.units import format_quantity as f
 
-    outcome, envelope = finished.outcome, finished.envelope
-    cause = outcome.cause
+    outcome, cause = finished.outcome, finished.outcome.cause
     first = first_sentence(outcome.status.value, cause, outcome.start_s, outcome.signal_number)
     if cause is None or cause.planned:
         word, text = outcome.status.value.upper(), f": {first}"
@@ -91,13 +81,36 @@ def _show_end(finished: Finished, out: Output, *, quiet: bool) -> None:
     out.line(wrapped(f"{word}{text}", 2), word=word, mood="bad")
     if quiet:
         return
-    limit = f(envelope.theory.elastic_limit_n, "N")
+    limit = f(finished.envelope.theory.elastic_limit_n, "N")
     rest = outcome.why.removeprefix(first).strip()
     out.line(wrapped(f"  {rest} Largest force {f(outcome.peak_force_n, 'N')} of F_c = {limit}.", 2))
-    about = [each.do for each in explanations() if each.group == "stop" and cause is not None
-             and each.code == cause.rule and not cause.planned]  # fmt: skip
-    for do in about:
-        out.line(wrapped(f"  -> {do.partition('. ')[0].rstrip('.')}; report, How it ended", 5))
+    if cause is not None and not cause.planned:
+        for each in explanations():
+            if (each.group, each.code) == ("stop", cause.rule):
+                do = each.do.partition(". ")[0].rstrip(".")
+                out.line(wrapped(f"  -> {do}; report, How it ended", 5))
+
+
+@contextmanager
+def _shown_live(address: str, output: Output) -> Iterator[Callable[[Path], None] | None]:
+    """A view of the run at an address for the time of the block; "" for none.
+
+    Raises:
+        BadInputError: the address is invalid, or the server cannot be started there.
+    """
+    if not address:
+        yield None
+        return
+    from stepload.live.view import address_of, live_view
+
+    with live_view(address_of(address)) as view:
+        output.line(
+            f"live: {view.address.url} (Foxglove or Lichtblick: open a Foxglove WebSocket"
+            " connection; `stepload layout FILE` writes a layout for it)"
+        )
+        if not view.address.loopback:
+            output.line("live: everybody on this network can watch; nobody can command")
+        yield view.follow
 
 
 def press(
@@ -115,7 +128,7 @@ def press(
 ) -> Finished:
     """Run a plan with its preflight, progress and result shown; `operator` listens already."""
     from stepload.cli.keys import keys
-    from stepload.cli.plans import show_figures, show_reasons, show_verdict
+    from stepload.cli.preflight import show_figures, show_reasons, show_verdict
     from stepload.cli.progress import progress
     from stepload.envelope.reason import PlanVerdict
     from stepload.session.experiment import refuse_what_may_not_run, run_plan
@@ -134,7 +147,7 @@ def press(
     with (
         progress(quiet=quiet) as display,
         keys(operator, display.say),
-        shown_live(live, output) as follow,
+        _shown_live(live, output) as follow,
     ):
         finished = run_plan(
             envelope,
@@ -159,8 +172,7 @@ def run(
     seed: Seed = None,
     resume: Annotated[
         Path | None,
-        typer.Option(
-            "--resume",
+        Option(
             parser=run_directory,
             metavar="RUN",
             help="An interrupted run (directory, record or id); goes on after its last step.",
@@ -168,28 +180,17 @@ def run(
     ] = None,
     tag: Annotated[
         list[str] | None,
-        typer.Option(
-            "--tag",
-            help="A word to find the run by; specimen=…, batch=… and operator=… set those of the "
-            "plan.",
-        ),
+        Option(help="A word to find the run by; specimen=…, batch=…, operator=… set the plan's."),
     ] = None,
-    quiet: Annotated[
-        bool, typer.Option("--quiet", help="Two lines: the result and the report.")
-    ] = False,
+    quiet: Annotated[bool, Option("--quiet", help="Two lines: the result and the report.")] = False,
     verbose: Annotated[
-        bool,
-        typer.Option(
-            "--verbose", help="All tables, of preflight and result; the report has them too."
-        ),
+        bool, Option("--verbose", help="All tables, of preflight and result, as in the report.")
     ] = False,
     live: Annotated[
-        bool,
-        typer.Option("--live", help="Show the run to Foxglove or Lichtblick while it goes on."),
+        bool, Option("--live", help="Show the run to Foxglove or Lichtblick while it goes on.")
     ] = False,
     live_address: Annotated[
-        str,
-        typer.Option("--live-address", help="Where viewers connect; loopback unless you say so."),
+        str, Option(help="Where viewers connect; loopback unless you say so.")
     ] = DEFAULT_ADDRESS,
     hazards_read: HazardsRead = False,
     wiring_checked: WiringChecked = False,
@@ -214,8 +215,7 @@ def run(
     with operator.listening():
         finished = press(
             envelope, operator, output, dry_run=dry_run, out=out, seed=seed, resume=resume,
-            quiet=quiet, verbose=verbose,
-            live=live_address if live else "",
+            quiet=quiet, verbose=verbose, live=live_address if live else "",
         )  # fmt: skip
         output.result({**finished.data, "directory": finished.directory})
     raise typer.Exit(exit_code(finished))
@@ -224,14 +224,12 @@ def run(
 def pause(
     directory: Annotated[
         Path,
-        typer.Argument(
-            parser=run_directory, metavar="RUN", help="A run that is going on: directory or id."
-        ),
+        Argument(parser=run_directory, metavar="RUN", help="A run that goes on: directory or id."),
     ],
-    resume: Annotated[bool, typer.Option("--resume", help="Go on instead.")] = False,
+    resume: Annotated[bool, Option("--resume", help="Go on instead.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Pause a run after its step, unloaded; with --resume it tares, touches and goes on.
+    """Pause a run after its step, unloaded; with --resume it goes on.
 
     Example: stepload pause runs/20260801-101500-demo
     """

@@ -1,30 +1,38 @@
-"""The devices of a rig that is not described yet: opened for one step, and read at rest."""
+"""What all steps of a set-up share: the devices opened for one step and read at rest, and more."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
 from typing import NamedTuple, cast
 
 import numpy as np
 
+from stepload.envelope.envelope import Envelope
 from stepload.errors import DeviceError
 from stepload.estimators.fit import FloatArray
 from stepload.plan.driver_options import read_options
+from stepload.plan.hazards import HAZARDS, PAGE
 from stepload.plan.problems import PlanError
 from stepload.plan.source import Source
 from stepload.plan.tree import Place, parse_tree
+from stepload.record.outcome import RunOutcome
 from stepload.rig.clock import Clock, MonotonicClock
 from stepload.rig.device import Arm, Device, ForceSensor, Identity
 from stepload.rig.faults import FaultCode
 from stepload.rig.plugins import load_driver
 from stepload.rig.samples import ArmSample, ForceSample
-from stepload.setup.yaml_keys import Value, below, written
+from stepload.setup.answers import Answers
+from stepload.setup.state import State
+from stepload.setup.yaml_keys import Value, below, quoted, written
 
 ARMS, SENSORS = "stepload.arms", "stepload.force_sensors"
 OPEN_S, SAFE_S = 15.0, 3.0
-FORCE, SECOND = "force", "second_force.sensor"
+ARM, FORCE, SECOND = "second_force", "force", "second_force.sensor"
+"""Keys of a rig: the arm's own force channel, the sensor, and one that checks it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,30 +56,21 @@ class Heard(NamedTuple):
     force: dict[str, list[ForceSample]]
 
     def forces_n(self, name: str) -> FloatArray:
-        """Forces (N, 3) of a sensor.
+        """Forces (N, 3) of a sensor, or (N, 1) of the arm's own channel, `ARM`.
 
         Raises:
             DeviceError: there are none, or the sensor itself calls one of them bad.
         """
-        samples = self.force[name]
+        samples = self.arm if name == ARM else self.force[name]
         if len(samples) < 3:
-            raise _silent(f"rig.{name}")
-        refuse_flagged(name, samples)
-        return np.array([sample.wrench[:3] for sample in samples])
-
-    def arm_force_n(self) -> FloatArray:
-        """The arm's own force channel (N, 1).
-
-        Raises:
-            DeviceError: there is none.
-        """
-        if len(self.arm) < 3:
-            raise _silent("rig.arm")
-        return np.array([[sample.force_n] for sample in self.arm])
-
-
-def _silent(name: str) -> DeviceError:
-    return DeviceError(f"{name}: no data come in", code=FaultCode.STALE, hint="power and cable?")
+            what = "arm" if name == ARM else name
+            raise DeviceError(
+                f"rig.{what}: no data come in", code=FaultCode.STALE, hint="power and cable?"
+            )
+        if name == ARM:
+            return np.array([[sample.force_n] for sample in self.arm])
+        refuse_flagged(name, self.force[name])
+        return np.array([sample.wrench[:3] for sample in self.force[name]])
 
 
 def refuse_flagged(name: str, samples: Sequence[ForceSample]) -> None:
@@ -167,3 +166,58 @@ def opened(values: Mapping[str, Value], with_sensors: bool) -> Iterator[Bench]:
 def _stop(arm: Arm) -> None:
     with suppress(DeviceError):
         arm.safe(SAFE_S)
+
+
+Press = Callable[[Envelope, Path], RunOutcome]
+"""Presses a plan with its devices and keeps everything in a directory."""
+
+
+@dataclass(frozen=True, slots=True)
+class Setup:
+    """The set-up of one rig file.
+
+    Args:
+        rig: path of the rig file.
+        state: what earlier steps have found.
+        opened: opens the devices that the rig's values name.
+        press: presses the plan of the first touch.
+        today: the day that measurements are dated with.
+    """
+
+    rig: Path
+    state: State
+    answers: Answers
+    opened: Opener
+    press: Press
+    today: date
+
+    def tell(self, line: str) -> None:
+        """Show a line to the person who sets up."""
+        self.answers.person.tell(line)
+
+    @property
+    def you(self) -> str:
+        """The origin text of values that were answered."""
+        return f"stated at the set-up, {self.today}"
+
+    @property
+    def measured(self) -> str:
+        """The origin text of values that were measured now."""
+        return f"measured {self.today}"
+
+    def stated(self, name: str) -> Value:
+        """A text that was answered, as a value of the rig file."""
+        return Value(quoted(self.answers.text(name)), self.you)
+
+    @property
+    def plan(self) -> Path:
+        """Where the plan of the first payload is written: beside the rig file."""
+        return self.rig.parent / self.answers.text("plan")
+
+
+def say_hazards(setup: Setup, before: str) -> None:
+    """Say what a person must know before a hand comes near the arm, or before it moves."""
+    setup.tell(before)
+    for hazard in HAZARDS:
+        setup.tell(f"  - {hazard}")
+    setup.tell(f"more, with what to do about each: {PAGE}")

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 
+import can
 import pytest
 from bench_fakes import FakeArm, FakeSensor, Rig, sound
 
 from stepload.errors import DeviceError
 from stepload.rig.faults import Fault, FaultCode
 from stepload.rig.samples import ForceSample
-from stepload.setup import open_devices
-from stepload.setup.open_devices import FORCE, Bench, listen
+from stepload.setup import bench
+from stepload.setup.bench import FORCE, Bench, listen
+from stepload.setup.devices import can_adapters
 from stepload.setup.yaml_keys import Value
 
 FAULT = Fault(FaultCode.STALE, "nothing comes", "cable", 0.0)
@@ -85,20 +87,41 @@ VALUES = {"force.driver": Value("fake", ""), "arm.driver": Value("fake", "")}
 def opening(monkeypatch, **deaf):
     log = []
     monkeypatch.setattr(
-        open_devices, "_made", lambda group, key, values: Device(key, log, deaf.get(key, False))
+        bench, "_made", lambda group, key, values: Device(key, log, deaf.get(key, False))
     )
     return log
 
 
 def test_whatever_ends_a_step_the_arm_is_told_to_stop_and_all_is_closed(monkeypatch):
     log = opening(monkeypatch)
-    with pytest.raises(KeyboardInterrupt), open_devices.opened(VALUES, True):
+    with pytest.raises(KeyboardInterrupt), bench.opened(VALUES, True):
         raise KeyboardInterrupt
     assert log == ["force open", "arm open", "arm safe", "arm close", "force close"]
 
 
 def test_a_device_that_does_not_open_is_closed_with_those_before_it(monkeypatch):
     log = opening(monkeypatch, arm=True)
-    with pytest.raises(DeviceError, match="nobody answers"), open_devices.opened(VALUES, True):
+    with pytest.raises(DeviceError, match="nobody answers"), bench.opened(VALUES, True):
         pytest.fail("opened")
     assert log == ["force open", "arm open", "arm close", "force close"]
+
+
+def test_adapters_are_named_and_the_network_is_not_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+
+    def detect(interfaces: list[str]) -> list[dict[str, str]]:
+        asked.extend(interfaces)
+        return [{"interface": "pcan", "channel": "PCAN_USBBUS1"}]
+
+    monkeypatch.setattr(can, "detect_available_configs", detect)
+    assert can_adapters() == ["pcan PCAN_USBBUS1"]
+    assert "gs_usb" in asked
+    assert not {"socketcand", "udp_multicast", "virtual", "serial"} & set(asked)
+
+
+def test_an_adapters_library_that_fails_leaves_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    def detect(interfaces: list[str]) -> list[dict[str, str]]:
+        raise OSError("half installed")
+
+    monkeypatch.setattr(can, "detect_available_configs", detect)
+    assert can_adapters() == []
