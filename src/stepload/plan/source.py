@@ -39,6 +39,10 @@ class Source:
         ends = [found.end() for found in _LINE_BREAK.finditer(self.text)]
         return [0, *ends][line - 1]
 
+    def beside(self, name: str | Path) -> Path:
+        """The path of a file that this one names: from its own directory."""
+        return (self.path.parent if self.path else Path()) / name
+
     @property
     def sha256(self) -> str:
         return hashlib.sha256(self.data).hexdigest()

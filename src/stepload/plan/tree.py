@@ -7,7 +7,7 @@ and `1:30` is a text, as YAML 1.2 has it.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
@@ -74,6 +74,19 @@ class Broken:
 
 
 Node = Scalar | Sequence | Mapping | Broken
+
+
+def locate(node: Node, path: Iterable[str], place: Place) -> Place:
+    """Where the value at a path of keys stands, or the key of what is nearest above it.
+
+    `place` is that of the key of `node` itself.
+    """
+    for key in path:
+        if not isinstance(node, Mapping) or key not in node.entries:
+            return place
+        place, node = node.keys[key], node.entries[key]
+    return place if isinstance(node, (Mapping, Broken)) else node.place
+
 
 _NULL = frozenset(["", "~", "null", "Null", "NULL"])
 _BOOL = {

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import pytest
 
-from stepload.plan.checks_between import least_touch_force
+from stepload.plan.checks import least_touch_force
 from stepload.plan.load import load_payload, load_plan
 from stepload.plan.problems import PlanError, Problem
 
