@@ -17,8 +17,7 @@ from stepload.plan.model import Plan
 from stepload.plan.problems import Problem
 from stepload.plan.reader import read_file
 from stepload.plan.references import names_a_file
-from stepload.plan.shelf import ARMS, Disk, shipped_names
-from stepload.plan.source import Source
+from stepload.plan.source import ARMS, Disk, Source, shipped_names
 from stepload.plan.tree import Place
 
 JOINTS = 6

@@ -9,18 +9,16 @@ from pathlib import Path
 
 from stepload.declaration.sections import put
 from stepload.plan.checks import contradictions
-from stepload.plan.compose import at
+from stepload.plan.compose import at, text
 from stepload.plan.derived import fill
 from stepload.plan.driver_options import read_options
 from stepload.plan.kinematics import settle_kinematics
 from stepload.plan.model import Payload, Plan, SourceFile
-from stepload.plan.overlay import text
 from stepload.plan.problems import PlanError, Problem
 from stepload.plan.reader import read_section
 from stepload.plan.references import References, profiles
 from stepload.plan.schema import json_schema
-from stepload.plan.shelf import Disk, Kept, Shelf
-from stepload.plan.source import Source
+from stepload.plan.source import Disk, Kept, Shelf, Source
 from stepload.plan.stiffness import settle_stiffness
 from stepload.plan.tree import Mapping, Node, Place, locate
 

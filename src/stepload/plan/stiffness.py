@@ -10,8 +10,7 @@ from stepload.declaration.sections import DERIVED, put
 from stepload.plan.calibration import TEMPERATURE_BAND_K, parse_calibration
 from stepload.plan.model import Plan, Provenance, RecordPolicy
 from stepload.plan.problems import PlanError, Problem
-from stepload.plan.shelf import Shelf
-from stepload.plan.source import Source
+from stepload.plan.source import Shelf, Source
 from stepload.plan.tree import Place
 
 _OTHER_ZONE = timedelta(days=1)

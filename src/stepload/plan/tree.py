@@ -19,7 +19,6 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from stepload.errors import printable
 from stepload.plan.problems import PlanError, Problem
 from stepload.plan.source import Source
-from stepload.plan.yaml_words import mistake
 
 MAX_DEPTH = 16
 MAX_NODES = 20_000
@@ -260,8 +259,37 @@ def _syntax(source: Source, error: Exception) -> Problem:
     if "\t" in shown[:column]:
         column = shown.index("\t") + 1
         return source.problem(line, column, "a tab", "indent with spaces; YAML allows no tabs here")
-    hint = str(getattr(error, "context", "") or "")
-    if found := mistake(text, hint, mark, getattr(error, "context_mark", None)):
-        line, column = found.mark.line + 1, found.mark.column + 1
-        return source.problem(line, column, found.message, found.hint)
-    return source.problem(line, column, f"not YAML: {printable(text, 200)}", printable(hint, 200))
+    context, opened = str(getattr(error, "context", "") or ""), getattr(error, "context_mark", None)
+    for sign, message, hint, at_start in _MISTAKES:
+        if sign in text or sign in context:
+            mark = opened if at_start and opened else mark
+            start = f"line {opened.line + 1}, column {opened.column + 1}" if opened else "its start"
+            hint = hint.format(start=start)
+            return source.problem(mark.line + 1, mark.column + 1, message, hint)
+    return source.problem(
+        line, column, f"not YAML: {printable(text, 200)}", printable(context, 200)
+    )
+
+
+_COLUMN = "keys of one section begin in the same column, those of a section inside it further right"
+_MISTAKES = (
+    (
+        "mapping values are not allowed", "this key stands where none may stand",
+        f"{_COLUMN}; or the line above lacks the space behind its colon; or a text with a colon in"
+        " it needs quotes", False,
+    ),
+    ("found '<block mapping start>'", "this line is indented otherwise than the keys above it",
+     _COLUMN, False),
+    ("<block end>", "this line is indented otherwise than the keys above it", _COLUMN, False),
+    ("could not find expected ':'", "a key without its colon",
+     "write `key: value`, with a space behind the colon", True),
+    ("expected ',' or ']'", "a comma is missing before this, or the [ of its list is never closed",
+     "the [ stands at {start}", False),
+    ("expected ',' or '}'",
+     "a comma is missing before this, or the { of its mapping is never closed",
+     "the {{ stands at {start}", False),
+    ("quoted scalar", "a quote that is never closed", "put the same quote behind the text", True),
+    ("cannot start any token", "no value begins with this letter",
+     "put the whole value in quotes", False),
+)  # fmt: skip
+"""What the parser says of blocks and tokens, in plain words, what to do, whether it began there."""

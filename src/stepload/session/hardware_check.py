@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from stepload.errors import RefusedError
+from stepload.plan.compose import SIMULATED
 from stepload.plan.model import ArmSpec, DisplacementSpec, ForceSpec, Plan
-from stepload.plan.overlay import SIMULATED
 
 
 def simulated_devices(plan: Plan) -> list[str]:
