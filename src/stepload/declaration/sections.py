@@ -21,7 +21,7 @@ from dataclasses import dataclass, is_dataclass
 from enum import Enum
 from functools import cache
 from itertools import pairwise
-from typing import Annotated, Any, NoReturn, get_args, get_origin
+from typing import Annotated, Any, NoReturn, get_args
 
 from pydantic import (
     ConfigDict,
@@ -153,12 +153,6 @@ def schema_of(hint: Any) -> dict[str, Any]:
     return adapter(hint).json_schema(by_alias=True, schema_generator=_JsonSchema)
 
 
-def fields_of(kind: Kind) -> Mapping[str, FieldInfo]:
-    """The fields of a section by their names, those that no file may write among them."""
-    found: Mapping[str, FieldInfo] = kind.__pydantic_fields__
-    return found
-
-
 @cache
 def adapter(kind: Any) -> TypeAdapter[Any]:
     """The validator of a section."""
@@ -171,7 +165,7 @@ def adapter(kind: Any) -> TypeAdapter[Any]:
 class Key:
     """One key of a section: its name, the field it becomes, and the sections that may stand there.
 
-    `each`: a list is written, `sections` has more than one entry where `shape` tells them apart.
+    `sections` has more than one entry where `shape` tells them apart.
     `of`: the class that has the field, and those it inherits from.
     """
 
@@ -179,7 +173,6 @@ class Key:
     field: str
     info: FieldInfo
     sections: tuple[Kind, ...]
-    each: bool
     of: tuple[type, ...]
 
     @property
@@ -212,11 +205,6 @@ class Key:
     def is_text(self) -> bool:
         """Whether a text is written there, which a file may have to quote."""
         return self.info.annotation is str
-
-    @property
-    def is_section(self) -> bool:
-        """Whether the field holds the one section that may stand there."""
-        return bool(self.sections) and not any(isinstance(n, Made) for n in self.info.metadata)
 
     @property
     def expected(self) -> str:
@@ -259,20 +247,15 @@ def _meanings(module: str) -> dict[tuple[str, str], str]:
 def keys(kind: Kind) -> tuple[Key, ...]:
     """The keys of a section, in the order of their declaration."""
     return tuple(
-        Key(info.alias or key_of(name), name, info, *_content(info), kind.__mro__[:-1])
-        for name, info in fields_of(kind).items()
+        Key(info.alias or key_of(name), name, info, _below(info), kind.__mro__[:-1])
+        for name, info in kind.__pydantic_fields__.items()
         if not any(note is INTERNAL for note in info.metadata)
     )
 
 
-def _content(info: FieldInfo) -> tuple[tuple[Kind, ...], bool]:
-    if made := next((note for note in info.metadata if isinstance(note, Made)), None):
-        return _kinds(made.sections), False
-    return _kinds(info.annotation), _is_list(info.annotation)
-
-
-def _is_list(hint: Any) -> bool:
-    return get_origin(hint) is tuple
+def _below(info: FieldInfo) -> tuple[Kind, ...]:
+    made = next((note.sections for note in info.metadata if isinstance(note, Made)), None)
+    return _kinds(made or info.annotation)
 
 
 def _kinds(hint: Any) -> tuple[Kind, ...]:
@@ -280,12 +263,6 @@ def _kinds(hint: Any) -> tuple[Kind, ...]:
     if is_dataclass(hint) and hasattr(hint, "__pydantic_fields__"):
         assert isinstance(hint, type)
         return (hint,)
-    if get_origin(hint) is tuple:
-        return ()
-    if get_origin(hint) is Annotated and (
-        made := next((note for note in hint.__metadata__ if isinstance(note, Made)), None)
-    ):
-        return _kinds(made.sections)
     return tuple(kind for inner in get_args(hint) for kind in _kinds(inner))
 
 

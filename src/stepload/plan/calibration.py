@@ -16,8 +16,8 @@ from stepload.declaration import quantities as q
 from stepload.declaration.sections import CHECKED, SECTION, Contradiction, adapter
 from stepload.estimators.deflection_rows import table_problem
 from stepload.plan.reader import read_file
-from stepload.plan.rig import disagreement
 from stepload.plan.source import Source, read_source
+from stepload.plan.system_stiffness import disagreement
 from stepload.plan.whole_file import replace_file
 from stepload.rig.samples import SixFloats
 

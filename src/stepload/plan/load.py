@@ -18,7 +18,7 @@ from stepload.plan.problems import PlanError, Problem
 from stepload.plan.reader import read_section
 from stepload.plan.references import References, profiles
 from stepload.plan.schema import json_schema
-from stepload.plan.source import Disk, Kept, Shelf, Source
+from stepload.plan.source import Disk, Kept
 from stepload.plan.stiffness import settle_stiffness
 from stepload.plan.tree import Mapping, Node, Place, locate
 
@@ -69,7 +69,7 @@ def load_payload(path: Path) -> Payload:
     """
     loader = _Loader(Disk())
     source = loader.shelf.file(Path(path))
-    root = loader.references.parse(source)
+    root = loader.parse(source)
     _refuse_whole_plan(root)
     payload = read_section(Payload, root, Place(source, 1, 1), loader.problems)
     loader.raise_problems()
@@ -77,50 +77,38 @@ def load_payload(path: Path) -> Payload:
     return payload
 
 
-class _Loader:
-    def __init__(self, shelf: Shelf) -> None:
-        self.shelf = shelf
-        self.problems: list[Problem] = []
-        self.missing: list[Problem] = []
-        self.sources: list[Source] = []
-        self.references = References(shelf, self.sources, self.problems)
-
+class _Loader(References):
     def raise_problems(self, waiting: bool = False) -> None:
         """Raise the problems found; `waiting`: others can be seen only without these."""
-        if self.problems:
-            order = {source.name: index for index, source in enumerate(self.sources)}
-            raise PlanError(
-                tuple(
-                    sorted(
-                        dict.fromkeys(self.problems),
-                        key=lambda p: (order.get(p.file, len(order)), p.line, p.column),
-                    )
-                ),
-                waiting,
-            )
+        order = {source.name: index for index, source in enumerate(self.sources)}
+        found = sorted(
+            dict.fromkeys(self.problems),
+            key=lambda each: (order.get(each.file, len(order)), each.line, each.column),
+        )
+        if found:
+            raise PlanError(tuple(found), waiting)
 
     def plan(self, path: Path, payload: Path | None, today: date) -> Plan:
         source = self.shelf.file(path)
-        parsed = self.references.parse(source)
+        parsed = self.parse(source)
         _refuse_no_plan(parsed)
         root = self._resolved(parsed, payload)
         plan = read_section(Plan, root, Place(source, 1, 1), self.problems)
-        options = dict(self._options(root))
+        missing: list[Problem] = []
+        options = dict(self._options(root, missing))
         if plan is not None:
             put(plan, "path", path)
             put(plan, "payload_file", payload)
             for device, values in options.items():
                 put(attrgetter(device)(plan.rig), "options", values)
-            at = _place(root, "rig.system_stiffness.record")
-            settle_stiffness(plan, at, today, self.shelf, self.sources, self.problems)
+            settle_stiffness(plan, _place(root, "rig.system_stiffness.record"), today, self)
             settle_kinematics(plan, _place(root, "rig.arm.kinematics"), self.problems)
-        if plan is None or self.problems:
-            self.raise_problems(waiting=True)
-            raise AssertionError("a plan without problems was read")
+        self.raise_problems(waiting=True)
+        assert plan is not None
         for found in fill(plan), contradictions(plan):
             self.problems += [_place(root, key).problem(*told) for key, *told in found]
             self.raise_problems()
-        put(plan, "missing", tuple(self.missing))
+        put(plan, "missing", tuple(missing))
         put(plan, "sources", tuple(SourceFile(s.name, s.text, s.sha256) for s in self.sources))
         return plan
 
@@ -128,22 +116,23 @@ class _Loader:
         """The tree with every file that it names by path read into it."""
         if not isinstance(root, Mapping):
             return root
-        merged = Mapping(root.place, dict(root.entries), dict(root.keys))
+        entries, keys = dict(root.entries), dict(root.keys)
         if payload is not None:
             source = self.shelf.file(payload)
-            merged.entries["payload"] = self.references.parse(source)
-            merged.keys["payload"] = Place(source, 1, 1)
-        elif "payload" in merged.entries:
-            merged.entries["payload"] = self.references.section(merged.entries["payload"])
-        if "rig" in merged.entries:
-            merged.entries["rig"] = self.references.rig(merged.entries["rig"])
-        if "payload" in merged.entries:
-            _refuse_whole_plan(merged.entries["payload"])
-        if "procedure" in merged.entries:
-            merged.entries["procedure"] = self.references.section(merged.entries["procedure"])
-        return merged
+            entries["payload"], keys["payload"] = self.parse(source), Place(source, 1, 1)
+        for name, read in (
+            ("payload", self.section),
+            ("rig", self.rig),
+            ("procedure", self.section),
+        ):
+            if name in entries:
+                entries[name] = read(entries[name])
+        _refuse_whole_plan(entries.get("payload"))
+        return Mapping(root.place, entries, keys)
 
-    def _options(self, root: Node) -> Iterator[tuple[str, dict[str, object]]]:
+    def _options(
+        self, root: Node, missing: list[Problem]
+    ) -> Iterator[tuple[str, dict[str, object]]]:
         """The options of every device, checked against what its driver declares."""
         for device, group in _DEVICES.items():
             rig = at(root, ("rig", *device.split(".")))
@@ -152,7 +141,7 @@ class _Loader:
                 given, called = rig.entries.get("options"), f"rig.{device}"
                 yield (
                     device,
-                    read_options(group, name, place, given, self.problems, called, self.missing),
+                    read_options(group, name, place, given, self.problems, called, missing),
                 )
 
 
@@ -189,7 +178,7 @@ def _refuse_no_plan(root: Node) -> None:
             raise PlanError((source.problem(1, 1, f"this is a {noun}, not a plan", told),))
 
 
-def _refuse_whole_plan(payload: Node) -> None:
+def _refuse_whole_plan(payload: Node | None) -> None:
     """Refuse a plan in the place of a payload file, in one sentence.
 
     Raises:

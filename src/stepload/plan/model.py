@@ -25,15 +25,13 @@ from stepload.plan.rig import (
     DeviceSpec,
     DisplacementSpec,
     ForceSpec,
-    Provenance,
-    RecordPolicy,
     Rig,
     SecondForce,
     SecondForceSource,
     Structure,
-    SystemStiffness,
 )
 from stepload.plan.simulation import Simulation
+from stepload.plan.system_stiffness import Provenance, RecordPolicy, SystemStiffness
 
 __all__ = [
     "Alignment", "ArmSpec", "DeviceSpec", "DisplacementSpec", "ForceSpec", "IdentifyPlan",

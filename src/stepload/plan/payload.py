@@ -28,7 +28,8 @@ from stepload.declaration.uncertain import (
     UncertainLength,
     UncertainLengthOrZero,
     UncertainPressure,
-    stated,
+    ends_of,
+    sigma_of,
 )
 from stepload.errors import DomainError
 from stepload.units import format_quantity
@@ -66,7 +67,7 @@ class MaterialSection:
                 f"{format_quantity(modulus, 'Pa')}",
                 "look for a wrong prefix (MPa, GPa) in one of the two",
             )
-        if stated(modulus).ends or stated(self.poisson_ratio).ends:
+        if ends_of(modulus) or ends_of(self.poisson_ratio):
             yield (
                 "yield_strength",
                 "a yield strength beside a range: F_c (13) follows from both, and is not known",
@@ -75,11 +76,12 @@ class MaterialSection:
 
     def made(self) -> Material:
         """The body in the terms of contact theory."""
-        modulus, ratio = stated(self.youngs_modulus_pa), stated(self.poisson_ratio)
-        strength = stated(self.yield_strength_pa)
+        modulus, ratio = self.youngs_modulus_pa, self.poisson_ratio
+        strength = self.yield_strength_pa
         return Material(
-            self.name, modulus.value, ratio.value, strength and strength.value,
-            modulus.sigma, ratio.sigma, strength and strength.sigma, modulus.ends, ratio.ends,
+            self.name, float(modulus), float(ratio), strength and float(strength),
+            sigma_of(modulus), sigma_of(ratio), sigma_of(strength),
+            ends_of(modulus), ends_of(ratio),
         )  # fmt: skip
 
 
@@ -94,10 +96,11 @@ class SphereSection:
     """Radius of the sphere it is pressed against; none: a plane."""
 
     def made(self) -> Sphere:
-        radius, counter = stated(self.radius_m), stated(self.counter_radius_m)
+        counter = self.counter_radius_m
         return Sphere(
-            radius.value, counter and counter.value, radius.sigma, counter and counter.sigma
-        )
+            float(self.radius_m), counter and float(counter), sigma_of(self.radius_m),
+            sigma_of(counter),
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
@@ -109,7 +112,7 @@ class ConeTipSection:
     """Radius of the tip."""
 
     def made(self) -> BluntTip:
-        return BluntTip("cone", *stated(self.radius_m)[:2])
+        return BluntTip("cone", float(self.radius_m), sigma_of(self.radius_m))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
@@ -121,7 +124,7 @@ class PyramidTipSection:
     """Radius of the tip."""
 
     def made(self) -> BluntTip:
-        return BluntTip("pyramid", *stated(self.radius_m)[:2])
+        return BluntTip("pyramid", float(self.radius_m), sigma_of(self.radius_m))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
@@ -145,7 +148,7 @@ class FlatPunchSection:
     """Radius of the face."""
 
     def made(self) -> FlatPunch:
-        return FlatPunch(*stated(self.radius_m)[:2])
+        return FlatPunch(float(self.radius_m), sigma_of(self.radius_m))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from stepload.declaration.quantities import REFUSED, WRITTEN, shown
-from stepload.declaration.sections import Key, Kind, adapter, fields_of, keys, schema_of
+from stepload.declaration.sections import Key, Kind, adapter, keys, schema_of
 from stepload.declaration.sections import expected as words_for
 from stepload.errors import BadInputError, guess, printable
 from stepload.plan.problems import PlanError, Problem
@@ -202,7 +202,7 @@ def _walk(
 
 
 def _shape(kind: Kind) -> str:
-    return str(fields_of(kind)[SHAPE].annotation.__args__[0])  # type: ignore[union-attr]
+    return str(kind.__pydantic_fields__[SHAPE].annotation.__args__[0])
 
 
 def _of_shape(node: Node, place: Place, shapes: tuple[str, ...]) -> Problem:

@@ -51,10 +51,10 @@ def title(source: Source) -> str:
 class References:
     """Reads referenced files; collects them and what is wrong with them."""
 
-    def __init__(self, shelf: Shelf, sources: list[Source], problems: list[Problem]) -> None:
+    def __init__(self, shelf: Shelf) -> None:
         self.shelf = shelf
-        self.sources = sources
-        self.problems = problems
+        self.sources: list[Source] = []
+        self.problems: list[Problem] = []
 
     def parse(self, source: Source) -> Node:
         """The tree of `source`; Broken where there is none."""

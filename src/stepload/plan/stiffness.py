@@ -9,22 +9,15 @@ from datetime import date, timedelta
 from stepload.declaration.sections import DERIVED, put
 from stepload.plan.calibration import TEMPERATURE_BAND_K, parse_calibration
 from stepload.plan.model import Plan, Provenance, RecordPolicy
-from stepload.plan.problems import PlanError, Problem
-from stepload.plan.source import Shelf, Source
+from stepload.plan.problems import PlanError
+from stepload.plan.references import References
 from stepload.plan.tree import Place
 
 _OTHER_ZONE = timedelta(days=1)
 """The local date may already be one day ahead where a record was made."""
 
 
-def settle_stiffness(
-    plan: Plan,
-    at: Place,
-    today: date,
-    shelf: Shelf,
-    sources: list[Source],
-    problems: list[Problem],
-) -> None:
+def settle_stiffness(plan: Plan, at: Place, today: date, files: References) -> None:
     """Put the record's values, if there is one, into a plan that is read, and `validity_problem`.
 
     `at` is the place of the record's path, or of the stiffness. A problem of validity is an error
@@ -32,18 +25,20 @@ def settle_stiffness(
     """
     stiffness = plan.rig.system_stiffness
     try:
-        reasons = [*_go_by_record(plan, at, shelf, sources), *_doubts(plan, today)]
+        reasons = [*_go_by_record(plan, at, files), *_doubts(plan, today)]
     except PlanError as error:
-        problems.extend(p if p.line else at.problem(p.message, p.hint) for p in error.problems)
+        files.problems.extend(
+            p if p.line else at.problem(p.message, p.hint) for p in error.problems
+        )
         return
     problem = "; ".join(reasons)
     put(stiffness, "validity_problem", problem)
     if problem and stiffness.policy is RecordPolicy.REFUSE:
         hint = "calibrate again (`stepload calibrate`), or set policy: warn"
-        problems.append(at.problem(f"system stiffness: {problem}", hint))
+        files.problems.append(at.problem(f"system stiffness: {problem}", hint))
 
 
-def _go_by_record(plan: Plan, at: Place, shelf: Shelf, sources: list[Source]) -> Iterator[str]:
+def _go_by_record(plan: Plan, at: Place, files: References) -> Iterator[str]:
     """Put the values of the record into the plan; yields the doubts about using it.
 
     Raises:
@@ -55,14 +50,14 @@ def _go_by_record(plan: Plan, at: Place, shelf: Shelf, sources: list[Source]) ->
         return
     path = at.source.beside(named)
     put(stiffness, "record", path)
-    if not shelf.has(path):
+    if not files.shelf.has(path):
         if stiffness.stiffness_n_per_m is DERIVED:
             hint = "run `stepload calibrate`, or give value and sigma to stand in"
             raise PlanError((at.problem(f"calibration record {named} does not exist", hint),))
         yield f"{named} does not exist"
         return
-    source = shelf.file(path)
-    sources.append(source)
+    source = files.shelf.file(path)
+    files.sources.append(source)
     record = parse_calibration(source)
     for field in {each.name for each in fields(record)} & {each.name for each in fields(stiffness)}:
         put(stiffness, field, getattr(record, field))
