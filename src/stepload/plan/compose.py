@@ -116,12 +116,12 @@ def problems_of(rig: Node, own: Mapping, profile: Mapping | None, known: str) ->
                 f"{_shown(old)}: nothing is taken of that one",
                 f"write every key of {called} here{sheet}",
             )
-    device = "arm" if is_another(at(profile, ("arm",)), at(own, ("arm",))) else "force"
-    shown = "arm" if device == "arm" else "force sensor"
+    other = "arm" if is_another(at(profile, ("arm",)), at(own, ("arm",))) else "force"
+    shown = "arm" if other == "arm" else "force sensor"
     for key, hint in _OF_THE_WHOLE.items():
         if at(profile, (key,)) is not None and at(rig, (key,)) is None:
             message = f"{key} of the profile {name} does not hold with another {shown}"
-            yield _place(rig, (device,)).problem(message, hint)
+            yield _place(rig, (other,)).problem(message, hint)
 
 
 _OF_THE_WHOLE = {

@@ -38,12 +38,12 @@ def read_options(
     node = given if isinstance(given, Mapping) else Mapping(at)
     place = at if node.place.source.path is None else node.place
     called = f"{device}: driver {name!r}" if device else f"driver {name!r}"
-    told = {each.name: each for each in keys(declared)}
+    told = {option.name: option for option in keys(declared)}
     section, errors = validated(declared, node, problems)
-    absent = [str(error["loc"][-1]) for error in errors if error["type"] == "missing"]
-    for error in errors:
-        if error["type"] != "missing":
-            problems += in_words(declared, node, at, error)
+    absent = [str(each["loc"][-1]) for each in errors if each["type"] == "missing"]
+    for each in errors:
+        if each["type"] != "missing":
+            problems += in_words(declared, node, at, each)
     for key in absent:
         hint = f"{device}.options.{key}: " if device else ""
         problem = place.problem(f"{called} needs the option {key!r}", hint + expected(told[key]))
@@ -51,11 +51,11 @@ def read_options(
     if len(absent) < len(errors):
         return {}
     read = {} if section else {
-        key: validated(told[key].hint, each, problems)[0] for key, each in node.entries.items()
+        key: validated(told[key].hint, inner, problems)[0] for key, inner in node.entries.items()
     }  # fmt: skip
     values = {
-        key: getattr(section, each.field) if section else read.get(key, each.info.default)
-        for key, each in told.items()
+        key: getattr(section, option.field) if section else read.get(key, option.info.default)
+        for key, option in told.items()
         if key not in absent
     }
     return {key: value for key, value in values.items() if value is not None}

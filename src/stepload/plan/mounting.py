@@ -22,8 +22,6 @@ class Mounting:
 
     coupling_x: q.ShareAcross = 0.33
     """Tip motion along x per motion along the press, under axial load."""
-    coupling_y: q.ShareAcross = 0.0
-    """The same along y."""
     lateral_compliance: Annotated[float, q.number(1e-3, 1e3)] = 0.8
     """Lateral over axial compliance of the tip."""
     turn_rad_per_n: Annotated[float, q.Quantity("rad/N", -1e-2, 1e-2)] = 23e-6
@@ -40,8 +38,6 @@ class Mounting:
     """Plate tilt about y."""
     sensor_turn_x_rad: _Tilt = 0.0
     """Rotation vector of the force sensor against the press, x."""
-    sensor_turn_y_rad: _Tilt = 0.0
-    """Rotation vector of the force sensor, y."""
     sensor_turn_z_rad: Annotated[float, q.Quantity("rad", -pi, pi)] = 0.0
     """Rotation vector of the force sensor, z."""
     sensor_lever_m: q.LengthOrZero = 0.12
@@ -54,11 +50,5 @@ class Mounting:
     """Share of each force in the other forces, and of each torque in the other torques."""
     torque_noise_n_m: _Torque = 0.002
     """Standard deviation of the torques."""
-    torque_resolution_n_m: _Torque = 0.0
-    """Resolution of the torques."""
-    torque_range_n_m: _Torque | None = None
-    """Rated torque of the force sensor; none: no limit."""
     gauge_offset_x_m: q.Offset = 0.0
     """Lateral distance of the gauge from the contact, x."""
-    gauge_offset_y_m: q.Offset = 0.0
-    """Lateral distance of the gauge from the contact, y."""

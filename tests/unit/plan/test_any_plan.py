@@ -172,7 +172,6 @@ rig:
     sensor_cubic: -0.2 %
     mount:
       coupling_x: 40 %
-      coupling_y: 5 %
       lateral_compliance: 0.9
       turn: 20 µrad/N
       friction: 0.3
@@ -181,17 +180,13 @@ rig:
       tilt_x: 0.5 deg
       tilt_y: 1 deg
       sensor_turn_x: 0.4 deg
-      sensor_turn_y: 0.3 deg
       sensor_turn_z: 90 deg
       sensor_lever: 150 mm
       eccentricity_x: 1 mm
       eccentricity_y: 0.5 mm
       cross_talk: 1 %
       torque_noise: 3 mN m
-      torque_resolution: 1 mN m
-      torque_range: 10 N m
       gauge_offset_x: 20 mm
-      gauge_offset_y: 5 mm
 procedure:
   alignment:
     radius: 8 mm

@@ -114,7 +114,7 @@ RANGES = {
     "-10 to 10 m": """
         calibration.tcp_position
         rig.simulation.mount.eccentricity_x rig.simulation.mount.eccentricity_y
-        rig.simulation.mount.gauge_offset_x rig.simulation.mount.gauge_offset_y
+        rig.simulation.mount.gauge_offset_x
     """,
     "1 to 1e6": "rig.system_stiffness.smooth_degrees calibration.smooth_degrees",
     "-50 to 150 degC": """
@@ -131,7 +131,7 @@ RANGES = {
     "0 to 1000 %": "rig.simulation.softness",
     "-200 to 200 %": """
         rig.simulation.lateral rig.simulation.lateral_coupling rig.system_stiffness.at_share
-        rig.simulation.mount.coupling_x rig.simulation.mount.coupling_y
+        rig.simulation.mount.coupling_x
     """,
     "-0.01 to 0.01 m/N": "rig.system_stiffness.across calibration.across",
     "above 0 to 0.01 m/N": "rig.system_stiffness.across_sigma calibration.across_sigma",
@@ -147,7 +147,7 @@ RANGES = {
     "above 0 to 2": "rig.simulation.mount.tangential_ratio",
     "-30 to 30 deg": """
         rig.simulation.mount.tilt_x rig.simulation.mount.tilt_y
-        rig.simulation.mount.sensor_turn_x rig.simulation.mount.sensor_turn_y
+        rig.simulation.mount.sensor_turn_x
     """,
     "-180 to 180 deg": "rig.simulation.mount.sensor_turn_z procedure.nulling.sensor_turn",
     "1e-3 to 0.01 m": "procedure.alignment.radius",
@@ -156,8 +156,7 @@ RANGES = {
     "above 0 to 3e-4 m": "procedure.nulling.largest_shift",
     "-50 to 50 %": "rig.simulation.mount.cross_talk",
     "0 to 10000 N m": """
-        rig.simulation.mount.torque_noise rig.simulation.mount.torque_resolution
-        rig.simulation.mount.torque_range
+        rig.simulation.mount.torque_noise
     """,
     "-100 to 100 %": "rig.simulation.cross_talk",
     "-10 to 10 %": "rig.simulation.sensor_quadratic rig.simulation.sensor_cubic",
