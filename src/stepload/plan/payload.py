@@ -19,18 +19,8 @@ from stepload.contact.materials import (
     Sphere,
 )
 from stepload.declaration import quantities as q
+from stepload.declaration import uncertain as u
 from stepload.declaration.sections import CHECKED, INTERNAL, SECTION, Contradiction, Made, put
-from stepload.declaration.uncertain import (
-    Modulus,
-    PoissonRatio,
-    Stated,
-    UncertainForce,
-    UncertainLength,
-    UncertainLengthOrZero,
-    UncertainPressure,
-    ends_of,
-    sigma_of,
-)
 from stepload.errors import DomainError
 from stepload.units import format_quantity
 
@@ -47,11 +37,11 @@ class MaterialSection:
 
     name: q.Name
     """Name in reports."""
-    youngs_modulus_pa: Modulus
+    youngs_modulus_pa: u.Modulus
     """Young's modulus E (4)."""
-    poisson_ratio: PoissonRatio
+    poisson_ratio: u.PoissonRatio
     """Poisson's ratio ν (4)."""
-    yield_strength_pa: UncertainPressure | None = None
+    yield_strength_pa: u.UncertainPressure | None = None
     """Yield strength Y, for the elastic limit (13); not with a range."""
 
     sound = CHECKED
@@ -67,7 +57,7 @@ class MaterialSection:
                 f"{format_quantity(modulus, 'Pa')}",
                 "look for a wrong prefix (MPa, GPa) in one of the two",
             )
-        if ends_of(modulus) or ends_of(self.poisson_ratio):
+        if u.ends_of(modulus) or u.ends_of(self.poisson_ratio):
             yield (
                 "yield_strength",
                 "a yield strength beside a range: F_c (13) follows from both, and is not known",
@@ -80,8 +70,8 @@ class MaterialSection:
         strength = self.yield_strength_pa
         return Material(
             self.name, float(modulus), float(ratio), strength and float(strength),
-            sigma_of(modulus), sigma_of(ratio), sigma_of(strength),
-            ends_of(modulus), ends_of(ratio),
+            u.sigma_of(modulus), u.sigma_of(ratio), u.sigma_of(strength),
+            u.ends_of(modulus), u.ends_of(ratio),
         )  # fmt: skip
 
 
@@ -90,16 +80,16 @@ class SphereSection:
     """A sphere on the plate, or on another sphere (6)."""
 
     shape: Literal["sphere"]
-    radius_m: UncertainLength
+    radius_m: u.UncertainLength
     """Radius of the payload."""
-    counter_radius_m: UncertainLength | None = None
+    counter_radius_m: u.UncertainLength | None = None
     """Radius of the sphere it is pressed against; none: a plane."""
 
     def made(self) -> Sphere:
         counter = self.counter_radius_m
         return Sphere(
-            float(self.radius_m), counter and float(counter), sigma_of(self.radius_m),
-            sigma_of(counter),
+            float(self.radius_m), counter and float(counter), u.sigma_of(self.radius_m),
+            u.sigma_of(counter),
         )  # fmt: skip
 
 
@@ -108,11 +98,11 @@ class ConeTipSection:
     """A cone with a spherical tip; contact stays on the tip."""
 
     shape: Literal["cone_tip"]
-    radius_m: UncertainLength
+    radius_m: u.UncertainLength
     """Radius of the tip."""
 
     def made(self) -> BluntTip:
-        return BluntTip("cone", float(self.radius_m), sigma_of(self.radius_m))
+        return BluntTip("cone", float(self.radius_m), u.sigma_of(self.radius_m))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
@@ -120,11 +110,11 @@ class PyramidTipSection:
     """A pyramid with a spherical tip; contact stays on the tip."""
 
     shape: Literal["pyramid_tip"]
-    radius_m: UncertainLength
+    radius_m: u.UncertainLength
     """Radius of the tip."""
 
     def made(self) -> BluntTip:
-        return BluntTip("pyramid", float(self.radius_m), sigma_of(self.radius_m))
+        return BluntTip("pyramid", float(self.radius_m), u.sigma_of(self.radius_m))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
@@ -144,11 +134,11 @@ class FlatPunchSection:
     """A flat round face, n = 1."""
 
     shape: Literal["flat_punch"]
-    radius_m: UncertainLength
+    radius_m: u.UncertainLength
     """Radius of the face."""
 
     def made(self) -> FlatPunch:
-        return FlatPunch(float(self.radius_m), sigma_of(self.radius_m))
+        return FlatPunch(float(self.radius_m), u.sigma_of(self.radius_m))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
@@ -193,11 +183,11 @@ class Payload:
     """Material of the payload."""
     plate: Annotated[Material, Made(MaterialSection)]
     """Material of the plate."""
-    roughness_m: UncertainLengthOrZero | None = None
+    roughness_m: u.UncertainLengthOrZero | None = None
     """Equivalent rms roughness σ_eq = √(σ1² + σ2²) (8); 0 m: smooth; none: not known."""
-    micro_hardness_pa: UncertainPressure | None = None
+    micro_hardness_pa: u.UncertainPressure | None = None
     """Micro-hardness of the softer surface (9); only with `roughness`."""
-    declared_force_limit_n: Annotated[UncertainForce | None, Field(alias="force_limit")] = None
+    declared_force_limit_n: Annotated[u.UncertainForce | None, Field(alias="force_limit")] = None
     """Declared limit of the force; required where theory has no F_c; else the lower one counts."""
     height_m: q.LengthOrZero = 0.0
     """Height of the payload between tool and plate, for thermal expansion."""
@@ -217,7 +207,7 @@ class Payload:
     def _spread(self) -> "Payload":
         """Put the uncertainty that is written behind a value into its own field."""
         for name in ("roughness_m", "micro_hardness_pa", "declared_force_limit_n"):
-            if isinstance(value := getattr(self, name), Stated):
+            if isinstance(value := getattr(self, name), u.Stated):
                 stem, _, unit = name.rpartition("_")
                 put(self, f"{stem}_sigma_{unit}", value.sigma)
                 put(self, name, float(value))
