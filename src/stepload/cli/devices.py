@@ -162,8 +162,8 @@ def try_driver(
     from dataclasses import asdict
     from functools import partial
 
+    from stepload.plan.compose import SIMULATED
     from stepload.plan.driver_options import options_from_words
-    from stepload.plan.overlay import SIMULATED
     from stepload.rig.contract import CheckStatus, Trial, run_trial, trial_of
     from stepload.rig.plugins import load_driver
     from stepload.units import parse_named

@@ -60,7 +60,7 @@ def _plan_of(rig: str) -> Plan:
     from stepload.envelope.draft_plan import plan_of
     from stepload.envelope.map_grid import PROBE_N
     from stepload.plan.load import load_plan
-    from stepload.plan.places import tree_of
+    from stepload.plan.references import tree_of
     from stepload.plan.shipped import payload_folder
     from stepload.plan.tree import Mapping
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 from stepload.envelope.changes import FAMILIES, Change, Family
 from stepload.envelope.reason import Reason, Severity
 from stepload.errors import DomainError, RefusedError
-from stepload.plan.changed import can_be
+from stepload.plan.checks import can_be
 from stepload.plan.model import Plan
 
 Judge = Callable[[Plan], tuple[Reason, ...]]

@@ -12,8 +12,8 @@ from stepload.envelope.limits import RunLimits
 from stepload.envelope.press import Term, largest_speed
 from stepload.envelope.reason import Reason, Severity
 from stepload.errors import BadInputError
+from stepload.plan.compose import SIMULATED
 from stepload.plan.model import Plan, Rig
-from stepload.plan.overlay import SIMULATED
 from stepload.rig.plugins import load_arm
 from stepload.units import format_quantity
 

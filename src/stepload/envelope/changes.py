@@ -16,9 +16,8 @@ from stepload.envelope.bounds import LOAD_TIMEOUTS
 from stepload.envelope.reason import Reason
 from stepload.envelope.theory import theory_of
 from stepload.estimators.identifiability import gauge_resolution_for
-from stepload.plan.changed import rederived
-from stepload.plan.checks_between import least_touch_force
-from stepload.plan.derived import follows
+from stepload.plan.checks import least_touch_force
+from stepload.plan.derived import follows, rederived
 from stepload.plan.model import DisplacementSpec, Plan, SecondForce, SecondForceSource
 from stepload.units import format_quantity, parse_quantity, rounded_down
 

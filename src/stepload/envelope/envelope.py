@@ -44,9 +44,8 @@ from stepload.envelope.zero_drift import second_zero_n
 from stepload.envelope.zero_reasons import looked_after_s, zero_drift_reasons
 from stepload.errors import DomainError, RefusedError
 from stepload.estimators.identifiability import Identifiability, identifiability
-from stepload.plan.changed import rederived
-from stepload.plan.checks_between import least_touch_force
-from stepload.plan.derived import follows
+from stepload.plan.checks import least_touch_force
+from stepload.plan.derived import follows, rederived
 from stepload.plan.model import Plan, SecondForceSource
 
 ALMOST = 0.999

@@ -34,7 +34,7 @@ from stepload.envelope.travel_limit import (
 )
 from stepload.envelope.zero_drift import counted_shift_n, second_zero_n, unchecked_drift
 from stepload.errors import RefusedError
-from stepload.plan.checks_between import LEAST_TOUCH_SIGMAS, least_touch_force
+from stepload.plan.checks import LEAST_TOUCH_SIGMAS, least_touch_force
 from stepload.plan.model import Plan, SecondForceSource
 
 GUARDED_SHARE = 0.4

@@ -27,7 +27,7 @@ from stepload.evidence.chord import REFERENCE_SHARE
 from stepload.evidence.expected import Course, expected_chord, expected_run
 from stepload.evidence.quantity import Quantity
 from stepload.evidence.run_data import RunData
-from stepload.plan.checks_between import LEAST_LEVELS
+from stepload.plan.checks import LEAST_LEVELS
 from stepload.plan.model import Plan
 from stepload.units import beside_limit, format_quantity
 

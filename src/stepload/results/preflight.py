@@ -16,8 +16,7 @@ from stepload.evidence.expected import expected_chord, narrowing
 from stepload.evidence.quantity import Quantity
 from stepload.evidence.run_data import RunData
 from stepload.plan.hazards import read_words, rig_argument
-from stepload.plan.places import place_of
-from stepload.plan.references import names_a_file
+from stepload.plan.references import names_a_file, place_of
 from stepload.results.terminal import NARROW, wrapped
 from stepload.units import format_quantity as f
 from stepload.units import rounded_down

@@ -26,8 +26,8 @@ from stepload.envelope.envelope import Envelope, envelope_of, refusal_of
 from stepload.envelope.pose import plan_where_it_stands
 from stepload.envelope.reason import PlanVerdict
 from stepload.errors import LeftEarlyError, RefusedError, in_words
+from stepload.plan.compose import SIMULATED
 from stepload.plan.model import Plan
-from stepload.plan.overlay import SIMULATED
 from stepload.record.outcome import RunOutcome
 from stepload.record.plain import plain
 from stepload.record.recorder import Recorder, RecordingFailedError

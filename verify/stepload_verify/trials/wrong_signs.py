@@ -28,7 +28,7 @@ from stepload.engine.operator import Operator, StopLevel
 from stepload.engine.rehearse import world_for
 from stepload.engine.tick import Engine
 from stepload.envelope.envelope import Envelope, envelope_of
-from stepload.plan.changed import rederived
+from stepload.plan.derived import rederived
 from stepload.plan.load import load_plan
 from stepload.plan.model import ForceSpec, Plan, SecondForce, SecondForceSource
 from stepload.plan.shipped import plan_path
