@@ -281,7 +281,7 @@ def test_an_elastic_limit_that_is_not_the_plans_is_told_on_the_sheet(envelope: E
     document = run_document(replace(run, identification=other))
     told = dict(sheet_of(document).facts[0])["Elastic limit F_c"]
     assert told.startswith("200 N, taken for this result; by the plan ")
-    share = f"{run.outcome.peak_force_n / 200.0:.0%} of the F_c used"
+    share = f"{100.0 * run.outcome.peak_force_n / 200.0:.0f} % of the F_c used"
     assert dict(sheet_of(document).facts[0])["Largest force"].endswith(share)
 
 
