@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from stepload.envelope.envelope import Envelope
     from stepload.envelope.limits import RunLimits
     from stepload.envelope.theory import CountedLimit
-    from stepload.envelope.until import Until
 
 PlanFile = Annotated[Path, typer.Argument(help="Plan (YAML).", show_default=False)]
 PayloadFile = Annotated[
@@ -64,17 +63,8 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
         "expected": None if expected is None else data(fields.QUANTITY, expected),
         "schedule": [data(fields.STAGE, stage) for stage in envelope.stages],
         "duration_s": envelope.duration_s if envelope.stages else None,
-        **_until_data(envelope.until),
         **{name: part.terms for name, part in sideways.items() if part is not None},
     }
-
-
-def _until_data(until: Until | None) -> dict[str, Any]:
-    """Requirements of every level, where the plan loads only as far as an interval needs."""
-    if until is None:
-        return {}
-    expected = None if until.expected is None else until.needs[until.expected].level_n
-    return {"until": {"asked": until.asked, "expected_level_n": expected, "levels": until.needs}}
 
 
 MOODS = {"go": "good", "warn": "doubt", "refused": "bad"}
@@ -113,7 +103,6 @@ def show_figures(envelope: Envelope, out: Output) -> None:
     from stepload.envelope.reason import PlanVerdict
     from stepload.results import fields
     from stepload.results.model import Table, table
-    from stepload.results.reasons import need_table
     from stepload.results.tables import force_budget_table
     from stepload.units import format_quantity as f
 
@@ -161,8 +150,6 @@ def show_figures(envelope: Envelope, out: Output) -> None:
                 for t in part.terms
             ]
             out.table(title, ("what", "value", "from"), rows)
-    if envelope.until is not None:
-        out.tables(need_table(envelope.until))
 
 
 def _stiffness_rows(envelope: Envelope) -> list[tuple[str, str, str]]:

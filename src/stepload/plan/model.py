@@ -13,7 +13,6 @@ from pydantic.dataclasses import dataclass
 
 from stepload.contact.law_names import LAW_NAMES
 from stepload.declaration.quantities import (
-    Accuracy,
     Choice,
     Duration,
     DurationOrZero,
@@ -71,10 +70,6 @@ class Procedure:
         ForceRate,
         key("Largest rate of the force; default: the largest step in one second."),
     ] = DERIVED
-    until: Annotated[
-        Accuracy | None,
-        key('Half width of the interval at which the first loading may end, as in "±5 %".'),
-    ] = None
     hold_s: Annotated[Duration, key("Time at each level after it has settled.")] = 3.0
     unload: Annotated[Flag, key("Whether the levels are also held during unloading.")] = True
     cycles: Annotated[
