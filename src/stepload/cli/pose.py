@@ -13,8 +13,6 @@ from stepload.errors import BadInputError
 from stepload.results.terminal import AsJson, Output
 
 LONGEST_M = 10.0
-SOFTEST, STIFFEST = 1.0, 1e9
-"""Stiffness of a joint, in the unit used in the file of an arm."""
 
 
 def pose(
@@ -30,10 +28,6 @@ def pose(
         list[Path] | None,
         typer.Option("--calibration", help="Calibration record of this arm; may be repeated."),
     ] = None,
-    joint_stiffness: Annotated[
-        str,
-        typer.Option("--joint-stiffness", help='Six numbers: "1.6e4 N m/rad, 1.6e4 N m/rad, ...".'),
-    ] = "",
     tool: Annotated[
         str,
         typer.Option("--tool", help="Flange to contact; else the calibration's TCP, or 120 mm."),
@@ -82,7 +76,6 @@ def pose(
         radius_m=_range("--radius", radius, 0.0) if radius else None,
         height_m=_range("--height", height, -math.inf) if height else None,
         travel_m=_quantity("--travel", travel, "m", 0.0),
-        joint_stiffness=_stiffnesses(joint_stiffness),
         calibrations=calibration or [],
     )
     said = tables.data(found)
@@ -112,15 +105,3 @@ def _range(option: str, text: str, least: float) -> tuple[float, float]:
     if len(parts) > 2 or parts[0] > parts[-1]:
         raise BadInputError(f"{option}: {text} is no range", hint='as in "300 mm to 500 mm"')
     return parts[0], parts[-1]
-
-
-def _stiffnesses(text: str) -> list[float] | None:
-    if not text:
-        return None
-    found = [_quantity("--joint-stiffness", each, "N m/rad", 0.0) for each in text.split(",")]
-    if not all(SOFTEST <= each <= STIFFEST for each in found):
-        raise BadInputError(
-            f"--joint-stiffness: {text} is no stiffness of joints",
-            hint=f"{SOFTEST:g} to {STIFFEST:g} N m/rad each",
-        )
-    return found

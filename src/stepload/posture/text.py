@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 from stepload.posture.chain import reach_m
-from stepload.posture.ranking_uncertainty import WRONG_BY
+from stepload.posture.compliance import WRONG_BY
 from stepload.posture.rig_search import Posture, Row
-from stepload.posture.stiffness_gradient import TRAVELS_M
+from stepload.posture.search import TRAVELS_M
 from stepload.units import format_quantity
 
 
@@ -21,8 +21,7 @@ def sentences(found: Posture) -> list[str]:
         *_payload(found),
         _stuck(found.best[0]),
         _rests_on(found),
-        *_doubt(found),
-        _near(found),
+        _near(found.best[0]),
         "This is a ranking and no calibration: calibrate in the pose that you choose.",
         *found.remarks,
     ]
@@ -30,8 +29,6 @@ def sentences(found: Posture) -> list[str]:
 
 WORTH = 1.1
 """Least ratio of stiffness for which a change of the pose is recommended."""
-HOLDS = 0.9
-"""Least rank correlation at which an order is called reliable."""
 
 
 def up(value: float) -> str:
@@ -129,31 +126,10 @@ def _rests_on(found: Posture) -> str:
     )
 
 
-def _doubt(found: Posture) -> list[str]:
-    seen = found.ranking
-    if seen is None:
-        return ["There are too few poses here to tell how the joints' doubt changes their order."]
-    order = "but the order holds" if seen.stiffness_worst >= HOLDS else "and the order is unsure"
-    return [
-        f"With every joint off by up to a factor of {WRONG_BY:g}, K_zz is off by a factor of "
-        f"{seen.off_by[0]:.2f} to {seen.off_by[1]:.2f}, {order}: rank correlation "
-        f"{seen.stiffness:.2f} ({seen.stiffness_worst:.2f} in the worst twentieth), of the stuck "
-        f"share {seen.share:.2f}; the stiffest tenth still has {seen.top_tenth:.2g} times the "
-        "median."
-    ]
-
-
-def _near(found: Posture) -> str:
-    own = found.best[0].changes
-    (median_2, worst_2), (median_20, worst_20) = found.typical_changes
-    travels = [format_quantity(each, "m") for each in TRAVELS_M]
+def _near(first: Row) -> str:
     told = ", ".join(
-        f"{share:.1%} over {travel}"
-        for share, travel in zip(own, travels, strict=True)
+        f"{share:.1%} over {format_quantity(travel, 'm')}"
+        for share, travel in zip(first.changes, TRAVELS_M, strict=True)
         if np.isfinite(share)
     )
-    return (
-        f"A calibration holds near its pose: along the press C_zz of pose 1 changes by {told}; of "
-        f"all poses by {median_2:.1%} over {travels[0]} and {median_20:.1%} over {travels[1]} in "
-        f"the median, {worst_2:.1%} and {worst_20:.1%} in a tenth of them or more."
-    )
+    return f"A calibration holds near its pose: along the press C_zz of pose 1 changes by {told}."
