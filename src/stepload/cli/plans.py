@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -33,7 +32,6 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
     planned = planned_of(envelope) if envelope.stages else None
     expected = planned[1] if planned else None
     found = envelope.identifiability
-    sideways = {"alignment": envelope.aligning, "nulling": envelope.nulling}
     return {
         "verdict": envelope.verdict,
         "reasons": envelope.reasons,
@@ -63,7 +61,6 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
         "expected": None if expected is None else data(fields.QUANTITY, expected),
         "schedule": [data(fields.STAGE, stage) for stage in envelope.stages],
         "duration_s": envelope.duration_s if envelope.stages else None,
-        **{name: part.terms for name, part in sideways.items() if part is not None},
     }
 
 
@@ -106,9 +103,6 @@ def show_figures(envelope: Envelope, out: Output) -> None:
     from stepload.results.tables import force_budget_table
     from stepload.units import format_quantity as f
 
-    def angle(radians: float) -> str:
-        return f"{math.degrees(radians):.3g} deg"
-
     theory, found = envelope.theory, envelope.identifiability
     common, source = common_error(envelope.plan.rig)
     rows = [
@@ -140,16 +134,6 @@ def show_figures(envelope: Envelope, out: Output) -> None:
         out.tables(force_budget_table(envelope))
         title = f"Schedule: about {envelope.duration_s:.0f} s"
         out.tables(table(title, fields.STAGE, envelope.stages))
-    for title, part in (
-        ("Touches on a circle", envelope.aligning),
-        ("Force across is taken off", envelope.nulling),
-    ):
-        if part is not None:
-            rows = [
-                (t.name, f(t.value, t.unit) if t.unit != "rad" else angle(t.value), t.source)
-                for t in part.terms
-            ]
-            out.table(title, ("what", "value", "from"), rows)
 
 
 def _stiffness_rows(envelope: Envelope) -> list[tuple[str, str, str]]:

@@ -1,11 +1,36 @@
-"""Refuse numbers outside the domain of an equation, with value, unit and limit."""
+"""The domain of an equation: a flag beside its value, or a refusal with value, unit and limit."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from enum import StrEnum
+from typing import NamedTuple
 
 from stepload.contact.materials import Material
 from stepload.errors import DomainError
+
+
+class Domain(StrEnum):
+    """Where an argument lies with respect to the domain of an equation."""
+
+    INSIDE = "inside"
+    BELOW = "below"
+    """Smaller than the equation allows; the value is its formal continuation."""
+    ABOVE = "above"
+    """Larger than the equation allows; the value is its formal continuation."""
+
+
+class Flagged(NamedTuple):
+    """`value` in the unit that its function names; valid only where `domain` is INSIDE."""
+
+    value: float
+    domain: Domain
+
+    @property
+    def inside(self) -> bool:
+        """Whether the equation holds here."""
+        return self.domain is Domain.INSIDE
 
 
 def require_positive(value: float, what: str, unit: str) -> float:
@@ -54,3 +79,16 @@ def require_material(material: Material) -> Material:
     if material.yield_strength_pa is not None:
         require_positive(material.yield_strength_pa, f"yield strength of {name!r}", "Pa")
     return material
+
+
+def across_problem(
+    across_m_per_n: Sequence[float], sigma_m_per_n: Sequence[float], at_share: Sequence[float]
+) -> str:
+    """Why these numbers cannot be used; "" where they can, or where there are none."""
+    named = {"across": across_m_per_n, "across_sigma": sigma_m_per_n, "at_share": at_share}
+    for name, values in named.items():
+        if len(values) not in (0, 2):
+            return f"{name} has {len(values)} numbers; there are two other axes"
+    if bool(across_m_per_n) != bool(sigma_m_per_n):
+        return "`across` and `across_sigma` belong together"
+    return ""

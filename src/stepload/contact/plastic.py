@@ -12,8 +12,7 @@ import math
 from dataclasses import dataclass
 from typing import Self
 
-from stepload.contact.checks import require_not_negative, require_positive
-from stepload.contact.domain import Domain, Flagged
+from stepload.contact.checks import Domain, Flagged, require_not_negative, require_positive
 
 EARLY_FACTOR, EARLY_EXPONENT = 1.03, 1.425
 LATE_FACTOR, LATE_EXPONENT = 1.40, 1.263

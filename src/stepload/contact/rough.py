@@ -13,8 +13,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from stepload.contact.checks import require_not_negative, require_positive
-from stepload.contact.domain import Domain, Flagged
+from stepload.contact.checks import Domain, Flagged, require_not_negative, require_positive
 
 HARDNESS_OVER_YIELD = 5.0
 """Micro-hardness over yield strength where only the latter is known; good to a factor of 2.

@@ -20,13 +20,12 @@ from stepload.envelope.bounds import Measured, press_rig
 from stepload.envelope.domains import domain_reasons
 from stepload.envelope.expected import expected_result
 from stepload.envelope.friction import friction_reasons
-from stepload.envelope.lateral_limits import lateral_reasons, share_reasons
+from stepload.envelope.lateral import lateral_reasons, share_reasons
 from stepload.envelope.limits import RunLimits, limits_of
 from stepload.envelope.load_times import LoadTimes, load_times
 from stepload.envelope.one_channel import one_channel_reasons
 from stepload.envelope.press import PressRig, Term
 from stepload.envelope.pressing import Pressing, largest_top_force, pressing_for
-from stepload.envelope.ranges import range_reasons
 from stepload.envelope.reason import PlanVerdict, Reason, Severity, verdict_of
 from stepload.envelope.reasons import (
     age_reasons,
@@ -35,7 +34,6 @@ from stepload.envelope.reasons import (
     identifiable_reasons,
     rig_reasons,
 )
-from stepload.envelope.retract_friction import way_back_reasons
 from stepload.envelope.schedule import NULLING_TIMES, Stage, align_s, schedule
 from stepload.envelope.softness import softness
 from stepload.envelope.stiffness import stiffness_reasons
@@ -221,7 +219,6 @@ def _derived(plan: Plan, measured: Measured | None) -> Envelope:
         )
     reasons = [
         *force_reasons(plan, safe_n, refusal, theory),
-        *range_reasons(plan, theory),
         *domain_reasons(plan, theory),
         *rig_reasons(plan, theory.law.secant(plan.procedure.top_force_n)),
         *one_channel_reasons(plan),
@@ -231,7 +228,6 @@ def _derived(plan: Plan, measured: Measured | None) -> Envelope:
         *stiffness_reasons(plan),
         *friction_reasons(plan, theory),
         *lateral_reasons(plan),
-        *way_back_reasons(plan, theory.counted.lower_n),
         *aligning_reasons(plan, limits),
     ]
     if found is not None:

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-import numpy as np
-
 from stepload.envelope.bounds import LEAST_CLASS_RATIO, largest_stiffness
 from stepload.envelope.conditions import across_of, gauge_offset_of
 from stepload.envelope.reason import Reason, Severity
@@ -16,8 +14,6 @@ from stepload.evidence.lateral import TURN_RAD_PER_N, UNKNOWN_FRICTION
 from stepload.plan.model import Plan, Provenance, Structure
 from stepload.units import format_quantity
 
-TYPICAL_SHARE = 0.3
-"""Lateral force over axial force of a contact that slides with a friction of 0.3."""
 SIX_AXES = "a gauge across the contact, or calibrate with a six-axis force sensor, dry and greased"
 NO_ARM = "a gauge across the contact, or rig.arm.structure: machine if the axis is guided"
 
@@ -32,28 +28,7 @@ def friction_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
     if arm.structure is not Structure.ARM:
         return
     known, k_s = across_of(stiffness), stiffness.stiffness_n_per_m
-    if known.per_newton_m is not None:
-        angles = np.linspace(0.0, math.pi, 13)
-        start = np.array(known.at_share or (0.0, 0.0))
-        shares = [start + TYPICAL_SHARE * np.array([np.cos(a), np.sin(a)]) for a in angles]
-        worst = max(k_s * known.doubt_m_per_n(share, k_s) for share in shares)
-        yield Reason(
-            "across_known", Severity.NOTE,
-            f"Lateral force is corrected by the calibration, to {worst:.1%} of the arm's deflection"
-            f" at a share of {TYPICAL_SHARE:.0%} from its own.",
-            "", worst, math.nan, "",
-        )  # fmt: skip
-        return
-    if known.stated:
-        return
-    if known.at_share is not None:
-        yield Reason(
-            "one_friction", Severity.NOTE,
-            "K_s holds where the lateral share is within 5 % of that of the"
-            " calibration.",
-            "calibrate dry and greased: stepload calibrate --from DRY GREASED",
-            0.05, math.nan, "",
-        )  # fmt: skip
+    if known.per_newton_m is not None or known.stated or known.at_share is not None:
         return
     share = theory.law.secant(plan.procedure.top_force_n) / k_s
     cost = NORMAL_95 * UNKNOWN_FRICTION * share

@@ -18,7 +18,7 @@ from stepload.envelope.bounds import (
     stuck_ratio,
 )
 from stepload.envelope.command_backlog import catch_up_force
-from stepload.envelope.lateral_derating import UNMEASURED_TILT_RAD
+from stepload.envelope.lateral import UNMEASURED_TILT_RAD
 from stepload.envelope.press import IMPACT_FACTOR, PressRig
 from stepload.envelope.pressing import HARD_STOP_N_PER_M
 from stepload.plan.model import SecondForceSource, Structure

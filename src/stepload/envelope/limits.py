@@ -16,7 +16,7 @@ from stepload.envelope.bounds import (
     step_band_n,
     step_rate_per_s,
 )
-from stepload.envelope.lateral_limits import OVERLOADS, SECOND_OVERLOADS, lateral_limits
+from stepload.envelope.lateral import OVERLOADS, SECOND_OVERLOADS, lateral_limits
 from stepload.envelope.press import NOISE_MULTIPLE, Term
 from stepload.envelope.pressing import Pressing
 from stepload.envelope.zero_drift import SECOND_ZERO_SHARE, second_zero_n

@@ -11,7 +11,7 @@ from typing import Annotated
 
 from pydantic.dataclasses import dataclass
 
-from stepload.contact.lateral_checks import across_problem
+from stepload.contact.checks import across_problem
 from stepload.declaration.quantities import (
     EXACT,
     Angle,

@@ -9,8 +9,8 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from itertools import pairwise
 
+from stepload.contact.checks import across_problem
 from stepload.contact.elastic import law_for
-from stepload.contact.lateral_checks import across_problem
 from stepload.contact.limit import no_limit_reason
 from stepload.contact.material_range import is_range
 from stepload.contact.materials import Material

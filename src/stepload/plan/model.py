@@ -11,7 +11,7 @@ from typing import Annotated
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from stepload.contact.law_names import LAW_NAMES
+from stepload.contact.power_law import LAW_NAMES
 from stepload.declaration.quantities import (
     Choice,
     Duration,

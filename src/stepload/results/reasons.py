@@ -7,8 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stepload.envelope.domains import payload_doubts
-from stepload.envelope.ranges import beyond_range
+from stepload.envelope.domains import beyond_range, payload_doubts
 from stepload.record.reader import Event
 from stepload.results.analyse import Evaluation
 from stepload.results.press_data import LOADING, UNLOADING, PressData, number_or_nan

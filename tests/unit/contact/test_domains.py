@@ -6,8 +6,7 @@ import math
 
 import pytest
 
-from stepload.contact.checks import require_material, require_not_negative, require_positive
-from stepload.contact.domain import Domain
+from stepload.contact.checks import Domain, require_material, require_not_negative, require_positive
 from stepload.contact.elastic import (
     equivalent_modulus,
     equivalent_radius,

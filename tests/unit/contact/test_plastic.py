@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stepload.contact.domain import Domain
+from stepload.contact.checks import Domain
 from stepload.contact.plastic import (
     EARLY_MEETS,
     LATE_MEETS,

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stepload.contact.domain import Domain
+from stepload.contact.checks import Domain
 from stepload.contact.rough import (
     P0_BRANCH,
     RoughSphere,

@@ -32,7 +32,14 @@ from stepload.envelope.force_limits import ForceLimits, force_limits
 from stepload.envelope.hazards import HEAVIER, hazards_of
 from stepload.envelope.limits import LEASH_TIME_S, MODEL_LAG_S, identical_counts
 from stepload.envelope.load_times import LoadTimes
-from stepload.envelope.press import PressRig, largest_speed, series_stiffness, speed_terms
+from stepload.envelope.press import (
+    OLD_S,
+    PressRig,
+    largest_speed,
+    series_stiffness,
+    speed_terms,
+    travel_limit,
+)
 from stepload.envelope.pressing import (
     HARD_STOP_N_PER_M,
     LONGEST_STALL_S,
@@ -43,7 +50,6 @@ from stepload.envelope.pressing import (
 )
 from stepload.envelope.schedule import renewals, schedule
 from stepload.envelope.theory import theory_of
-from stepload.envelope.travel_limit import OLD_S, travel_limit
 from stepload.envelope.zero_drift import under_load_s
 from stepload.errors import DomainError, RefusedError
 from stepload.plan.model import (
