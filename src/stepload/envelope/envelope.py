@@ -19,7 +19,6 @@ from stepload.envelope.aligning import (
 from stepload.envelope.bounds import Measured, press_rig
 from stepload.envelope.domains import domain_reasons
 from stepload.envelope.expected import expected_result
-from stepload.envelope.friction import friction_reasons
 from stepload.envelope.lateral import lateral_reasons, share_reasons
 from stepload.envelope.limits import RunLimits, limits_of
 from stepload.envelope.load_times import LoadTimes, load_times
@@ -31,11 +30,12 @@ from stepload.envelope.reasons import (
     age_reasons,
     cycle_reasons,
     force_reasons,
+    friction_reasons,
     identifiable_reasons,
     rig_reasons,
+    softness,
 )
 from stepload.envelope.schedule import NULLING_TIMES, Stage, align_s, schedule
-from stepload.envelope.softness import softness
 from stepload.envelope.stiffness import stiffness_reasons
 from stepload.envelope.theory import Theory, theory_of
 from stepload.envelope.zero_drift import second_zero_n

@@ -612,5 +612,6 @@ def test_a_frozen_value_is_as_many_as_a_quantised_sensor_never_repeats() -> None
         counts = math.ceil(math.log(1e-11) / math.log(stays))
         assert identical_counts(replace(sensor, resolution_n=quantum), noise) == max(25, counts)
         assert counts > 25
+    assert identical_counts(replace(sensor, resolution_n=1.5), 0.01) == 0
     assert identical_counts(replace(sensor, resolution_n=0.0), 0.3) == 25
     assert identical_counts(replace(sensor, resolution_n=1e-300), 0.3, 7) == 7
