@@ -14,6 +14,9 @@ import math
 from dataclasses import dataclass
 
 from stepload.contact.checks import Domain, Flagged, require_not_negative, require_positive
+from stepload.contact.elastic import equivalent_modulus, equivalent_radius, law_for
+from stepload.contact.limit import softer_body
+from stepload.contact.materials import Geometry, Material
 
 HARDNESS_OVER_YIELD = 5.0
 """Micro-hardness over yield strength where only the latter is known; good to a factor of 2.
@@ -113,3 +116,24 @@ class RoughSphere:
 
 def _smooth_deformation(k: float, force_n: float) -> float:
     return float((require_not_negative(force_n, "contact force", "N") / k) ** (2.0 / 3.0))
+
+
+def rough_sphere(
+    geometry: Geometry,
+    material: Material,
+    plate: Material,
+    roughness_m: float,
+    micro_hardness_pa: float | None,
+) -> RoughSphere | None:
+    """The rough contact of these bodies; None of what is no sphere or has no known hardness.
+
+    Without a micro-hardness it follows from the yield strength of the softer body.
+    """
+    radius_m, softer = equivalent_radius(geometry), softer_body(material, plate)
+    if micro_hardness_pa is None and softer is not None and softer.yield_strength_pa is not None:
+        micro_hardness_pa = HARDNESS_OVER_YIELD * softer.yield_strength_pa
+    if radius_m is None or micro_hardness_pa is None:
+        return None
+    modulus_pa = equivalent_modulus(material, plate)
+    kappa = roughness_number(modulus_pa, micro_hardness_pa, radius_m, roughness_m)
+    return RoughSphere(law_for(geometry, material, plate).k, roughness_m, kappa)

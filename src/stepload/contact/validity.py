@@ -14,14 +14,13 @@ from stepload.contact.checks import require_positive
 from stepload.contact.elastic import (
     contact_radius,
     edge_slope,
-    equivalent_modulus,
     equivalent_radius,
     law_for,
 )
-from stepload.contact.limit import elastic_limit, softer_body
+from stepload.contact.limit import elastic_limit
 from stepload.contact.materials import BluntTip, Geometry, Material, PowerProfile
 from stepload.contact.power_law import ContactLaw
-from stepload.contact.rough import HARDNESS_OVER_YIELD, P0_MIN, RoughSphere, roughness_number
+from stepload.contact.rough import P0_MIN, rough_sphere
 
 SMOOTH_ALPHA = 0.05
 """Largest σ_eq over the smooth deformation of a contact that counts as smooth (Johnson, 13.5)."""
@@ -142,7 +141,9 @@ def _roughness(pressed: Pressed) -> Iterator[DomainDoubt]:
     alpha = sigma_m / pressed.law.deformation(from_n)
     if alpha < SMOOTH_ALPHA:
         return
-    rough = _rough_sphere(pressed, sigma_m)
+    rough = rough_sphere(
+        pressed.geometry, pressed.material, pressed.plate, sigma_m, pressed.micro_hardness_pa
+    )
     if rough is None:
         yield DomainDoubt(
             "rough_contact",
@@ -173,21 +174,6 @@ def _roughness(pressed: Pressed) -> Iterator[DomainDoubt]:
         "read K and n by the rough law (10)-(12), or use the chord only",
         alpha, SMOOTH_ALPHA, harmless=True,
     )  # fmt: skip
-
-
-def _rough_sphere(pressed: Pressed, sigma_m: float) -> RoughSphere | None:
-    """The rough law; H_mic from the yield strength where it is not stated."""
-    radius_m = equivalent_radius(pressed.geometry)
-    softer = softer_body(pressed.material, pressed.plate)
-    hardness_pa = pressed.micro_hardness_pa
-    if hardness_pa is None and softer is not None and softer.yield_strength_pa is not None:
-        hardness_pa = HARDNESS_OVER_YIELD * softer.yield_strength_pa
-    if radius_m is None or hardness_pa is None:
-        return None
-    modulus_pa = equivalent_modulus(pressed.material, pressed.plate)
-    return RoughSphere(
-        pressed.law.k, sigma_m, roughness_number(modulus_pa, hardness_pa, radius_m, sigma_m)
-    )
 
 
 def _height(pressed: Pressed) -> Iterator[DomainDoubt]:

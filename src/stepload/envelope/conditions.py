@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 
 from stepload.contact.elastic import equivalent_modulus
-from stepload.contact.materials import BluntTip, Sphere
-from stepload.contact.rough import RoughSphere, length_sigma, roughness_number
+from stepload.contact.rough import length_sigma, rough_sphere
 from stepload.envelope.stiffness import known_stiffness
 from stepload.envelope.theory import Theory
 from stepload.estimators.conditions import ROUGH_LENGTH_SIGMA, UNKNOWN_OFFSET_M, Conditions
@@ -23,7 +22,6 @@ from stepload.plan.model import (
     SystemStiffness,
 )
 
-HARDNESS_PER_YIELD = 5.0
 UNKNOWN_LAG_SIGMA_S = 1e-3
 """Standard uncertainty of the time lag where the ramps give no better one: a period at 1 kHz."""
 
@@ -151,28 +149,16 @@ def _pair(values: tuple[float, ...]) -> tuple[float, float] | None:
 
 
 def _rough_length(payload: Payload, theory: Theory) -> float | None:
-    """1.22 σ κ^-0.16 (11) in m; 0 where the plan says smooth, None where it does not say enough.
-
-    Where the micro-hardness is not stated it is taken as five times the yield strength (of a metal
-    or a plastic within a factor of two, which moves the length by 11 %).
-    """
+    """1.22 σ κ^-0.16 (11) in m; 0 where the plan says smooth, None where it does not say enough."""
     if payload.roughness_m == 0.0:
         return 0.0
-    if payload.roughness_m is None or not isinstance(payload.geometry, Sphere | BluntTip):
+    if payload.roughness_m is None or theory.is_range:
         return None
-    if theory.is_range:
-        return None
-    hardness = payload.micro_hardness_pa
-    if hardness is None and payload.material.yield_strength_pa is not None:
-        hardness = HARDNESS_PER_YIELD * payload.material.yield_strength_pa
-    if hardness is None:
-        return None
-    modulus = equivalent_modulus(payload.material, payload.plate)
-    # K = 4/3 E_eq √R_eq (7) holds for one sphere and for two.
-    k = theory.law.k
-    radius = (k / (4.0 / 3.0 * modulus)) ** 2
-    kappa = roughness_number(modulus, hardness, radius, payload.roughness_m)
-    return RoughSphere(k, payload.roughness_m, kappa).scale_m
+    sphere = rough_sphere(
+        payload.geometry, payload.material, payload.plate, payload.roughness_m,
+        payload.micro_hardness_pa,
+    )  # fmt: skip
+    return None if sphere is None else sphere.scale_m
 
 
 def _rough_length_sigma(payload: Payload) -> float:
