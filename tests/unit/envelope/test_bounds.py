@@ -529,15 +529,6 @@ def test_each_reason_is_given_where_it_holds_and_nowhere_else(
     assert code not in codes(not_there)
 
 
-def test_a_lower_declared_limit_counts_and_a_higher_one_does_not() -> None:
-    for declared_n, expected_n in (
-        (400.0, 400.0),
-        (4000.0, theory_of(PLAN.payload).elastic_limit_n),
-    ):
-        payload = replace(PLAN.payload, declared_force_limit_n=declared_n)
-        assert theory_of(payload).elastic_limit_n == expected_n
-
-
 def test_a_refused_plan_is_shown_at_the_largest_safe_force() -> None:
     envelope = envelope_for(stvf_plan(), 250.0)
     assert envelope.limits is None
