@@ -82,7 +82,7 @@ def _show_end(finished: Finished, out: Output, *, quiet: bool) -> None:
     outcome, envelope = finished.outcome, finished.envelope
     cause = outcome.cause
     first = first_sentence(outcome.status.value, cause, outcome.start_s, outcome.signal_number)
-    if cause is None or cause.planned:
+    if cause is None:
         word, text = outcome.status.value.upper(), f": {first}"
     else:
         where = f"in cycle {outcome.cycle}" if outcome.cycle else "before the first cycle"
@@ -95,7 +95,7 @@ def _show_end(finished: Finished, out: Output, *, quiet: bool) -> None:
     rest = outcome.why.removeprefix(first).strip()
     out.line(wrapped(f"  {rest} Largest force {f(outcome.peak_force_n, 'N')} of F_c = {limit}.", 2))
     about = [each.do for each in explanations() if each.group == "stop" and cause is not None
-             and each.code == cause.rule and not cause.planned]  # fmt: skip
+             and each.code == cause.rule]  # fmt: skip
     for do in about:
         out.line(wrapped(f"  -> {do.partition('. ')[0].rstrip('.')}; report, How it ended", 5))
 

@@ -1,36 +1,12 @@
-"""The domain of an equation: a flag beside its value, or a refusal with value, unit and limit."""
+"""Refuse numbers outside the domain of an equation, with value, unit and limit."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from enum import StrEnum
-from typing import NamedTuple
 
 from stepload.contact.materials import Material
 from stepload.errors import DomainError
-
-
-class Domain(StrEnum):
-    """Where an argument lies with respect to the domain of an equation."""
-
-    INSIDE = "inside"
-    BELOW = "below"
-    """Smaller than the equation allows; the value is its formal continuation."""
-    ABOVE = "above"
-    """Larger than the equation allows; the value is its formal continuation."""
-
-
-class Flagged(NamedTuple):
-    """`value` in the unit that its function names; valid only where `domain` is INSIDE."""
-
-    value: float
-    domain: Domain
-
-    @property
-    def inside(self) -> bool:
-        """Whether the equation holds here."""
-        return self.domain is Domain.INSIDE
 
 
 def require_positive(value: float, what: str, unit: str) -> float:

@@ -164,7 +164,7 @@ def _roughness(pressed: Pressed) -> Iterator[DomainDoubt]:
         )  # fmt: skip
         return
     more = [
-        rough.deformation(force_n).value / pressed.law.deformation(force_n) - 1.0
+        rough.deformation(force_n) / pressed.law.deformation(force_n) - 1.0
         for force_n in (from_n, pressed.to_n)
     ]
     yield DomainDoubt(
