@@ -112,7 +112,7 @@ class RoughSphere:
             radius = 3.51 - 2.51 * p0
             bulk_m = 0.5 * radius**2 * smooth_m
             edge_m = 8.0 * p0 * radius * smooth_m / denominator
-        return bulk_m + edge_m
+        return float(bulk_m + edge_m)
 
 
 def _smooth_deformation(k: float, force_n: float) -> float:

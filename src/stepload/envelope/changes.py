@@ -239,6 +239,5 @@ FAMILIES: dict[str, tuple[Family, ...]] = {
     "search_short": (longer_search,),
     "slow_steps": (more_patience,),
     "one_channel_soft": (second_channel,),
-    "one_force_channel": (second_channel,),
 }
 """Families of changes that could help, by the code of a reason; the easiest first."""

@@ -21,7 +21,6 @@ class ForceLimits:
     elastic_limit_n: float
     allowed_n: float
     limit_n: float
-    headroom_n: float
     largest_top_n: float
 
 
@@ -81,4 +80,4 @@ def force_limits(
             hint=f"reduce the top force to {math.floor(largest_top_n * 100.0) / 100.0:g} N",
         )
     limit_n = min(allowed_n, max(1.25 * top_force_n, top_force_n + headroom_n))
-    return ForceLimits(elastic_limit_n, allowed_n, limit_n, headroom_n, largest_top_n)
+    return ForceLimits(elastic_limit_n, allowed_n, limit_n, largest_top_n)

@@ -114,10 +114,9 @@ def test_the_largest_reading_allowed_leaves_room_for_all_that_cannot_be_seen() -
 
 
 def test_the_headroom_is_eight_sigma_and_some() -> None:
-    assert ladder().headroom_n == pytest.approx(8.0 * 0.5 + 0.5)
-    assert ladder(step_n=50.0).headroom_n == pytest.approx(8.0 * 0.5 + 1.0)
-    limits = ladder()
-    assert limits.largest_top_n == pytest.approx(limits.allowed_n - limits.headroom_n)
+    limits, coarse = ladder(), ladder(step_n=50.0)
+    assert limits.largest_top_n == pytest.approx(limits.allowed_n - (8.0 * 0.5 + 0.5))
+    assert coarse.largest_top_n == pytest.approx(coarse.allowed_n - (8.0 * 0.5 + 1.0))
     ladder(top_force_n=0.9999 * limits.largest_top_n)
     with pytest.raises(RefusedError, match="above the largest safe top force"):
         ladder(top_force_n=1.0001 * limits.largest_top_n)
@@ -362,7 +361,8 @@ def test_noise_and_drift_found_in_the_run_count_where_they_are_worse() -> None:
     procedure, loop_s = stvf_plan().procedure, pressing().rig.loop_s
     worse = pressing(measured=Measured(0.7, 4.0 / under_load_s(procedure, loop_s)))
     assert worse.rig.noise_n == 0.7
-    assert worse.forces.headroom_n == pytest.approx(8.0 * 0.7 + 1.0)
+    headroom_n = worse.forces.allowed_n - worse.forces.largest_top_n
+    assert headroom_n == pytest.approx(8.0 * 0.7 + 1.0)
     assert worse.forces.allowed_n == pytest.approx(
         (0.95 * F_C - 11.0 - cross_blind_n(stvf_plan().rig, 0.7) - 4.0) / 1.05
     )

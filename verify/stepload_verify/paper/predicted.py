@@ -39,7 +39,7 @@ def theory_against_tests() -> Section:
         ),
         (metal, "rough (10)", "hardness", laws.rough(metal).deformation(SECANT_FORCE_N)),
     ):
-        value = SECANT_FORCE_N / deformation.value
+        value = SECANT_FORCE_N / deformation
         tests = " | ".join(
             f"{test.secant} | {100 * (value / float(test.secant) - 1):+.1f} %"
             for test in payload.rs_btls
