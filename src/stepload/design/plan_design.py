@@ -10,9 +10,9 @@ from pathlib import Path
 
 from stepload.design.map_report import half_text, narrowing_text
 from stepload.design.top_force import Ceiling, ceiling
+from stepload.envelope.conditions import planned_run
 from stepload.envelope.draft_plan import CYCLES, Order, plan_of
 from stepload.envelope.envelope import Envelope, derive
-from stepload.envelope.expected import planned_run
 from stepload.envelope.reason import PlanVerdict, Severity
 from stepload.errors import BadInputError, DomainError, RefusedError
 from stepload.evidence.expected import Narrowing, expected_chord, narrowing

@@ -1,16 +1,25 @@
-"""The conditions of an identification as they follow from a plan, before anything is measured."""
+"""Conditions and result of an identification as they follow from a plan, before any measurement."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from stepload.contact.elastic import equivalent_modulus
 from stepload.contact.rough import length_sigma, rough_sphere
 from stepload.envelope.stiffness import known_stiffness
 from stepload.envelope.theory import Theory
 from stepload.estimators.conditions import ROUGH_LENGTH_SIGMA, UNKNOWN_OFFSET_M, Conditions
+from stepload.estimators.fit import FloatArray
 from stepload.estimators.lateral_effect import Across
 from stepload.estimators.sources import ASSUMED_NONLINEARITY, Sources
+from stepload.evidence.expected import Course, expected_chord, expected_run
+from stepload.evidence.quantity import Quantity
+from stepload.evidence.run_data import RunData
 from stepload.plan.model import (
     DisplacementSpec,
     Payload,
@@ -21,6 +30,9 @@ from stepload.plan.model import (
     Structure,
     SystemStiffness,
 )
+
+if TYPE_CHECKING:
+    from stepload.envelope.load_times import LoadTimes
 
 UNKNOWN_LAG_SIGMA_S = 1e-3
 """Standard uncertainty of the time lag where the ramps give no better one: a period at 1 kHz."""
@@ -173,3 +185,45 @@ def _rough_length_sigma(payload: Payload) -> float:
 
 def _share(sigma: float | None, value: float | None) -> float:
     return sigma / value if sigma and value else 0.0
+
+
+def expected_result(plan: Plan, theory: Theory, climbs: LoadTimes | None) -> Quantity:
+    """The chord of a run by theory's stiffest law, with the interval that the known errors give.
+
+    Raises:
+        DomainError: there is no contact law, or no loading, to predict from.
+    """
+    return expected_chord(planned_run(plan, theory, climbs))
+
+
+def planned_run(plan: Plan, theory: Theory, climbs: LoadTimes | None) -> RunData:
+    """The run of a plan without error, by theory's stiffest law; `climbs`: its ramps' times.
+
+    Raises:
+        DomainError: there is no contact law to predict from.
+    """
+    conditions, procedure = conditions_of(plan, theory), plan.procedure
+    levels_n = procedure.levels_n
+    from_n = min(procedure.touch_force_n, 0.5 * levels_n[0])
+    ramps_s = np.diff([from_n, *levels_n]) / procedure.load_rate_n_per_s
+    course = Course(
+        np.array(levels_n), from_n, ramps_s.tolist(), ramps_s[1:].tolist(), procedure.hold_s,
+        procedure.cycles,
+    )  # fmt: skip
+    if climbs is not None:
+        course = replace(course, up_s=climbs.up_s, down_s=climbs.down_s)
+    travel = travel_of(theory.stiffest.deformation, conditions)
+    return expected_run(conditions, course.tracks(travel))
+
+
+def travel_of(
+    deformation: Callable[[float], float], conditions: Conditions
+) -> Callable[[FloatArray], FloatArray]:
+    """Travel in m at forces (N,): that of the payload and of the system."""
+
+    def travel(force_n: FloatArray) -> FloatArray:
+        forces_n, places = np.unique(force_n, return_inverse=True)
+        law_m = np.array([deformation(each) for each in forces_n])[places]
+        return np.asarray(law_m + conditions.bend(force_n))
+
+    return travel

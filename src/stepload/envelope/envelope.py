@@ -17,12 +17,11 @@ from stepload.envelope.aligning import (
     nulling_of,
 )
 from stepload.envelope.bounds import Measured, press_rig
+from stepload.envelope.conditions import expected_result
 from stepload.envelope.domains import domain_reasons
-from stepload.envelope.expected import expected_result
 from stepload.envelope.lateral import lateral_reasons, share_reasons
 from stepload.envelope.limits import RunLimits, limits_of
 from stepload.envelope.load_times import LoadTimes, load_times
-from stepload.envelope.one_channel import one_channel_reasons
 from stepload.envelope.press import PressRig, Term
 from stepload.envelope.pressing import Pressing, largest_top_force, pressing_for
 from stepload.envelope.reason import PlanVerdict, Reason, Severity, verdict_of
@@ -32,6 +31,7 @@ from stepload.envelope.reasons import (
     force_reasons,
     friction_reasons,
     identifiable_reasons,
+    one_channel_reasons,
     rig_reasons,
     softness,
 )

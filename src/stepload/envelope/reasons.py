@@ -7,7 +7,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from functools import cache
+from typing import cast
 
+from stepload.declaration.sections import keys, schema_of
 from stepload.envelope.bounds import AGE_S, LEAST_CLASS_RATIO, largest_stiffness, step_patience_s
 from stepload.envelope.conditions import across_of, gauge_offset_of
 from stepload.envelope.force_limits import headroom
@@ -20,7 +23,9 @@ from stepload.errors import DomainError, RefusedError
 from stepload.estimators.identifiability import Identifiability
 from stepload.estimators.smooth import NORMAL_95
 from stepload.evidence.lateral import TURN_RAD_PER_N, UNKNOWN_FRICTION
-from stepload.plan.model import Plan, Provenance, Structure
+from stepload.plan.model import DeviceSpec, Plan, Provenance, SecondForceSource, Structure
+from stepload.rig.device import ForceSensor
+from stepload.rig.plugins import load_driver
 from stepload.units import format_quantity, rounded_down
 
 MOST_WORDS = 24
@@ -31,6 +36,7 @@ SIX_AXES = "a gauge across the contact, or calibrate with a six-axis force senso
 NO_ARM = "a gauge across the contact, or rig.arm.structure: machine if the axis is guided"
 SPARE = 1.25
 """Factor on the expected time of a step, which must then be below the time allowed for it."""
+GROUP = "stepload.force_sensors"
 
 
 def force_reasons(
@@ -322,3 +328,50 @@ def _rigid_reason(limits: RunLimits, levels_n: Sequence[float]) -> Iterator[Reas
             "Add a second force channel.",
             most_n, counted_n, "N",
         )  # fmt: skip
+
+
+@cache
+def _driver(name: str) -> type[ForceSensor]:
+    return cast(type[ForceSensor], load_driver(GROUP, name))
+
+
+def one_channel_reasons(plan: Plan) -> Iterator[Reason]:
+    """Refusals where both force channels read the same sensor.
+
+    Raises:
+        BadInputError: a driver of the plan is not installed.
+    """
+    first, second = plan.rig.force, plan.rig.second_force
+    remedy = "second_force.source: none, or a second force sensor"
+    if second.source is SecondForceSource.ARM and _driver(first.driver).built_into_arm:
+        yield Reason(
+            "channels_are_one", Severity.REFUSE,
+            f"force.driver {first.driver} and second_force.source: arm read the same sensor.",
+            remedy, key="rig.second_force",
+        )  # fmt: skip
+    if second.sensor is not None and same_device(first, second.sensor):
+        yield Reason(
+            "channels_are_one", Severity.REFUSE,
+            f"force and second_force.sensor are one device, {first.driver} at {_address(first)}.",
+            remedy, key="rig.second_force",
+        )  # fmt: skip
+
+
+def same_device(first: DeviceSpec, second: DeviceSpec) -> bool:
+    """Whether both name one device; other axes, rates or scales of it do not make it a second."""
+    return (
+        first.driver == second.driver
+        and bool(_address(first))
+        and (_address(first) == _address(second))
+    )
+
+
+def _address(choice: DeviceSpec) -> str:
+    """A device's address: the options in the driver's `ADDRESS`, or its required texts."""
+    driver = _driver(choice.driver)
+    names = driver.ADDRESS or tuple(
+        key.name
+        for key in keys(driver.OPTIONS)
+        if key.required and key.is_text and "enum" not in schema_of(key.hint)
+    )
+    return ", ".join(f"{name} {choice.options.get(name)}" for name in names)

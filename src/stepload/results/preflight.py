@@ -7,8 +7,8 @@ import os
 from collections.abc import Iterator
 
 from stepload.envelope.advice import NONE_HELPS
+from stepload.envelope.conditions import planned_run
 from stepload.envelope.envelope import Envelope
-from stepload.envelope.expected import planned_run
 from stepload.envelope.reason import PlanVerdict, Reason, findings
 from stepload.envelope.theory import DECLARED, chance_of_yield
 from stepload.errors import DomainError
