@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from stepload.envelope.envelope import Envelope
     from stepload.envelope.limits import RunLimits
     from stepload.envelope.theory import CountedLimit
+    from stepload.envelope.until import Until
 
 PlanFile = Annotated[Path, typer.Argument(help="Plan (YAML).", show_default=False)]
 PayloadFile = Annotated[
@@ -61,7 +62,16 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
         "expected": None if expected is None else data(fields.QUANTITY, expected),
         "schedule": [data(fields.STAGE, stage) for stage in envelope.stages],
         "duration_s": envelope.duration_s if envelope.stages else None,
+        **_until_data(envelope.until),
     }
+
+
+def _until_data(until: Until | None) -> dict[str, Any]:
+    """Requirements of every level, where the plan loads only as far as an interval needs."""
+    if until is None:
+        return {}
+    expected = None if until.expected is None else until.needs[until.expected].level_n
+    return {"until": {"asked": until.asked, "expected_level_n": expected, "levels": until.needs}}
 
 
 MOODS = {"go": "good", "warn": "doubt", "refused": "bad"}
@@ -100,6 +110,7 @@ def show_figures(envelope: Envelope, out: Output) -> None:
     from stepload.envelope.reason import PlanVerdict
     from stepload.results import fields
     from stepload.results.model import Table, table
+    from stepload.results.reasons import need_table
     from stepload.results.tables import force_budget_table
     from stepload.units import format_quantity as f
 
@@ -134,6 +145,8 @@ def show_figures(envelope: Envelope, out: Output) -> None:
         out.tables(force_budget_table(envelope))
         title = f"Schedule: about {envelope.duration_s:.0f} s"
         out.tables(table(title, fields.STAGE, envelope.stages))
+    if envelope.until is not None:
+        out.tables(need_table(envelope.until))
 
 
 def _stiffness_rows(envelope: Envelope) -> list[tuple[str, str, str]]:

@@ -160,6 +160,23 @@ class Sigma(Quantity):
         return f"{Quantity.expected(self)}, or a share of the value"
 
 
+@dataclass(frozen=True, slots=True)
+class HalfWidth(Quantity):
+    """Half of an interval as a share of what it is about: "±5 %", or "5 %"."""
+
+    def read(self, value: Any) -> float:
+        text = _PLUS_MINUS.sub("", value, count=1) if isinstance(value, str) else value
+        return Quantity.read(self, text)
+
+    def json_schema(self) -> dict[str, Any]:
+        schema = Quantity.json_schema(self)
+        pattern = schema["pattern"].replace(r"^\s*", r"^\s*(±|\+/?-)?\s*", 1)
+        return schema | {"pattern": pattern, "examples": ["±5 %"]}
+
+
+_PLUS_MINUS = re.compile(r"^\s*(?:±|\+/?-)\s*(?=[0-9.])")
+
+
 def number(low: float, high: float, *, above: bool = False) -> Any:
     """A plain number between two limits; `above`: the lower one excluded."""
     least: Any = {"gt": low} if above else {"ge": low}
@@ -280,6 +297,7 @@ FilePath = Annotated[Path, BeforeValidator(path_of)]
 Calendar = Annotated[date, BeforeValidator(_day)]
 Flag = StrictBool
 Share = Annotated[float, Quantity("%", 0.0, 1.0)]
+Accuracy = Annotated[float, HalfWidth("%", 1e-3, 0.5)]
 Force = Annotated[float, Quantity("N", 0.0, 1e6, above=True)]
 ForceOrZero = Annotated[float, Quantity("N", 0.0, 1e6)]
 ForceRate = Annotated[float, Quantity("N/s", 0.0, 1e6, above=True)]

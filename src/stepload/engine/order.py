@@ -12,11 +12,13 @@ import math
 from stepload.engine.align import Alignment
 from stepload.engine.approach import FIRST, Approach
 from stepload.engine.course import Course, Then
+from stepload.engine.enough import FarEnough, Verdict, judge, nearest
 from stepload.engine.notices import Say, nothing
 from stepload.engine.retract import Retract
 from stepload.engine.steps import Control, LoadSteps
 from stepload.engine.zeroing import Adopt, Zeroing
 from stepload.envelope.aligning import Aligning, NullingLaw
+from stepload.envelope.until import Until
 from stepload.record.rows import Phase
 
 START_REST_S = 0.05
@@ -32,6 +34,8 @@ class RunOrder:
         adopt: see `Zeroing`.
         start_level: index of the first load level.
         controller: makes the step controller.
+        until: the deformation needed at every level where the plan may end its loading early, else
+            None.
         aligning, nulling: parameters of the touches on a circle and of nulling the lateral force;
             None where the plan does not ask for it.
     """
@@ -42,6 +46,7 @@ class RunOrder:
         adopt: Adopt,
         start_level: int,
         controller: Control,
+        until: Until | None = None,
         tell: Say = nothing,
         aligning: Aligning | None = None,
         nulling: NullingLaw | None = None,
@@ -57,6 +62,7 @@ class RunOrder:
         self._retract = Retract(course)
         self._index = start_level
         self._top = len(course.plan.levels_n)
+        self._far_enough = FarEnough(until) if until is not None else None
         self._standing_m = self._standing_s = math.nan
         self._resume: Then = course.finish
         course.act = self._start
@@ -120,6 +126,9 @@ class RunOrder:
             self._open_and_pause(now_s)
         else:
             self.steps.new_contact()
+            if self._far_enough is not None and course.cycle == 1:
+                touch = course.touches[-1]
+                self._far_enough.touched(touch.force_n, touch.position_m)
             self._load(now_s)
 
     def _load(self, now_s: float) -> None:
@@ -130,6 +139,10 @@ class RunOrder:
         course = self._course
         course.levels_done += 1
         self._index += 1
+        if course.cycle == 1:
+            self._look_whether_enough(now_s)
+        if course.failure is not None:
+            return
         if course.stop_asked():
             self._leave(now_s)
         elif self._index < self._top:
@@ -142,6 +155,39 @@ class RunOrder:
             self._unloaded(now_s)
         else:
             self._end_cycle(now_s)
+
+    def _look_whether_enough(self, now_s: float) -> None:
+        """End the loading at this level, or the run, depending on the deformation."""
+        course, far = self._course, self._far_enough
+        if far is None:
+            return
+        index = self._index - 1
+        force_n, position_m = self.steps.held_mean
+        deformation_m = far.held(force_n, position_m)
+        needs, asked = far.until.needs, far.until.asked
+        verdict = judge(needs, index, deformation_m)
+        course.emit(
+            now_s,
+            "until",
+            {"verdict": verdict.value, "level_n": needs[index].level_n,
+             "deformation_m": deformation_m, "needed_m": needs[index].needed_m, "asked": asked,
+             "top_force_n": course.plan.top_force_n},
+        )  # fmt: skip
+        reach = nearest(needs, index, deformation_m)
+        if verdict is Verdict.ENOUGH:
+            self._top = self._index
+            if self._top < len(needs):
+                self._tell(
+                    f"far enough for ±{100.0 * asked:g} % at {needs[index].level_n:g} N of "
+                    f"{course.plan.top_force_n:g} N: no more force than this"
+                )
+        elif verdict is Verdict.UNREACHABLE and reach is not None:
+            course.fail(
+                "until", reach.most_m, reach.need.least_m, "m",
+                f"an interval of ±{100.0 * asked:g} % cannot be reached: at "
+                f"{needs[index].level_n:g} N the payload has given way by "
+                f"{deformation_m * 1e6:.3g} µm, {reach.text}",
+            )  # fmt: skip
 
     def _unload(self, now_s: float) -> None:
         self._index -= 1

@@ -79,7 +79,7 @@ class Engine:
             plan.procedure, limits, self.supervisor, operator, self._emit, start_cycle
         )
         self.steps = RunOrder(
-            self.course, self._adopt, start_level, controller,
+            self.course, self._adopt, start_level, controller, envelope.until,
             lambda words: self.on_word(words), envelope.aligning, envelope.nulling,
         ).steps  # fmt: skip
         self._plan = plan

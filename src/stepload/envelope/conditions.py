@@ -202,28 +202,32 @@ def planned_run(plan: Plan, theory: Theory, climbs: LoadTimes | None) -> RunData
     Raises:
         DomainError: there is no contact law to predict from.
     """
-    conditions, procedure = conditions_of(plan, theory), plan.procedure
-    levels_n = procedure.levels_n
-    from_n = min(procedure.touch_force_n, 0.5 * levels_n[0])
-    ramps_s = np.diff([from_n, *levels_n]) / procedure.load_rate_n_per_s
-    course = Course(
-        np.array(levels_n), from_n, ramps_s.tolist(), ramps_s[1:].tolist(), procedure.hold_s,
-        procedure.cycles,
-    )  # fmt: skip
+    conditions, course = conditions_of(plan, theory), course_of(plan, plan.procedure.levels_n)
     if climbs is not None:
         course = replace(course, up_s=climbs.up_s, down_s=climbs.down_s)
     travel = travel_of(theory.stiffest.deformation, conditions)
     return expected_run(conditions, course.tracks(travel))
 
 
+def course_of(plan: Plan, levels_n: tuple[float, ...]) -> Course:
+    """A plan's course through these levels."""
+    procedure = plan.procedure
+    from_n = min(procedure.touch_force_n, 0.5 * levels_n[0])
+    ramps_s = np.diff([from_n, *levels_n]) / procedure.load_rate_n_per_s
+    return Course(
+        np.array(levels_n), from_n, ramps_s.tolist(), ramps_s[1:].tolist(), procedure.hold_s,
+        procedure.cycles,
+    )  # fmt: skip
+
+
 def travel_of(
-    deformation: Callable[[float], float], conditions: Conditions
+    deformation: Callable[[float], float], conditions: Conditions, factor: float = 1.0
 ) -> Callable[[FloatArray], FloatArray]:
-    """Travel in m at forces (N,): that of the payload and of the system."""
+    """Travel in m at forces (N,): that of the payload, times a factor, and of the system."""
 
     def travel(force_n: FloatArray) -> FloatArray:
         forces_n, places = np.unique(force_n, return_inverse=True)
         law_m = np.array([deformation(each) for each in forces_n])[places]
-        return np.asarray(law_m + conditions.bend(force_n))
+        return np.asarray(factor * law_m + conditions.bend(force_n))
 
     return travel

@@ -38,6 +38,7 @@ from stepload.envelope.reasons import (
 from stepload.envelope.schedule import NULLING_TIMES, Stage, align_s, schedule
 from stepload.envelope.stiffness import stiffness_reasons
 from stepload.envelope.theory import Theory, theory_of
+from stepload.envelope.until import Until, until_of, until_reasons
 from stepload.envelope.zero_drift import second_zero_n
 from stepload.envelope.zero_reasons import looked_after_s, zero_drift_reasons
 from stepload.errors import DomainError, RefusedError
@@ -73,8 +74,9 @@ class Envelope:
     `limits` are the thresholds of the run; None where the plan may not be pressed as it stands,
     `refusal` says why. Speeds and force budget are then those at the largest safe force; where no
     force is safe the speeds are 0 and the budget is empty. `bounds` are the rig's delays and
-    inertia, `aligning` and `nulling` the parameters of motion across the approach. The deformation
-    and `secant_n_per_m`, at `identify.secant_force_n` of the plan, are theory's.
+    inertia, `until` the deformation needed at every level where the plan may end its loading early,
+    `aligning` and `nulling` the parameters of motion across the approach. `secant_n_per_m`, at
+    `identify.secant_force_n` of the plan, and the deformation are theory's.
     """
 
     plan: Plan
@@ -94,6 +96,7 @@ class Envelope:
     force_budget: tuple[Term, ...]
     stages: tuple[Stage, ...]
     climbs: LoadTimes | None = None
+    until: Until | None = None
     aligning: Aligning | None = None
     nulling: NullingLaw | None = None
 
@@ -133,7 +136,10 @@ def envelope_of(plan: Plan, measured: Measured | None = None) -> Envelope:
     told = advised(plan, envelope.reasons, lambda p: derive(p).reasons)
     if envelope.limits is not None:
         told = _by_result(envelope, told)
-    return replace(envelope, reasons=told, verdict=verdict_of(told))
+    until = None if envelope.limits is None else until_of(plan, envelope.theory)
+    if until is not None:
+        told = (*told, *until_reasons(until))
+    return replace(envelope, until=until, reasons=told, verdict=verdict_of(told))
 
 
 def _by_result(envelope: Envelope, reasons: tuple[Reason, ...]) -> tuple[Reason, ...]:
@@ -155,6 +161,7 @@ def _by_result(envelope: Envelope, reasons: tuple[Reason, ...]) -> tuple[Reason,
 def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
     """The envelope of a plan without trying any remedies; otherwise as `envelope_of`.
 
+    What each level needs for `procedure.until` is left out: such a run goes up to the top force.
     A `touch_force` that nobody wrote is as low as the force budget needs; a `max_drift` that nobody
     wrote and the tolerance of R5 leave room for the stated drift.
     """

@@ -50,6 +50,7 @@ class Course:
         hold_s: at each level.
         cycles: how many; of more than two the budget needs two.
         free_s: in free air after each.
+        unloads: whether the course goes on after its first loading.
     """
 
     levels_n: FloatArray
@@ -59,17 +60,18 @@ class Course:
     hold_s: float
     cycles: int = 2
     free_s: float = 0.0
+    unloads: bool = True
 
     def tracks(self, travel: Callable[[FloatArray], FloatArray]) -> Tracks:
         """Its cycles without error; `travel` in m at forces (N,)."""
         rising = [self.from_n, *self.levels_n.tolist()]
         branches = [_way(rising, self.up_s, self.hold_s)]
-        if len(rising) > 2:
+        if self.unloads and len(rising) > 2:
             branches.append(_way(rising[:0:-1], self.down_s[::-1], self.hold_s))
         moved = [travel(force_n) for force_n, _ in branches]
         found: Tracks = []
         at = 0
-        for number in range(1, min(self.cycles, 2) + 1):
+        for number in range(1, min(self.cycles if self.unloads else 1, 2) + 1):
             made: list[Track] = []
             for (force_n, held), travel_m in zip(branches, moved, strict=True):
                 time_s = (at + np.arange(force_n.size)) / SAMPLES_HZ
@@ -95,10 +97,11 @@ def _way(
     return np.concatenate(forces), np.concatenate(held)
 
 
-def expected_run(told: Conditions, tracks: Tracks) -> RunData:
+def expected_run(told: Conditions, tracks: Tracks, *, looked: bool = False) -> RunData:
     """A run that has only the errors stated in its conditions.
 
     A drift of the force's zero is stated as its largest: its rms is expected from tare to tare.
+    `looked`: its loading may end by its own deformation.
     """
     up, down = tracks[0][1:]
     step_n = None
@@ -106,7 +109,7 @@ def expected_run(told: Conditions, tracks: Tracks) -> RunData:
         step_n = told.sources.zero_drift_n_per_s * float(down.time_s[-1] - up.time_s[0])
         step_n /= math.sqrt(3.0)
     return RunData(tracks=tracks, conditions=told, sideways=expected_sideways(told),
-                   alignment=alignment_of(told), zero_step_n=step_n)  # fmt: skip
+                   alignment=alignment_of(told), looked=looked, zero_step_n=step_n)  # fmt: skip
 
 
 def expected_chord(run: RunData) -> Quantity:

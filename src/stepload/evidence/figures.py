@@ -34,6 +34,8 @@ OPEN = 5.0
 REACHED = 1.06
 """A requested force counts as reached if it is at most this factor above the highest force of the
 data: a step of small force is held within its band."""
+TWO_LOOKS = 2.2414
+"""Quantile of the normal distribution at 1 - 0.025/2: two looks together miss in 5 %."""
 BETTER = 16.0
 """χ² by which another law must fit better to refuse one: four standard deviations."""
 UPPER_SHARE = 0.7
@@ -128,6 +130,7 @@ def quantities(run: RunData, read_from: Reading) -> dict[str, Quantity]:
     ) -> Quantity:  # fmt: skip
         own = max((_lines(parts, weights, length_m) for parts in errors), key=combined)
         lines = [*own, *shared, *more]
+        lines += _of_looks(run, combined(lines))
         value = (to_n - from_n or 1.0) / length_m
         interval = log_interval(value, lines)
         return _made(kind, value, interval, from_n, to_n, lines, accuracy, doubts, remarks)
@@ -159,6 +162,8 @@ def quantities(run: RunData, read_from: Reading) -> dict[str, Quantity]:
         if kind == "secant_from_touch" and told.rough_length_m is None:
             size_m = FOOT_SHARE * foot_m
             rest.append(Line(FOOT, f"{size_m * 1e6:.2g} µm", size_m * stiffness / at_n))
+        whole = math.hypot(math.log(high / low) / 2.0 / NORMAL_95, combined(rest))
+        rest += _of_looks(run, whole)
         low, high = wider(stiffness, low, high, NORMAL_95 * combined(rest))
         found[kind] = _made(
             kind,
@@ -193,6 +198,18 @@ def parameter_covariance(run: RunData, read_from: Reading, power: LawFit) -> Flo
     )
     found[0, 0] += (combined(_shared(run, read_from)) / q) ** 2
     return np.asarray(found)
+
+
+def _of_looks(run: RunData, relative: float) -> list[Line]:
+    """Line for a loading that might have ended at an earlier level because of its own deformation.
+
+    An error that makes the deformation large may end it. Most of that error is common to all
+    levels, so all looks together count as two: `TWO_LOOKS` in place of 1.96.
+    """
+    if not run.looked:
+        return []
+    more = math.sqrt((TWO_LOOKS / NORMAL_95) ** 2 - 1.0)
+    return [Line("loading ended by its own deformation", "counts as 2 looks", more * relative)]
 
 
 def _as_rough(laws: Mapping[str, LawFit], told: Conditions) -> bool:

@@ -40,6 +40,7 @@ class RunData:
             gauge; None where it is not known.
         adhesive: whether the force was negative near the touch.
         between_n: forces of the chord; None: 10 % of the top force, and the top.
+        looked: whether the loading might have ended at an earlier level because of its deformation.
         timed: whether the times of the tracks are times, not rows.
         notes: sentences to be reported with the figures.
         doubts: sentences that block every figure.
@@ -56,6 +57,7 @@ class RunData:
     arm_drift_m_per_s: float | None = None
     adhesive: bool = False
     between_n: tuple[float, float] | None = None
+    looked: bool = False
     timed: bool = True
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()

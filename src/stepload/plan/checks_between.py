@@ -8,7 +8,7 @@ from stepload.contact.material_range import is_range
 from stepload.plan.derived import elastic_travel, follows
 from stepload.plan.impossible import Check, Impossibility, metre, newton, run_checks
 from stepload.plan.model import Plan
-from stepload.units import format_quantity
+from stepload.units import beside_limit, format_quantity
 
 MAX_RUN_S = 86_400.0
 """Longest time, in s, that the holds of a run may add up to."""
@@ -120,6 +120,50 @@ def _duration(plan: Plan) -> Iterator[Impossibility]:
         )
 
 
+def _until(plan: Plan) -> Iterator[Impossibility]:
+    """Whether `until` is pointless in this plan, or could not be decided."""
+    procedure, path = plan.procedure, ("procedure", "until")
+    until = procedure.until
+    if until is None:
+        return
+    levels = len(procedure.levels_n)
+    if levels <= LEAST_LEVELS:
+        yield Impossibility(
+            path,
+            f"{levels} load levels: the loading ends after {LEAST_LEVELS} of them at the earliest, "
+            "so nothing is left to decide",
+            "plan more levels (a smaller step), or leave `until` out",
+        )
+    if plan.identify.kind == "system":
+        yield Impossibility(
+            path,
+            "a calibration of the system stiffness has no chord stiffness of a payload",
+            "leave `until` out: a calibration needs its whole range of force",
+        )
+    if procedure.cycles < 2 and not procedure.unload:
+        yield Impossibility(
+            path,
+            "only a loading: no figure of such a run is identified, so no force is enough for it",
+            "plan `unload: true` or `cycles: 2`",
+        )
+    accuracy = 1.0 / plan.identify.accuracy_t
+    if until > accuracy:
+        wide, most = beside_limit(until, accuracy)
+        yield Impossibility(
+            path,
+            f"±{wide} is wider than the ±{most} that identify.t asks for (1/t): the run would end "
+            "where its figure is not identified",
+            f'write at most "±{most}", or lower identify.t',
+        )
+    if plan.rig.displacement is not None:
+        yield Impossibility(
+            path,
+            "the deformation comes from a gauge across the contact, which is read after the run: "
+            "while it presses nobody knows whether it is enough",
+            "leave `until` out, or measure with the travel of the arm",
+        )
+
+
 def _directory(plan: Plan) -> Iterator[Impossibility]:
     if ".." in plan.record.directory.parts:
         yield Impossibility(
@@ -131,5 +175,5 @@ def _directory(plan: Plan) -> Iterator[Impossibility]:
 
 PLAN_CHECKS: tuple[Check, ...] = (
     _touch_below_level, _touch_above_noise, _tare, _retract, _fuse, _secant, _duration, _directory,
-    _known_body,
+    _known_body, _until,
 )  # fmt: skip

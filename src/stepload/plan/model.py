@@ -13,6 +13,7 @@ from pydantic.dataclasses import dataclass
 
 from stepload.contact.power_law import LAW_NAMES
 from stepload.declaration.quantities import (
+    Accuracy,
     Choice,
     Duration,
     DurationOrZero,
@@ -70,6 +71,10 @@ class Procedure:
         ForceRate,
         key("Largest rate of the force; default: the largest step in one second."),
     ] = DERIVED
+    until: Annotated[
+        Accuracy | None,
+        key('Half width of the interval at which the first loading may end, as in "±5 %".'),
+    ] = None
     hold_s: Annotated[Duration, key("Time at each level after it has settled.")] = 3.0
     unload: Annotated[Flag, key("Whether the levels are also held during unloading.")] = True
     cycles: Annotated[

@@ -17,7 +17,7 @@ from stepload.results.model import data
 from stepload.results.press_data import PressData
 from stepload.results.provenance import about
 from stepload.results.quality import quality_data
-from stepload.results.reasons import reasons_of
+from stepload.results.reasons import loaded, reasons_of
 
 
 def fits_data(rows: list[fields.NamedFit]) -> dict[str, Any]:
@@ -143,6 +143,8 @@ def run_data(run: Evaluation) -> dict[str, Any]:
         made["verdict"] = "system stiffness measured"
     if run.run_in is not None:
         made["run_in"] = _run_in_data(run.run_in)
+    if (until := loaded(run.recording.events, run.identification)) is not None:
+        made["until"] = until
     if run.hysteresis is not None:
         made |= hysteresis_data(run.hysteresis)
     if resumed := run.recording.metadata.get("resumed"):

@@ -26,6 +26,7 @@ from stepload.results.curve import prepare
 from stepload.results.curve_zero import zero
 from stepload.results.hysteresis import Hysteresis, hysteresis_of
 from stepload.results.model import finite
+from stepload.results.reasons import loaded
 from stepload.results.run_record import SavedRun, saved_run
 
 
@@ -85,7 +86,8 @@ def _identify_record(run: SavedRun, stated: Stated) -> tuple[Identification, tup
             f"the arm stood at the joints {joints} ({run.conditions.pose or 'no name'})",
         )
     found = identify_payload(run.data, stated.applied(run.conditions))
-    return found, notes
+    until = loaded(run.events, found)
+    return found, (*notes, until.text) if until is not None else notes
 
 
 def system_results_of_file(path: Path) -> tuple[SystemStiffnessFit, bool]:

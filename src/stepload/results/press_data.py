@@ -77,6 +77,7 @@ class PressData:
             None where the sensor measures no torque.
         torque_noise_n_m: rms of the first two together in free air; NaN without them.
         axis: the pressing axis, "+fx" … "-fz".
+        looked: whether the loading could end early at a level (`until`).
         doubts: sentences that block every figure: a rule that stopped the run says that its
             readings were wrong.
         arm_m: position of the arm beside a `gauge`; None without one.
@@ -102,6 +103,7 @@ class PressData:
     axis: str = "+fz"
     zero_step_n: float = math.nan
     second_zero_shift_n: float = math.nan
+    looked: bool = False
     doubts: tuple[str, ...] = ()
     arm_m: FloatArray | None = None
     second_n: FloatArray | None = None
@@ -343,6 +345,7 @@ def press_data(
         axis=axis or recording.metadata["force_axis"],
         zero_step_n=largest_step(means),
         second_zero_shift_n=float(seconds[-1] - seconds[0]) if len(seconds) > 1 else math.nan,
+        looked=any(event.kind == "until" for event in recording.events),
         doubts=stop_doubts(recording.events),
         arm_m=aligned.position_m if gauge else None,
         second_n=None if second_n is None else second_n - np.interp(aligned.time_s, times, seconds),

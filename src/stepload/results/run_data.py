@@ -50,6 +50,7 @@ def pressed(data: PressData, conditions: Conditions) -> RunData:
         alignment=alignment_of(conditions, quality_of(data, conditions.lever_m), aside.share),
         arm_drift_m_per_s=_arm_drift(data),
         adhesive=pulls(data),
+        looked=data.looked,
         notes=tuple(conditions.table_remarks(peak_n)),
     )
 

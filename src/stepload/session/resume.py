@@ -72,6 +72,11 @@ def resumable(directory: Path, plan: Plan, *, dry_run: bool) -> Resumed:
         repair(directory / PART)
     recording = read_recording(path)
     _same(recording, plan, dry_run)
+    if plan.procedure.until is not None:
+        raise BadInputError(
+            f"{path}: its plan has `until`, and how far to load is seen in one whole first loading",
+            hint="start a new run; `stepload identify` evaluates this one",
+        )
     cycle, level = _next(recording, path)
     levels, cycles = plan.procedure.levels_n, plan.procedure.cycles
     if level >= len(levels):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import replace
 
@@ -368,6 +369,18 @@ def test_a_stated_drift_counts_where_the_zero_was_not_looked_at_again() -> None:
     assert stated(0.01).headline.verdict == "identified"
     assert stated(1e4).headline.verdict == "not identifiable"
     assert stated(3.0, 0.0).headline == stated(0.0).headline
+
+
+def test_a_loading_that_may_have_ended_for_what_it_showed_counts_as_two_looks() -> None:
+    run = press(World())
+    once, twice = (weigh(replace(run, looked=looked)) for looked in (False, True))
+    for kind in ("chord", "secant_from_touch", "tangent"):
+        (low, high), (lower, higher) = (
+            found.quantities[kind].interval_n_per_m for found in (once, twice)
+        )
+        assert math.log(higher / lower) == pytest.approx(
+            math.log(high / low) * 2.2414 / 1.95996, rel=0.04
+        )
 
 
 def test_a_run_without_holds_says_what_it_cannot_show() -> None:

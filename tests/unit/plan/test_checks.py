@@ -370,6 +370,41 @@ CASES = [
         "12 holds of 7201 s last 24.0 h", "7201 s", "at most 24 h",
     ),
     Case(
+        "nothing left to decide",
+        procedure("until: ±5 %", "step: 75 N"), procedure("until: ±5 %", "step: 100 N"),
+        "3 load levels", "±5 %", "a smaller step",
+    ),
+    Case(
+        "a calibration that ends early",
+        procedure("", identify="{kind: system}"),
+        procedure("until: ±5 %", identify="{kind: system}"),
+        "has no chord stiffness of a payload", "±5 %", "leave `until` out",
+    ),
+    Case(
+        "an early end of what is never identified",
+        procedure("until: ±5 %, unload: false"),
+        procedure("until: ±5 %, unload: false, cycles: 1"),
+        "no figure of such a run is identified", "±5 %", "plan `unload: true` or `cycles: 2`",
+    ),
+    Case(
+        "an early end after one cycle of nothing",
+        procedure("until: ±5 %, cycles: 1"),
+        procedure("until: ±5 %, cycles: 1, unload: false"),
+        "only a loading", "±5 %", "`cycles: 2`",
+    ),
+    Case(
+        "an end before the figure is identified",
+        procedure("until: ±20 %"), procedure("until: ±20.1 %"),
+        "±20.1 % is wider than the ±20 %", "±20.1 %", 'at most "±20 %"',
+    ),
+    Case(
+        "an end by a gauge that is read later",
+        procedure("until: ±5 %"),
+        procedure("until: ±5 %")
+        | rig("displacement: {driver: sim, rate: 100 Hz, resolution: 1 µm, noise: 1 µm}"),
+        "a gauge across the contact", "±5 %", "the travel of the arm",
+    ),
+    Case(
         "a directory above",
         {"record": "{directory: runs/x..y}"}, {"record": "{directory: runs/../y}"},
         "a directory with `..` in it", "runs/../y", "from the working directory down",

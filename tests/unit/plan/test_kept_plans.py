@@ -20,7 +20,7 @@ payload:
 rig: {profile: stvf}
 procedure: {top_force: 300 N, step: 50 N, surface_distance: 5 mm}
 """
-EMPTY = FULL.replace("rig:", "  force_limit:\nrig:").replace("5 mm}", "5 mm, hold: ~}")
+EMPTY = FULL.replace("rig:", "  force_limit:\nrig:").replace("5 mm}", "5 mm, until: ~}")
 DAY = date(2026, 11, 26)
 
 
@@ -37,5 +37,5 @@ def test_an_empty_key_of_a_kept_plan_counts_as_left_out(tmp_path: Path) -> None:
     with pytest.raises(PlanError) as refused:
         load_plan(path)
     assert [problem.message for problem in refused.value.problems] == [
-        "nothing stands behind `force_limit`", "nothing stands behind `hold`"
+        "nothing stands behind `force_limit`", "nothing stands behind `until`"
     ]  # fmt: skip

@@ -16,6 +16,7 @@ from stepload.declaration.quantities import (
     Choice,
     FilePath,
     Flag,
+    HalfWidth,
     Name,
     Note,
     Quantity,
@@ -163,6 +164,7 @@ RANGES = {
     "above 0 to 1e6 N/s": "procedure.load_rate",
     "1 to 1000 count": "procedure.cycles",
     "1 to 50 %": "procedure.unload_fraction procedure.max_lateral_share",
+    "0.1 to 50 %": "procedure.until",
     "1 to 100 count": "procedure.touches",
     "0 to 86400 s": "procedure.warm_up",
     "1 to 100": "identify.p rig.system_stiffness.stuck_ratio",
@@ -225,6 +227,7 @@ def test_both_ends_of_every_range(key: str) -> None:
 
 
 LENGTH = Annotated[float, Quantity("m", 0.0, 1.0)]
+HALF = Annotated[float, HalfWidth("%", 0.0, 0.5)]
 PLAIN = Annotated[float, number(0.0, 9.0)]
 COUNT = Annotated[int, number(0, 9)]
 WORD = Annotated[str, Choice(("a", "b"))]
@@ -234,6 +237,10 @@ WORD = Annotated[str, Choice(("a", "b"))]
     ("hint", "good", "found"),
     [
         (LENGTH, "28.7 mm", 0.0287),
+        (HALF, "±5 %", 0.05),
+        (HALF, " +/- 5 %", 0.05),
+        (HALF, "+-5 %", 0.05),
+        (HALF, "5 %", 0.05),
         (PLAIN, 3, 3.0),
         (COUNT, 3, 3),
         (Name, " a b ", "a b"),
@@ -267,6 +274,12 @@ def test_in_code_si_floats_are_taken_as_they_stand() -> None:
         (LENGTH, {}, "a mapping is not a length", '"28.7 mm"'),
         (LENGTH, 3, "3 has no unit", '"28.7 mm"'),
         (LENGTH, "2 m", "2 m is out of range", "a length from 0 m to 1 m"),
+        (HALF, "±5", "'5' has no unit", '"2 %"'),
+        (HALF, 0.05, "0.05 has no unit", '"2 %"'),
+        (HALF, "±-5 %", "'±-5 %' is not a number with a unit", '"2 %"'),
+        (HALF, "± nan %", "'± nan %' is not a number", '"2 %"'),
+        (Annotated[float, HalfWidth("%", 0.0, 0.5, above=True)], "±0 %", "0 % is out of range",
+         "above 0 % up to 50 %"),
         (PLAIN, "3", "'3' is not a plain number", "from 0 to 9"),
         (PLAIN, True, "true is not a plain number", "from 0 to 9"),
         (PLAIN, 10, "10 is out of range", "from 0 to 9"),

@@ -68,6 +68,7 @@ CASES = (
     Case("rubber pressed deep", "stvf", RUBBER, "400 N", levels("200 N", "20 N")),
     Case("one cycle", "stvf", ACETAL, "", 
          levels("280 N", "40 N").replace("cycles: 2", "cycles: 1")),
+    Case("interval asked", "stvf", ACETAL, "", levels("280 N", "40 N", "  until: 1 %\n")),
     Case("short search", "stvf", RUBBER, "80 N",
          levels("30 N", "5 N", "  search_distance: 1.1 mm\n")),
     Case("drifting sensor", "{profile: stvf, force: {drift: 200 mN/s}}", ACETAL, "",

@@ -31,7 +31,7 @@ def test_a_stop_that_says_that_a_reading_was_wrong_is_a_doubt_about_the_run(rule
     assert SAID in doubt
 
 
-@pytest.mark.parametrize("rule", ["R1", "R7", "R10", "device", "old_zero"])
+@pytest.mark.parametrize("rule", ["R1", "R7", "R10", "device", "until"])
 def test_another_stop_is_none(rule: str) -> None:
     assert doubts_after(rule) == ()
     assert press_data(recorded()).doubts == ()

@@ -1,0 +1,106 @@
+"""Enough, hopeless, or neither: the decision of a level, and the deformation that it goes by."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stepload.engine.enough import SURE, FarEnough, Reach, Verdict, judge, nearest
+from stepload.envelope.until import Need, Until
+from stepload.estimators.conditions import Conditions
+from stepload.estimators.sources import Sources
+from stepload.plan.checks_between import LEAST_LEVELS
+
+K_S = 3e6
+UM = 1e-6
+
+
+def ladder(needed_um: float = 30.0, least_um: float = 20.0, sigma_um: float = 1.0) -> list[Need]:
+    return [
+        Need(50.0 * (i + 1), needed_um * UM, least_um * UM, sigma_um * UM, 10 * UM, 0.1)
+        for i in range(6)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("index", "deformation_um", "verdict"),
+    [
+        (2, 30.0, Verdict.ENOUGH),
+        (2, 29.999, Verdict.MORE),
+        (LEAST_LEVELS - 1, 500.0, Verdict.ENOUGH),
+        (LEAST_LEVELS - 2, 500.0, Verdict.MORE),
+        (5, 30.0, Verdict.ENOUGH),
+        (5, 0.0, Verdict.MORE),  # nothing is left to spare
+        (2, 7.999, Verdict.UNREACHABLE),  # (8 + 2) µm x 300/150 = 20 µm
+        (2, 8.001, Verdict.MORE),
+        (4, 14.66, Verdict.UNREACHABLE),  # (14.67 + 2) µm x 300/250 = 20 µm
+        (4, 14.67, Verdict.MORE),
+    ],
+)
+def test_what_a_level_says(index: int, deformation_um: float, verdict: Verdict) -> None:
+    assert SURE == 2.0
+    assert judge(ladder(), index, deformation_um * UM) is verdict
+
+
+def test_one_level_that_may_still_do_is_reason_enough_to_go_on() -> None:
+    needs = ladder()
+    for index in (3, 5):
+        needs[index] = replace(needs[index], least_m=1.0)
+    reach = nearest(needs, 2, 10.1 * UM)
+    assert reach is not None
+    assert reach.need is needs[4]
+    assert reach.most_m == pytest.approx(12.1 * UM * 250.0 / 150.0)
+    assert judge(needs, 2, 10.1 * UM) is Verdict.MORE
+    assert judge(needs, 2, 9.9 * UM) is Verdict.UNREACHABLE
+
+
+def test_after_the_last_level_there_is_none_left() -> None:
+    assert nearest(ladder(), 5, 0.0) is None
+
+
+def far_enough(stiffness: float | None = K_S) -> FarEnough:
+    conditions = Conditions(Sources(stiffness), 300.0, 3.0, 1e-6)
+    return FarEnough(Until(0.1, tuple(ladder()), conditions))
+
+
+def test_the_deformation_is_the_payloads_between_a_tenth_of_the_level_and_the_level() -> None:
+    far = far_enough()
+    k = 1.7e6  # a straight line: interpolation between the holds is exact
+    far.touched(3.0, 5e-3 + 3.0 / k + 3.0 / K_S)
+    for level in (50.0, 100.0, 150.0):
+        found = far.held(level, 5e-3 + level / k + level / K_S)
+        assert found == pytest.approx(0.9 * level / k, rel=1e-9)
+
+
+def test_a_hertzian_payload_is_read_to_a_tenth() -> None:
+    far = far_enough()
+
+    def travel(force: float) -> float:
+        return float((force / 6.5e8) ** (2.0 / 3.0)) + force / K_S
+
+    far.touched(3.0, travel(3.0))
+    for level in np.arange(1, 13) * 25.0:
+        found = far.held(float(level), travel(float(level)))
+        true = (level / 6.5e8) ** (2 / 3) * (1.0 - 0.1 ** (2 / 3))
+        assert 0.96 < found / true < 1.09
+
+
+def test_a_contact_that_was_opened_and_touched_again_goes_on() -> None:
+    far = far_enough(None)
+    far.touched(3.0, 3.0 * UM)
+    far.held(50.0, 50.0 * UM)
+    far.touched(3.0, 4.0 * UM)
+    assert far.held(100.0, 100.0 * UM) == pytest.approx(90.0 * UM, rel=0.02)
+
+
+def test_why_it_is_too_little_names_the_level_and_what_is_missing() -> None:
+    reach = nearest(ladder(), 2, 5.0 * UM)
+    assert reach is not None
+    assert "so at 300 N by 14 µm at the most" in reach.text
+    assert "the known errors alone need 20 µm there" in reach.text
+    unknown = Reach(replace(reach.need, least_m=math.inf), 1e-6)
+    assert "no level that is left" in unknown.text
+    assert "inf" not in unknown.text
