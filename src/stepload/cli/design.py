@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LONGEST_M = 10.0
-SOFTEST, STIFFEST = 1.0, 1e9
-"""Stiffness of a joint, in the unit used in the file of an arm."""
 Sheet = Annotated[Path | None, Option("--out", help="Directory for the picture and the figures.")]
 
 
@@ -119,9 +117,6 @@ def pose(
     calibration: Annotated[
         list[Path] | None, Option(help="Calibration record of this arm; may be repeated.")
     ] = None,
-    joint_stiffness: Annotated[
-        str, Option(help='Six numbers: "1.6e4 N m/rad, 1.6e4 N m/rad, ...".')
-    ] = "",
     tool: Annotated[
         str, Option(help="Flange to contact; else the calibration's TCP, or 120 mm.")
     ] = "",
@@ -159,7 +154,6 @@ def pose(
         radius_m=_range("--radius", radius, 0.0) if radius else None,
         height_m=_range("--height", height, -math.inf) if height else None,
         travel_m=_quantity("--travel", travel, "m"),
-        joint_stiffness=_stiffnesses(joint_stiffness),
         calibrations=calibration or [],
     )
     said = tables.data(found)
@@ -190,18 +184,6 @@ def _range(option: str, text: str, least: float) -> tuple[float, float]:
     if len(parts) > 2 or parts[0] > parts[-1]:
         raise BadInputError(f"{option}: {text} is no range", hint='as in "300 mm to 500 mm"')
     return parts[0], parts[-1]
-
-
-def _stiffnesses(text: str) -> list[float] | None:
-    if not text:
-        return None
-    found = [_quantity("--joint-stiffness", each, "N m/rad") for each in text.split(",")]
-    if not all(SOFTEST <= each <= STIFFEST for each in found):
-        raise BadInputError(
-            f"--joint-stiffness: {text} is no stiffness of joints",
-            hint=f"{SOFTEST:g} to {STIFFEST:g} N m/rad each",
-        )
-    return found
 
 
 def check_sheet(out: Path, name: str) -> None:

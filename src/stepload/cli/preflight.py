@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -30,7 +29,6 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
     expected = planned[1] if planned else None
     theory, found = envelope.theory, envelope.identifiability
     top_n, limit_n = envelope.plan.procedure.top_force_n, envelope.force_limit_n
-    sideways = {"alignment": envelope.aligning, "nulling": envelope.nulling}
     return {
         "verdict": envelope.verdict,
         "reasons": envelope.reasons,
@@ -57,7 +55,6 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
         "schedule": [data(fields.STAGE, stage) for stage in envelope.stages],
         "duration_s": envelope.duration_s if envelope.stages else None,
         **_until_data(envelope.until),
-        **{name: part.terms for name, part in sideways.items() if part is not None},
     }
 
 
@@ -109,9 +106,6 @@ def show_figures(envelope: Envelope, out: Output) -> None:
     from stepload.results.tables import force_budget_table
     from stepload.units import format_quantity as f
 
-    def angle(radians: float) -> str:
-        return f"{math.degrees(radians):.3g} deg"
-
     theory, found = envelope.theory, envelope.identifiability
     common, source = common_error(envelope.plan.rig)
     safe, top = envelope.largest_safe_force_n, envelope.plan.procedure.top_force_n
@@ -135,15 +129,6 @@ def show_figures(envelope: Envelope, out: Output) -> None:
         out.tables(force_budget_table(envelope))
         title = f"Schedule: about {envelope.duration_s:.0f} s"
         out.tables(table(title, fields.STAGE, envelope.stages))
-    for title, part in (
-        ("Touches on a circle", envelope.aligning),
-        ("Force across is taken off", envelope.nulling),
-    ):
-        rows = [
-            (t.name, f(t.value, t.unit) if t.unit != "rad" else angle(t.value), t.source)
-            for t in (part.terms if part is not None else ())
-        ]
-        out.tables(Table(title, ("what", "value", "from"), rows))
     if envelope.until is not None:
         out.tables(need_table(envelope.until))
 

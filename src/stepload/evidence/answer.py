@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
-from stepload.contact.law_names import LAW_NAMES
+from stepload.contact.power_law import LAW_NAMES
 from stepload.errors import DomainError
 from stepload.estimators.conditions import BRANCHES
 from stepload.estimators.fit import FloatArray

@@ -11,7 +11,7 @@ from typing import Annotated
 
 from pydantic.dataclasses import dataclass
 
-from stepload.contact.lateral_checks import across_problem
+from stepload.contact.checks import across_problem
 from stepload.declaration import quantities as q
 from stepload.declaration.sections import CHECKED, SECTION, Contradiction, adapter
 from stepload.estimators.deflection_rows import table_problem

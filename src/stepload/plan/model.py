@@ -13,7 +13,7 @@ from typing import Annotated
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from stepload.contact.law_names import LAW_NAMES
+from stepload.contact.power_law import LAW_NAMES
 from stepload.declaration import quantities as q
 from stepload.declaration.sections import CHECKED, DERIVED, INTERNAL, SECTION, Contradiction
 from stepload.estimators.conditions import BRANCHES

@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from stepload.contact.lateral_checks import across_problem
+from stepload.contact.checks import across_problem
 from stepload.declaration import quantities as q
 from stepload.declaration.sections import CHECKED, DERIVED, INTERNAL, SECTION, Contradiction, put
 from stepload.estimators.deflection_rows import table_problem, upper_stiffness_n_per_m

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stepload.errors import BadInputError
-from stepload.evidence.difference import SAME_FORCE, Difference
+from stepload.evidence.difference import LEAST_DEGREES, SAME_FORCE, Difference
 from stepload.evidence.quantity import Quantity
-from stepload.evidence.difference import LEAST_DEGREES
 from stepload.results.comparison_curve import AgainstCurve, CurveGiven, against_curve
 from stepload.results.comparison_runs import (
     ComparedRun,

@@ -10,7 +10,7 @@ from numbers import Real
 from pathlib import Path
 from typing import Any
 
-from stepload.contact.law_names import LAW_NAMES
+from stepload.contact.power_law import LAW_NAMES
 from stepload.envelope.conditions import conditions_of
 from stepload.envelope.envelope import Envelope
 from stepload.envelope.theory import theory_of

@@ -7,10 +7,10 @@ import os
 from collections.abc import Iterator
 
 from stepload.envelope.advice import NONE_HELPS
+from stepload.envelope.conditions import planned_run
 from stepload.envelope.envelope import Envelope
 from stepload.envelope.reason import PlanVerdict, Reason, findings
 from stepload.envelope.theory import DECLARED, chance_of_yield
-from stepload.envelope.until import planned_run
 from stepload.errors import DomainError
 from stepload.evidence.expected import expected_chord, narrowing
 from stepload.evidence.quantity import Quantity

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stepload.envelope.domains import payload_doubts
-from stepload.envelope.ranges import beyond_range
+from stepload.envelope.domains import beyond_range, payload_doubts
 from stepload.envelope.until import MARGIN, Need, Until
 from stepload.evidence.identification import Identification
 from stepload.evidence.quantity import ResultVerdict

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from stepload.envelope.envelope import envelope_of
-from stepload.envelope.pose import plan_where_it_stands
+from stepload.envelope.stiffness import plan_where_it_stands
 from stepload.errors import BadInputError, RefusedError
 from stepload.estimators.conditions import Conditions
 from stepload.plan.load import load_kept

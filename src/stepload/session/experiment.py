@@ -23,8 +23,8 @@ from stepload.engine.open_rig import OpenRig, opened
 from stepload.engine.operator import Operator
 from stepload.engine.tick import Engine
 from stepload.envelope.envelope import Envelope, envelope_of, refusal_of
-from stepload.envelope.pose import plan_where_it_stands
 from stepload.envelope.reason import PlanVerdict
+from stepload.envelope.stiffness import plan_where_it_stands
 from stepload.errors import LeftEarlyError, RefusedError, in_words
 from stepload.plan.compose import SIMULATED
 from stepload.plan.model import Plan

@@ -288,7 +288,7 @@ def _lightest(
         if not let_through:
             return last
         if last[0].verdict is not PlanVerdict.REFUSED:
-            whole = envelope_here(plan, path)  # judges `procedure.until` too
+            whole = envelope_here(plan, path)
             if whole.verdict is not PlanVerdict.REFUSED:
                 return whole, plan, top_n
     if last is None:

@@ -55,7 +55,7 @@ def small_steps(plan: Plan) -> Plan:
     procedure = replace(
         plan.procedure, levels_n=levels, top_force_n=top_n, step_n=levels[0], hold_s=HOLD_S,
         load_rate_n_per_s=levels[0] / RAMP_S, unload=True, cycles=CYCLES, lift_off=False, touches=1,
-        until=None, tare_s=min(plan.procedure.tare_s, 3.0), warm_up_s=0.0,
+        tare_s=min(plan.procedure.tare_s, 3.0), warm_up_s=0.0,
     )  # fmt: skip
     return replace(plan, procedure=procedure)
 

@@ -172,7 +172,7 @@ def test_a_roughness_that_is_known_less_well_costs_width_and_is_in_the_budget() 
     rough = RoughSphere(HERTZ_K, 2e-6, 60.0)
 
     def law(force_n: FloatArray) -> FloatArray:
-        return np.array([rough.deformation(max(force, 0.0)).value for force in force_n])
+        return np.array([rough.deformation(max(force, 0.0)) for force in force_n])
 
     run = press(World(law=law))
     found = [

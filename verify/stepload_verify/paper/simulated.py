@@ -153,10 +153,10 @@ class _Truth:
 
     def __init__(self) -> None:
         contact = laws.rough(PAYLOADS[0])
-        top = contact.deformation(SECANT_FORCE_N).value
-        reference = contact.deformation(_REFERENCE_FORCE_N).value
+        top = contact.deformation(SECANT_FORCE_N)
+        reference = contact.deformation(_REFERENCE_FORCE_N)
         self.mean_plane = SECANT_FORCE_N / top
-        self.touch = SECANT_FORCE_N / (top - contact.deformation(0.0).value)
+        self.touch = SECANT_FORCE_N / (top - contact.deformation(0.0))
         self.chord = (SECANT_FORCE_N - _REFERENCE_FORCE_N) / (top - reference)
 
 

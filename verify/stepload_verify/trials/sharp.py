@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
+from stepload.envelope.conditions import planned_run
 from stepload.envelope.envelope import Envelope, envelope_of
-from stepload.envelope.until import planned_run
 from stepload.errors import SteploadError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray

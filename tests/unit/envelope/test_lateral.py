@@ -12,23 +12,20 @@ from run_plans import stvf_plan
 
 from stepload.contact.lateral import left_of_limit, weakening
 from stepload.envelope.envelope import derive
-from stepload.envelope.lateral_derating import (
+from stepload.envelope.lateral import (
+    LEAST_N,
+    SIGMAS,
     back_left,
     believed_tilt_rad,
     counted_left,
     dragged_left,
+    lateral_limits,
     left_at,
     misaligned_share,
-)
-from stepload.envelope.lateral_limits import (
-    LEAST_N,
-    SIGMAS,
-    lateral_limits,
     share_from_n,
     share_reasons,
 )
 from stepload.envelope.pressing import largest_top_force
-from stepload.envelope.retract_friction import allowed_friction
 from stepload.plan.aligning import Alignment
 from stepload.plan.model import Plan, Structure
 
@@ -85,18 +82,11 @@ def test_a_load_cell_counts_with_friction_and_never_allows_more_for_it() -> None
     assert dragged_left(arm(0.1, **cell)) == unstated
 
 
-def test_the_top_force_is_refused_up_to_the_friction_that_is_named() -> None:
-    plan = arm(0.6)
-    counted_n = derive(plan).theory.counted.lower_n
-    allowed = allowed_friction(plan, counted_n)
-    assert 0.0 < allowed < 0.6
-    found = derive(plan)
+def test_a_top_force_that_friction_does_not_leave_is_refused() -> None:
+    found = derive(arm(0.6))
     assert found.limits is None
-    assert found.largest_safe_force_n < plan.procedure.top_force_n
-    (note,) = (r for r in found.reasons if r.code == "friction_on_the_way_back")
-    assert (note.value, note.limit) == (0.6, allowed)
-    assert derive(arm(allowed)).limits is not None
-    assert derive(arm(allowed + 0.01)).limits is None
+    assert found.largest_safe_force_n < PLAN.procedure.top_force_n
+    counted_n = found.theory.counted.lower_n
     assert largest_top_force(arm(0.0), counted_n) == largest_top_force(arm(), counted_n)
 
 
