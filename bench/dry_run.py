@@ -44,8 +44,8 @@ def measure(hours: float, path: Path = PLAN, mount: bool = False) -> dict[str, f
     from stepload.envelope.envelope import envelope_of
     from stepload.plan.load import load_plan
     from stepload.plan.mounting import Mounting
+    from stepload.results.conditions import Stated
     from stepload.results.from_file import results_of_file
-    from stepload.results.stated import Stated
     from stepload.session import experiment
 
     plan = load_plan(path)

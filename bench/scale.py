@@ -36,8 +36,6 @@ EMPTY = 200
 class Nothing:
     """Work that takes no time."""
 
-    digest: str = ""
-
     def run(self, job: Job, /) -> int:
         return job.index
 

@@ -21,8 +21,8 @@ from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
 from stepload.plan.tags import tagged
 from stepload.record.curves import MIN_ROWS, Curve
+from stepload.results.conditions import Stated
 from stepload.results.from_file import identify_curve
-from stepload.results.stated import Stated
 from stepload.session.experiment import run_plan
 
 
@@ -110,7 +110,7 @@ def identify(
         position_m: travel of the machine, shape (N,), from which the deflection F/K_s is
             subtracted: state `system_stiffness_n_per_m`.
         time_s: times that do not fall, shape (N,).
-        known: what else is known, by the names of `stepload.results.stated.Stated`:
+        known: what else is known, by the names of `stepload.results.conditions.Stated`:
             `system_stiffness_n_per_m`, `elastic_limit_n`, `force_noise_n`, `position_noise_m`,
             `secant_force_n`, `laws` and others.
 

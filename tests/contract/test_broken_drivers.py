@@ -7,12 +7,10 @@ import broken
 import pytest
 from virtual import SIX_AXES, SPEC, Virtual
 
-from stepload.rig.contract import CHECKS, CheckStatus, check_name, run_check, run_trial
-from stepload.rig.contract_loss import check_lost_link, check_stale
-from stepload.rig.contract_motion import check_motion
-from stepload.rig.contract_samples import check_samples
-from stepload.rig.contract_shift import check_shift
-from stepload.rig.contract_values import check_frozen, equal_readings_limit
+from stepload.rig.contract import CHECKS, CheckStatus, run_check, run_trial
+from stepload.rig.contract_arm import check_motion, check_shift
+from stepload.rig.contract_life import check_lost_link, check_stale
+from stepload.rig.contract_samples import check_frozen, check_samples, equal_readings_limit
 from stepload.rig.faults import FaultCode
 
 FORCE = [
@@ -152,7 +150,7 @@ def failed(which, name):
 
 @pytest.mark.parametrize(("which", "name", "check", "reason"), ROWS)
 def test_a_broken_driver_is_refused_with_the_reason(which, name, check, reason):
-    (meant,) = (each for each in CHECKS if check_name(each) == check)
+    (meant,) = (each for each in CHECKS if each.__name__ == f"check_{check}")
     result = run_check(meant, Virtual(which, getattr(broken, name)).trial())
     assert (result.status, reason in result.message) == (CheckStatus.FAILED, True), result
 
@@ -234,7 +232,7 @@ def test_a_sensor_that_may_repeat_itself_is_not_judged():
 
 
 def test_silence_that_comes_too_late_proves_nothing(monkeypatch):
-    monkeypatch.setattr("stepload.rig.contract_loss.UNDRAINED_S", -1.0)
+    monkeypatch.setattr("stepload.rig.contract_life.UNDRAINED_S", -1.0)
     for check in (check_stale, check_lost_link):
         result = run_check(check, Virtual("force").trial())
         assert (result.status, "try again" in result.message) == (CheckStatus.SKIPPED, True)

@@ -7,7 +7,7 @@ import pytest
 from clock_checks import CONTRACT
 
 from stepload.rig.contract import SkippedCheck, Trial, trial_of
-from stepload.rig.contract_loss import check_lost_link, check_stale
+from stepload.rig.contract_life import check_lost_link, check_stale
 from stepload.rig.plugins import load_driver
 from stepload_verify.emulators.catalog import EMULATORS, driver_options
 from stepload_verify.emulators.faults import FaultBoard

@@ -12,7 +12,7 @@ from clock_checks import CONTRACT
 from long_ones import long
 
 from stepload.rig.contract import SkippedCheck, Trial, trial_of
-from stepload.rig.contract_loss import check_lost_link, check_stale
+from stepload.rig.contract_life import check_lost_link, check_stale
 from stepload_drivers.ur.arm import UrArm
 from stepload_drivers.ur.force import UrForce
 from stepload_verify.emulators.ur_process import UrEmulatorProcess

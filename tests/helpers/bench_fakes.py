@@ -16,10 +16,9 @@ from stepload.record.outcome import RunOutcome
 from stepload.rig.device import ArmConfiguration, Identity
 from stepload.rig.samples import ArmSample, ForceSample
 from stepload.setup.answers import Answers
-from stepload.setup.context import Setup
-from stepload.setup.open_devices import FORCE, SECOND, Bench
+from stepload.setup.bench import FORCE, SECOND, Bench, Setup
 from stepload.setup.questions import Question
-from stepload.setup.state import Done, Found, State
+from stepload.setup.state import Found, State
 from stepload.setup.yaml_keys import Value
 from stepload_verify.emulators.tool import Tool
 
@@ -167,6 +166,6 @@ def setup_of(rig: Rig, person: Hands | None = None, second: str = "arm", **answe
               "second_force.tolerance": Value("5 N", "")}  # fmt: skip
     if second == "sensor":
         values["second_force.sensor.driver"] = Value("fake", "")
-    state = State(done={"sensor": Done(DAY.isoformat(), Found(values))})
+    state = State(done={"sensor": Found(values, on=DAY.isoformat())})
     told = Answers(answers, person or Hands(rig), yes=True)
     return Setup(Path("rig.yaml"), state, told, opener(rig), press_nothing, DAY)

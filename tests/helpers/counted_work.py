@@ -31,26 +31,18 @@ class Counted:
         seed: of the draws.
         traces: where each job that is begun leaves an empty file `index-pid-time`.
         deadly: the job that kills its process with SIGKILL.
-        times: how often it does.
         takes_s: what a job takes.
-        code: the digest; "worker": what the process has in the environment variable CODE.
     """
 
     seed: int
     traces: Path
     deadly: int = -1
-    times: int = 1
     takes_s: float = 0.0
-    code: str = "same"
-
-    @property
-    def digest(self) -> str:
-        return os.environ.get("CODE", "asks") if self.code == "worker" else self.code
 
     def run(self, job: Job, /) -> Drawn:
         own = f"{job.index}-{os.getpid()}-{time.monotonic_ns()}"
         (self.traces / own).touch()
-        if job.index == self.deadly and len(begun(self.traces, job.index)) <= self.times:
+        if job.index == self.deadly:
             os.kill(os.getpid(), signal.SIGKILL)
         time.sleep(self.takes_s)
         value = random.Random(f"{self.seed} {job.series} {job.index} {job.point}").random()
@@ -70,26 +62,20 @@ class Deaf(Counted):
 
 @dataclass(frozen=True)
 class Interrupting(Counted):
-    """Job 9 sends Ctrl+C to the parent, `times` times; where that is twice it leaves a file `late`
-    unless it is killed soon."""
+    """Job 9 sends Ctrl+C to the parent and leaves a file `late` unless it is killed soon."""
 
     def run(self, job: Job, /) -> Drawn:
         row = super().run(job)
         if job.index == 9:
-            for _ in range(self.times):
-                os.kill(os.getppid(), signal.SIGINT)
-                time.sleep(0.5)
-            if self.times > 1:
-                time.sleep(10.0)
-                (self.traces / "late").touch()
+            os.kill(os.getppid(), signal.SIGINT)
+            time.sleep(10.0)
+            (self.traces / "late").touch()
         return row
 
 
 @dataclass(frozen=True)
 class Threads:
     """Tells how many threads of linear algebra its process may use, and which process it is."""
-
-    digest: str = "same"
 
     def run(self, job: Job, /) -> tuple[int, list[str | None]]:
         time.sleep(0.05)
@@ -106,10 +92,6 @@ class Meeting:
     """Two jobs of which each waits until the other has been begun too."""
 
     place: Path
-
-    @property
-    def digest(self) -> str:
-        return ""
 
     def run(self, job: Job, /) -> bool:
         (self.place / str(job.index)).touch()

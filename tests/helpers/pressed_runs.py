@@ -17,7 +17,7 @@ from stepload.estimators.fit import FloatArray
 from stepload.estimators.sources import Sources
 from stepload.evidence.lateral import Sideways
 from stepload.evidence.loops import Track
-from stepload.evidence.run_data import RunData, Touch
+from stepload.evidence.run_data import RunData
 
 Law = Callable[[FloatArray], FloatArray]
 HERTZ_K = 6.57e8
@@ -99,10 +99,8 @@ def press(world: World, seed: int = 0) -> RunData:
         sources, world.top_n, 3.0, world.quantum_m, elastic_limit_n=world.limit_n,
         rough_length_m=0.0,
     )  # fmt: skip
-    moved = world.set_m + world.drift_m_per_s * float(time[-1])
     made = RunData(
         tracks, conditions,
-        touches=(Touch(0.0, 0.0, 3.0), Touch(float(time[-1]), moved, 3.0)),
         sideways=Sideways("guided", world.lateral, relative=0.3 * (world.lateral or 0.0)),
     )  # fmt: skip
     return told(made, **world.said)

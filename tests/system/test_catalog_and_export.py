@@ -15,7 +15,7 @@ from long_ones import long
 from real_runs import in_process
 
 import stepload
-from stepload.data import catalog
+from stepload.data import catalog, export
 from stepload.data.export import Format, write_tables
 from stepload.errors import BadInputError
 from stepload.record.reader import read_recording
@@ -44,18 +44,6 @@ def test_a_summary_says_what_the_whole_record_says(cycles_run: Path) -> None:
     assert summary.outcome == whole.outcome
     assert summary.results == whole.results
     assert not summary.partial
-
-
-def test_a_summary_without_offsets_is_walked_through(cycles_run: Path, tmp_path: Path) -> None:
-    data = bytearray((cycles_run / "run.mcap").read_bytes())
-    data[-8 - 4 - 8 : -8 - 4] = bytes(8)  # where the offsets begin, in the footer
-    (path := tmp_path / "run.mcap").write_bytes(data)
-    assert replace(read_summary(path), path=cycles_run / "run.mcap") == read_summary(
-        cycles_run / "run.mcap"
-    )
-    data[-8 - 4 - 8 : -8 - 4] = (len(data) - 30).to_bytes(8, "little")  # inside the footer
-    path.write_bytes(data)
-    assert read_summary(path).metadata
 
 
 def test_every_run_has_a_row(place: Path) -> None:
@@ -202,16 +190,20 @@ def test_excel_holds_the_same(
     """Of a part of the record: a whole one is half a million cells."""
     openpyxl = pytest.importorskip("openpyxl")
     run = stepload.open(quick_run)
-    part = run.between(run.levels[1].end_s, run.levels[2].end_s)
-    monkeypatch.setattr("stepload.data.run.open_run", lambda _: part)
+    whole, _ = export.tables(run)
+    part = {
+        "levels": whole["levels"],
+        "curve": whole["curve"].between(*whole["levels"]["end_s"][1:3]),
+    }
+    monkeypatch.setattr(export, "tables", lambda _: (part, ""))
     out = tmp_path / "tables"
     assert in_process("export", quick_run, "--xlsx", "--out", out).returncode == 0
     [book] = out.glob("*.xlsx")
     sheets = openpyxl.load_workbook(book, read_only=True)
     levels = list(sheets["levels"].iter_rows(values_only=True))
-    assert len(levels) == 1 + len(part.levels) > 1
-    assert levels[1][levels[0].index("level_n")] == part.levels[0].level_n
-    assert sum(1 for _ in sheets["curve"].iter_rows()) == 1 + part.curve.rows
+    assert len(levels) == 1 + len(run.levels) > 1
+    assert levels[1][levels[0].index("level_n")] == run.levels[0].level_n
+    assert sum(1 for _ in sheets["curve"].iter_rows()) == 1 + part["curve"].rows > 1
     sheets.close()
 
 
@@ -236,8 +228,8 @@ def test_what_somebody_wrote_into_a_record_is_no_formula_and_no_path(
         "payload": '=HYPERLINK("http://x")',
         "rig": "a\x1b[2Jb\x00",
     }
-    told = replace(run.between(0.0, 0.1), metadata={**run.metadata, **texts})
-    [path] = write_tables(told, tmp_path / "tables", Format.XLSX)
+    told = replace(run, metadata={**run.metadata, **texts})
+    [path] = write_tables(told, {}, tmp_path / "tables", Format.XLSX)
     assert path.parent == tmp_path / "tables"
     book = openpyxl.load_workbook(path, read_only=True)  # of the sheets only the one that is asked
     cells = {row[0].value: row[1] for row in book["about"].iter_rows()}
@@ -253,10 +245,11 @@ def test_an_export_that_breaks_off_leaves_nothing_that_looks_whole(
 ) -> None:
     pytest.importorskip("openpyxl")
     pytest.importorskip("pyarrow")
-    run = stepload.open(quick_run).between(0.0, 0.1)
+    run = stepload.open(quick_run)
+    part = {"ticks": run.ticks.where(slice(9))}
     monkeypatch.setattr(Path, "rename", _full)
     with pytest.raises(BadInputError, match="No space left"):
-        write_tables(run, tmp_path / "tables", format)
+        write_tables(run, part, tmp_path / "tables", format)
     assert not list((tmp_path / "tables").iterdir())
 
 

@@ -101,7 +101,7 @@ def test_bad_options_are_told_before_anything_is_simulated(tmp_path: Path) -> No
     (tmp_path / "mine.yaml").write_text("mine")
     for words, told in (
         (("--time", "3 m"), "--time"),
-        (("--time", "0 s"), "not more than nothing"),
+        (("--time", "0 s"), "not above 0"),
         (("--time", "5"), "has no unit"),
         (("--surface-distance", "-5 mm"), "--surface-distance"),
         (("--out", "mine.yaml"), "mine.yaml is there already"),

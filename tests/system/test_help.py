@@ -18,9 +18,9 @@ from long_ones import long_rows
 from real_runs import in_process
 from typer.main import get_command
 
-from stepload.cli.explain import codes
 from stepload.cli.main import app, main
-from stepload.cli.run_paths import run_ids
+from stepload.cli.options import run_ids
+from stepload.cli.reference import codes
 from stepload.cli.verbs import LINES, OwnVerbs
 from stepload.errors import ExitCode
 from stepload.explain.codes import explained
@@ -138,12 +138,12 @@ def test_only_the_verb_that_is_called_is_imported() -> None:
     shown, rooms = in_a_new_process("--help")
     assert all(name in shown for name in (*(verb.name for verb in OwnVerbs.VERBS), "campaign"))
     assert rooms == []
-    assert in_a_new_process("plans")[1] == ["shipped"]
+    assert in_a_new_process("plans")[1] == ["reference"]
 
 
 @pytest.mark.long
 def test_nor_for_its_help() -> None:
-    assert in_a_new_process("explain", "--help")[1] == ["explain"]
+    assert in_a_new_process("explain", "--help")[1] == ["reference"]
 
 
 def test_a_preflight_imports_nothing_of_scipy() -> None:

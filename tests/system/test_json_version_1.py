@@ -36,7 +36,7 @@ CURVE = "displacement_m,force_n\n" + "".join(
 MASKED = (
     "*.directory", "*.path", "*.run_id", "*.why_it_ended", "*.safing.duration_s",
     "*.run.started", "*.run.files.*", "*.run.stepload", "*.versions.*",
-    "compare.headline", "compare.runs.name", "compare.pairs.first", "compare.pairs.second",
+    "compare.headline", "compare.runs.name",
     "compare.curve.run", "compare.groups", "compare.differences.first",
     "compare.differences.second", "compare.differences.why", "calibrate*.record",
     "*.calibration.run", "*.measured_on", "*.valid_until", "campaign.elapsed_s", "bad_input.error",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import struct
 import subprocess
@@ -17,7 +16,6 @@ import numpy as np
 import pytest
 from mcap_ros2.decoder import DecoderFactory
 from real_runs import in_process
-from rich.console import Console
 from websockets.sync.client import connect
 
 import stepload
@@ -26,11 +24,9 @@ from stepload.envelope.envelope import envelope_of
 from stepload.envelope.remaining import Remaining
 from stepload.errors import BadInputError
 from stepload.live.messages import POSE, TARED, pose_message, quaternion, wrench_message
-from stepload.live.plots import Plots
-from stepload.live.schema import LIVE_SCHEMA
-from stepload.live.state import State
+from stepload.live.state import LIVE_SCHEMA, State
 from stepload.live.tail import Tail
-from stepload.live.view import address_of, live_view, screen
+from stepload.live.view import address_of, live_view
 from stepload.record.reader import read_recording
 from stepload.record.rows import Phase, TickRow, rows_of
 from stepload.record.scan import DamageError
@@ -307,23 +303,6 @@ def test_a_run_goes_on_when_its_viewers_process_dies(
     assert not read_recording(out / "run.mcap").partial
 
 
-@pytest.mark.parametrize("size", [(80, 24), (120, 40), (40, 10)])
-def test_the_screen_fits_the_terminal(looks: list[dict[str, Any]], size: tuple[int, int]) -> None:
-    plots = Plots()
-    for look in looks:
-        plots.take(look, [(look["time_s"], look["force_n"], look["deformation_um"])])
-    console = Console(width=size[0], height=size[1], record=True, file=io.StringIO())
-    console.print(plots.drawn(*size))
-    lines = console.export_text().splitlines()
-    assert max(map(len, lines)) <= size[0]
-    if size[1] >= 24:
-        assert len(lines) <= size[1] - 2
-        assert "force [N] over deformation [um]" in lines[0]
-        assert any("F_lim" in line for line in lines)
-        assert any(0x2800 < ord(letter) <= 0x28FF for line in lines for letter in line)
-    assert "R1 force" in " ".join(lines)
-
-
 def test_the_time_that_is_left_is_told_within_a_tenth(cycles_run: Path, quick_run: Path) -> None:
     for directory in (cycles_run, quick_run):
         run = stepload.open(directory)
@@ -362,11 +341,3 @@ def test_a_run_that_is_resumed_has_fewer_cycles_left(cycles_run: Path) -> None:
     )
     assert row.cycle == 1
     assert 0.3 * whole_s < rest_s < 0.8 * whole_s
-
-
-def test_lines_are_printed_where_nothing_draws_them(capsys: pytest.CaptureFixture[str]) -> None:
-    said: list[str] = []
-    with screen(said.append) as drawn:
-        drawn.say("before there is a record")
-    drawn.say("after the end")
-    assert said == ["before there is a record", "after the end"]

@@ -1,17 +1,14 @@
-"""Small versions of the trials and of a bench: kills, seeds, memory."""
+"""Small versions of a trial and of a bench: kills, memory."""
 
 from __future__ import annotations
 
 import json
 import subprocess
 import sys
-from pathlib import Path
 from typing import Any
 
 import pytest
-from real_runs import ENVIRONMENT, ROOT, leave_out_figures
-
-from stepload_verify.trials import seeds
+from real_runs import ENVIRONMENT, ROOT
 
 
 def _measured(*command: str) -> list[dict[str, Any]]:
@@ -51,27 +48,6 @@ def test_killed_runs_on_the_wire_lose_nothing_that_was_on_the_disk() -> None:
     kills = _measured("-m", "stepload_verify.trials.kill_runs", "--kills", "2", "--wire", "2")
     assert [kill["kind"] for kill in kills] == ["wire"] * 2
     _check_kills(kills)
-
-
-@pytest.mark.parametrize("count", [1, pytest.param(2, marks=pytest.mark.long)])
-def test_seeds_of_a_plan(
-    quick_plan: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    count: int,
-) -> None:
-    words = ["seeds", "--seeds", str(count), "--plan", str(quick_plan), "--json"]
-    monkeypatch.setattr(sys, "argv", words)
-    leave_out_figures(monkeypatch)
-    monkeypatch.setattr(seeds, "for_each", lambda do, cases: [do(case) for case in cases])
-    assert seeds.main() == 0
-    found = json.loads(capsys.readouterr().out)
-    assert [one["seed"] for one in found] == [1, 2][:count]
-    for one in found:
-        assert one["status"] == "completed"
-        assert abs(one["joint_ratio"] - 1.0) < 0.03
-        assert one["covered"]
-        assert one["peak_ratio"] < 0.6
 
 
 @pytest.mark.long

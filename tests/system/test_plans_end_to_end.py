@@ -246,19 +246,17 @@ def told(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
     return capsys.readouterr().out
 
 
-def test_identify_shows_what_the_record_says_beside_the_law(
+def test_identify_shows_the_cycles_of_the_record(
     cycles_run: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     at_once = json.loads((cycles_run / "results.json").read_text())
     text = told(capsys, "identify", cycles_run)
-    for words in ("Cycles", "Cycle 1 is the virgin", "relaxation in the holds", "loss per cycle"):
-        assert words in text
     cycles = [
         format_quantity(each["secant_n_per_m"], "N/m") for each in at_once["run_in"]["cycles"]
     ]
     shown = text[text.index("Cycles") :]
     assert all(secant in shown for secant in cycles)
-    assert text.index("loss per cycle") < text.index("IDENTIFIED   ") < text.index("widest: ")
+    assert text.index("IDENTIFIED   ") < text.index("widest: ")
 
 
 def test_replay_does_not_trip(cycles_run: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -50,10 +50,6 @@ def test_tables_and_sentences_stand_on_standard_output() -> None:
         (("ur5e", "--tool", "10 kg"), 2, "is a mass, not a length"),
         (("ur5e", "--press", "0", "0", "0"), 2, "no direction"),
         (("ur5e", "--press", "nan", "0", "0"), 2, "no direction"),
-        (("ur5e", "--joint-stiffness", "1e4 N m/rad"), 2, "1 numbers, expected 6"),
-        (("ur5e", "--joint-stiffness", "1e4 N m"), 2, "--joint-stiffness: '1e4 N m' is"),
-        (("ur5e", "--joint-stiffness", "0 N m/rad"), 2, "is no stiffness of joints"),
-        (("ur5e", "--joint-stiffness", "1e99 N m/rad"), 2, "is no stiffness of joints"),
         (
             ("ur5e", "--payload", ROOT / "procedures" / "plastic-sphere.yaml"),
             2,

@@ -18,7 +18,7 @@ from stepload.plan.load import load_plan
 from stepload.plan.tags import tagged
 from stepload.record.reader import Event, read_recording
 from stepload.results import run_record
-from stepload.results.record_evaluation import evaluation_of, outcome_of
+from stepload.results.run_record import evaluation_of, outcome_of
 from stepload.session import reevaluation
 from stepload.session.reevaluation import results_again
 

@@ -47,5 +47,5 @@ def test_the_report_in_chromium(cycles_again: Path, tmp_path: Path) -> None:
 def test_the_report_knows_the_record_that_lies_beside_it(cycles_run: Path) -> None:
     page = (cycles_run / "report.html").read_text()
     assert hashlib.sha256((cycles_run / "run.mcap").read_bytes()).hexdigest() in page
-    assert "Messages of the record" in page
+    assert "messages, force" in page
     assert UNFINISHED not in page

@@ -13,7 +13,7 @@ from stepload.record.rows import Phase
 
 
 def seen(share: float) -> Seen:
-    return Seen(0.0, 0.0, share, "", "")
+    return Seen(0.0, share, "", "")
 
 
 def test_a_held_terminal_holds_up_nobody_and_loses_no_line() -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure
 
-from stepload.cli.sheet import check_sheet, write_sheet
+from stepload.cli.design import check_sheet, write_sheet
 from stepload.errors import BadInputError
 from stepload.results.figures import figure_of, png_of, svg_of
 

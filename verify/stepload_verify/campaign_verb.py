@@ -67,8 +67,7 @@ def campaign(
 
     Example: stepload campaign procedures/campaign.yaml --runs 100
     """
-    from stepload.data.columns import write_columns
-    from stepload.data.libraries import library
+    from stepload.data.columns import library, write_columns
     from stepload.plan.load import load_plan
     from stepload.runner.pool import Pool
     from stepload_verify.campaign.ablation import LAYERS, Ablation

@@ -1,18 +1,27 @@
-"""Verbs about drivers: list them, show one, test one against the contract."""
+"""Verbs about devices: list, show and test drivers; examine a plan's rig."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer import Argument, Option
 from typer.core import TyperGroup
 
-from stepload.cli.hazards import HazardsRead, refuse_unread_driver
+from stepload.cli.hazards import HazardsRead, ask_hazards, refuse_unread_driver
+from stepload.cli.options import DryRun, PlanFile, quantity
 from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
 
 if TYPE_CHECKING:
     from stepload.declaration.sections import Key
+
+KEYS = {
+    "stepload.arms": "arm",
+    "stepload.force_sensors": "force",
+    "stepload.displacement_sensors": "displacement",
+}
+"""Key of a plan under which a driver of each group is named."""
 
 
 class DriverNames(TyperGroup):
@@ -35,79 +44,67 @@ def list_all(context: typer.Context, as_json: AsJson = False) -> None:
         return
     from stepload.rig.plugins import list_drivers
 
-    out = Output(as_json=as_json)
-    found = list_drivers()
-    out.table(
-        "drivers",
-        ("kind", "name", "from", "state"),
-        [
-            (d.group.removeprefix("stepload."), d.name, d.distribution, d.problem or "ready")
-            for d in found
-        ],
-    )
+    out, found = Output(as_json=as_json), list_drivers()
+    rows = [(_kind(d.group), d.name, d.distribution, d.problem or "ready") for d in found]
+    out.table("drivers", ("kind", "name", "from", "state"), rows)
     out.result({"drivers": found})
 
 
-def _group(name: str, kind: str) -> str:
-    """The entry-point group of driver `name`.
+def _kind(group: str) -> str:
+    return group.removeprefix("stepload.")
+
+
+def _groups(name: str, kind: str) -> list[str]:
+    """The entry-point groups with a driver `name`, of one `kind` if it is not "".
 
     Raises:
-        BadInputError: no such driver, or several and `kind` does not select one.
+        BadInputError: there is no such driver or kind.
     """
-    from stepload.rig.plugins import GROUPS, driver_names
+    from stepload.rig.plugins import driver_names
 
-    if kind and f"stepload.{kind}" not in GROUPS:
-        known = ", ".join(group.removeprefix("stepload.") for group in GROUPS)
-        raise BadInputError(f"--kind {kind}", hint=f"one of {known}")
-    found = [g for g in GROUPS if name in driver_names(g) and kind in ("", g.split(".")[1])]
-    if len(found) == 1:
-        return found[0]
+    if kind and f"stepload.{kind}" not in KEYS:
+        raise BadInputError(f"--kind {kind}", hint=f"one of {', '.join(_kind(g) for g in KEYS)}")
+    found = [g for g in KEYS if name in driver_names(g) and kind in ("", _kind(g))]
     if not found:
         raise BadInputError(
             f"no driver named {name!r} is installed", hint=f"installed: {', '.join(_names(''))}"
         )
-    kinds = ", ".join(group.removeprefix("stepload.") for group in found)
-    raise BadInputError(f"several drivers are named {name!r}", hint=f"say --kind, one of {kinds}")
+    return found
 
 
 def _names(incomplete: str) -> list[str]:
     """Drivers whose names begin with a text, for the shell's completion."""
-    from stepload.rig.plugins import GROUPS, driver_names
+    from stepload.rig.plugins import driver_names
 
-    names = {name for group in GROUPS for name in driver_names(group)}
+    names = {name for group in KEYS for name in driver_names(group)}
     return sorted(name for name in names if name.startswith(incomplete))
 
 
+DriverName = Annotated[
+    str, Argument(help="Driver, as `stepload drivers` lists it.", autocompletion=_names)
+]
+Kind = Annotated[str, Option(help="arms, force_sensors or displacement_sensors.")]
+
+
 @drivers.command("show")
-def show(
-    name: Annotated[
-        str,
-        typer.Argument(help="Driver, as `stepload drivers` lists it.", autocompletion=_names),
-    ],
-    kind: Annotated[
-        str, typer.Option("--kind", help="arms, force_sensors or displacement_sensors.")
-    ] = "",
-    as_json: AsJson = False,
-) -> None:
+def show(name: DriverName, kind: Kind = "", as_json: AsJson = False) -> None:
     """Show a driver's options with units, defaults and limits, and how a plan names it.
 
     Example: stepload drivers ur
     """
     from stepload.declaration.sections import keys, schema_of
-    from stepload.rig.plugins import GROUPS, driver_names, load_driver
+    from stepload.rig.plugins import load_driver
 
-    out = Output(as_json=as_json)
-    groups = [_group(name, kind)] if kind else [g for g in GROUPS if name in driver_names(g)]
-    shown = {}
-    for group in groups or [_group(name, kind)]:
+    out, shown = Output(as_json=as_json), {}
+    for group in _groups(name, kind):
         driver = load_driver(group, name)
         about = (driver.__doc__ or "").strip().split("\n\n")[0]
         out.line(f"{name} ({KEYS[group]}): {' '.join(about.split())}")
         options = keys(driver.OPTIONS)
         rows = [(key.name, key.expected, _default(key), key.meaning) for key in options]
         out.table("options", ("key", "value", "default", "meaning"), rows)
-        needed = [key.name for key in options if key.required]
-        inside = f", options: {{{', '.join(f'{key}: …' for key in needed)}}}" if needed else ""
+        needed = ", ".join(f"{key.name}: …" for key in options if key.required)
+        inside = f", options: {{{needed}}}" if needed else ""
         out.line(f"in a plan: rig: {{{KEYS[group]}: {{driver: {name}{inside}}}}}")
         shown[group] = {
             key.name: {
@@ -121,14 +118,6 @@ def show(
     out.result({"name": name, "options": shown})
 
 
-KEYS = {
-    "stepload.arms": "arm",
-    "stepload.force_sensors": "force",
-    "stepload.displacement_sensors": "displacement",
-}
-"""Key of a plan under which a driver of each group is named."""
-
-
 def _default(key: Key) -> str:
     if key.required:
         return "required"
@@ -140,34 +129,25 @@ def _default(key: Key) -> str:
 
 @drivers.command("test")
 def try_driver(
-    name: Annotated[str, typer.Argument(help="Driver, as `stepload drivers` lists it.")],
+    name: DriverName,
     options: Annotated[
-        list[str] | None,
-        typer.Option("--options", help="KEY=VALUE as in a plan, repeatable; or one YAML file."),
+        list[str] | None, Option(help="KEY=VALUE as in a plan, repeatable; or one YAML file.")
     ] = None,
-    kind: Annotated[
-        str, typer.Option("--kind", help="arms, force_sensors or displacement_sensors.")
-    ] = "",
+    kind: Kind = "",
     move: Annotated[
-        str, typer.Option("--move", help='Move an arm this far towards the plate, "2 mm".')
-    ] = "",
+        float | None, quantity("--move", "m", 'Move an arm so far towards the plate, "2 mm".')
+    ] = None,
     unplug: Annotated[
-        bool,
-        typer.Option("--unplug", help="Ask for the cable to be pulled, to prove staleness."),
+        bool, Option("--unplug", help="Ask for the cable to be pulled, to prove staleness.")
     ] = False,
     load: Annotated[
-        str,
-        typer.Option("--load", help='Ask for a known load, "9.81 N"; for a gauge a way, "1 mm".'),
+        str, Option(help='Ask for a known load, "9.81 N"; for a gauge a way, "1 mm".')
     ] = "",
-    noise: Annotated[
-        str, typer.Option("--noise", help='Standard deviation of readings at rest, "0.1 N".')
-    ] = "",
-    resolution: Annotated[
-        str, typer.Option("--resolution", help='Smallest step between readings, "0.05 N".')
-    ] = "",
-    seconds: Annotated[float, typer.Option("--seconds", help="How long to watch the data.")] = 1.0,
+    noise: Annotated[str, Option(help='Standard deviation of readings at rest, "0.1 N".')] = "",
+    resolution: Annotated[str, Option(help='Smallest step between readings, "0.05 N".')] = "",
+    seconds: Annotated[float, Option(help="How long to watch the data.")] = 1.0,
     hazards_read: HazardsRead = False,
-    open_timeout: Annotated[float, typer.Option(help="Deadline of `open`, in s.")] = 15.0,
+    open_timeout: Annotated[float, Option(help="Deadline of `open`, in s.")] = 15.0,
     as_json: AsJson = False,
 ) -> None:
     """Run the contract on a driver and its device. Exit 0: kept; 4: broken.
@@ -182,20 +162,24 @@ def try_driver(
     from dataclasses import asdict
     from functools import partial
 
+    from stepload.plan.compose import SIMULATED
     from stepload.plan.driver_options import options_from_words
-    from stepload.plan.overlay import SIMULATED
     from stepload.rig.contract import CheckStatus, Trial, run_trial, trial_of
     from stepload.rig.plugins import load_driver
-    from stepload.units import parse_quantity
+    from stepload.units import parse_named
 
-    group = _group(name, kind)
+    group, *others = _groups(name, kind)
+    if others:
+        kinds = ", ".join(_kind(each) for each in (group, *others))
+        raise BadInputError(
+            f"several drivers are named {name!r}", hint=f"say --kind, one of {kinds}"
+        )
     given = options_from_words(group, name, options or [])
     unit = "m" if group == "stepload.displacement_sensors" else "N"
     make, make_with = trial_of(load_driver(group, name), given)
-    move_m = parse_quantity(move, "m") if move else 0.0
-    if move and not move_m > 0.0:
-        raise BadInputError(f"--move {move!r} is not above 0", hint="how far towards the plate")
-    size = parse_quantity(load, unit) if load else 0.0
+    if move is not None and not move > 0.0:
+        raise BadInputError(f"--move: {move:g} m is not above 0", hint="how far towards the plate")
+    size = parse_named("--load", load, unit) if load else 0.0
 
     def ask(text: str) -> None:
         """Ask the person at the device to do something by hand, and wait for Enter."""
@@ -213,19 +197,16 @@ def try_driver(
         silence=partial(ask, "Pull the data cable of the device") if unplug else None,
         restore=partial(ask, "Plug the cable in again"),
         load=put_on if load else None,
-        noise=parse_quantity(noise, unit) if noise else None,
-        resolution=parse_quantity(resolution, unit) if resolution else 0.0,
-        move_m=move_m,
+        noise=parse_named("--noise", noise, unit) if noise else None,
+        resolution=parse_named("--resolution", resolution, unit) if resolution else 0.0,
+        move_m=move or 0.0,
     )
     if move and group == "stepload.arms" and name != SIMULATED:
         refuse_unread_driver(name, hazards_read)
     results = run_trial(trial)
     out = Output(as_json=as_json)
-    out.table(
-        f"contract of {name}",
-        ("check", "status", "took", ""),
-        [(r.name, r.status.value, f"{r.seconds:.1f} s", r.message) for r in results],
-    )
+    rows = [(r.name, r.status.value, f"{r.seconds:.1f} s", r.message) for r in results]
+    out.table(f"contract of {name}", ("check", "status", "took", ""), rows)
     broken = [result for result in results if result.status is CheckStatus.FAILED]
     skipped = [result.name for result in results if result.status is CheckStatus.SKIPPED]
     kept = "keeps the contract" if not broken else f"breaks it in {len(broken)} checks"
@@ -235,4 +216,51 @@ def try_driver(
     checks = [{"name": r.name, "verdict": r.status} | asdict(r) for r in results]
     out.result({"driver": name, "kind": group, "kept": not broken, "checks": checks})
     if broken:
+        raise typer.Exit(ExitCode.STOPPED)
+
+
+def doctor(
+    plan: PlanFile,
+    dry_run: DryRun = False,
+    still: Annotated[
+        bool, Option("--still", help="Move nothing; stop and delays stay unproven.")
+    ] = False,
+    against_spring: Annotated[
+        bool, Option("--against-spring", help="Measure the loop delay T in contact, on a spring.")
+    ] = False,
+    seconds: Annotated[float, Option(help="How long to watch the data at rest.")] = 10.0,
+    hazards_read: HazardsRead = False,
+    as_json: AsJson = False,
+) -> None:
+    """Examine a plan's rig: data, disk, clocks, stop. Exit 0: sound; 4: not.
+
+    Needs free air: the arm moves up to 2 mm away from the plate, at up to 4 mm/s, and back. With
+    --against-spring it also runs the plan's approach and presses up to its top force.
+
+    Example: stepload doctor procedures/plastic-sphere.yaml --dry-run
+    """
+    from stepload.engine.operator import Operator
+    from stepload.envelope.envelope import envelope_of
+    from stepload.plan.load import load_plan
+    from stepload.session.experiment import refuse_simulated
+    from stepload.setup.checkup import examine
+
+    out, operator = Output(as_json=as_json), Operator()
+    envelope = envelope_of(load_plan(plan))
+    if not dry_run:
+        refuse_simulated(envelope.plan)
+    if not dry_run and not hazards_read and not (still and not against_spring):
+        ask_hazards(envelope)
+    with operator.listening():
+        found = examine(
+            envelope, dry_run=dry_run, seconds=seconds, still=still, against_spring=against_spring,
+            tell=lambda line: out.finding(line.finding), operator=operator,
+        )  # fmt: skip
+    if found.snippet:
+        out.line("\nmeasured, for the rig file:\n")
+        out.line(found.snippet)
+    marks = [line.mark.value for line in found.lines]
+    out.line(f"{marks.count('ok')} ok, {marks.count('warn')} warn, {marks.count('fail')} fail")
+    out.result({"sound": not found.failed, "lines": found.lines, "rig": found.snippet})
+    if found.failed:
         raise typer.Exit(ExitCode.STOPPED)

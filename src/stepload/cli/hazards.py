@@ -20,14 +20,10 @@ if TYPE_CHECKING:
     from stepload.plan.model import Plan
 
 HazardsRead = Annotated[
-    bool,
-    typer.Option("--yes", help="Ask nothing: the hazards were read (stepload hazards RIG)."),
+    bool, typer.Option("--yes", help="Ask nothing: the hazards were read (stepload hazards RIG).")
 ]
 WiringChecked = Annotated[
-    bool,
-    typer.Option(
-        "--wiring-checked", help="Ask nothing: axis, sign and approach were checked by hand."
-    ),
+    bool, typer.Option("--wiring-checked", help="Ask nothing: axis, sign, approach were checked.")
 ]
 
 
@@ -37,7 +33,7 @@ def hazards(
     ],
     as_json: AsJson = False,
 ) -> None:
-    """Say what software cannot prevent on a rig, with its numbers; to be read and signed once.
+    """Say what software cannot prevent on a rig; to be read and signed once.
 
     Example: stepload hazards stvf
     """
@@ -55,15 +51,8 @@ def hazards(
     rows = rows_of(read_by("NAME", date.today()))
     for row in rows if names_a_file(rig) else [f"profile: {rig}", *rows]:
         out.line(f"  {row}")
-    out.result(
-        {
-            "rig": plan.rig.name,
-            "read_by": plan.rig.hazards_read_by,
-            "read_on": plan.rig.hazards_read_on,
-            "people": HAZARDS,
-            "hazards": found,
-        }
-    )
+    signed = {"read_by": plan.rig.hazards_read_by, "read_on": plan.rig.hazards_read_on}
+    out.result({"rig": plan.rig.name, **signed, "people": HAZARDS, "hazards": found})
 
 
 def _plan_of(rig: str) -> Plan:
@@ -71,7 +60,7 @@ def _plan_of(rig: str) -> Plan:
     from stepload.envelope.draft_plan import plan_of
     from stepload.envelope.map_grid import PROBE_N
     from stepload.plan.load import load_plan
-    from stepload.plan.places import tree_of
+    from stepload.plan.references import tree_of
     from stepload.plan.shipped import payload_folder
     from stepload.plan.tree import Mapping
 
@@ -176,7 +165,7 @@ def _ask_wiring(envelope: Envelope, checked: bool) -> bool:
 def _may_move(envelope: Envelope) -> bool:
     """Whether the plan may run on devices."""
     from stepload.envelope.reason import PlanVerdict
-    from stepload.session.hardware_check import simulated_devices
+    from stepload.session.experiment import simulated_devices
 
     plan = envelope.plan
     refused = envelope.verdict is PlanVerdict.REFUSED

@@ -8,51 +8,44 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from stepload.live.phase_text import KEYS, clock, where
 from stepload.record.rows import Phase
 
 if TYPE_CHECKING:
     from stepload.engine.tick import Engine
     from stepload.envelope.envelope import Envelope
-    from stepload.envelope.remaining import Remaining
     from stepload.record.rows import TickRow
 
+REFRESH_S = 0.1
 Progress = Callable[["Engine", "Envelope"], None]
+KEYS = "p pauses; Ctrl+C unloads and ends, twice retracts"
+
+
+def where(row: TickRow) -> str:
+    """Cycle, phase, and the load level where there is one, in words."""
+    name = Phase(row.phase).name.replace("_", " ").lower()
+    level = f", step {row.step} ({row.level_n:.4g} N)" if row.level_n else ""
+    cycle = f"cycle {row.cycle}" if row.cycle else "before the first cycle"
+    return f"{cycle}, {name}{level}"
+
+
+def clock(seconds: float) -> str:
+    """A time as people say it: 48 s, 2 min 05 s."""
+    whole = round(seconds)
+    return f"{whole} s" if whole < 100 else f"{whole // 60} min {whole % 60:02} s"
 
 
 class Seen(NamedTuple):
     """State of a run at one time; `left_s` and `share` (of its time) stop while it is paused."""
 
-    elapsed_s: float
     left_s: float
     share: float
     force: str
     where: str
 
 
-class Watcher:
-    """Observes a run; estimates the time that is left."""
-
-    def __init__(self) -> None:
-        from stepload.envelope.remaining import Remaining  # computed now, and not in a tick
-
-        self._make = Remaining
-        self._remaining: Remaining | None = None
-
-    def look(self, engine: Engine, envelope: Envelope) -> Seen | None:
-        """The present state; None before the first tick."""
-        row = engine.row
-        if row is None:
-            return None
-        if self._remaining is None:
-            self._remaining = self._make(envelope.stages, envelope.plan.procedure)
-        left_s = self._remaining.at(row)
-        active_s = self._remaining.active_s
-        force = f"{row.force_n:7.2f} N of {row.limit_n:.4g} N"
-        return Seen(active_s, left_s, self._remaining.share, force, where(row) + _asked(engine))
+Show = Callable[[Seen | str], None]
 
 
 def _asked(engine: Engine) -> str:
@@ -63,9 +56,6 @@ def _asked(engine: Engine) -> str:
     if not operator.paused:
         return ""
     return "; p goes on" if engine.course.phase == Phase.PAUSED else "; pauses after this step"
-
-
-Show = Callable[[Seen | str], None]
 
 
 @contextmanager
@@ -100,16 +90,11 @@ def _work(waiting: queue.SimpleQueue[Seen | str | None], show: Show) -> None:
 class Display(NamedTuple):
     """Display of a run (None: none), and of notices, which are never left out.
 
-    Both return at once, even if the terminal blocks. `on_record` is called with the path of the
-    run's record.
+    Both return at once, even if the terminal blocks.
     """
 
     show: Progress | None
     say: Callable[[str], None]
-    on_record: Callable[[Path], None] | None = None
-
-
-REFRESH_S = 0.1
 
 
 def _line(item: Seen | str) -> None:
@@ -118,27 +103,17 @@ def _line(item: Seen | str) -> None:
         print(item, file=sys.stderr, flush=True)
 
 
-_NAMES: dict[int, str] = {
-    **dict.fromkeys(
-        (Phase.WARM_UP, Phase.FREE_AIR, Phase.TARE, Phase.DRIFT_CHECK),
-        "tare, free air",
-    ),
-    Phase.ALIGN: "align",
-    **dict.fromkeys(
-        (
-            Phase.FAST_APPROACH, Phase.GUARDED_APPROACH, Phase.DWELL,
-            Phase.TOUCH_RETRACT,
-        ),
-        "touch",
-    ),
-    **dict.fromkeys(
-        (Phase.LOAD, Phase.HOLD, Phase.NULLING, Phase.UNLOAD, Phase.UNLOAD_HOLD), "cycle"
-    ),
-    **dict.fromkeys((Phase.RETRACT, Phase.POST_TARE), "retract, tare"),
-    Phase.PAUSED: "paused",
-    Phase.SAFING: "safing",
-}  # fmt: skip
-"""Names of the phases that a person sees; ticks of one name are one phase."""
+_PHASES = {
+    "tare, free air": (Phase.WARM_UP, Phase.FREE_AIR, Phase.TARE, Phase.DRIFT_CHECK),
+    "align": (Phase.ALIGN,),
+    "touch": (Phase.FAST_APPROACH, Phase.GUARDED_APPROACH, Phase.DWELL, Phase.TOUCH_RETRACT),
+    "cycle": (Phase.LOAD, Phase.HOLD, Phase.NULLING, Phase.UNLOAD, Phase.UNLOAD_HOLD),
+    "retract, tare": (Phase.RETRACT, Phase.POST_TARE),
+    "paused": (Phase.PAUSED,),
+    "safing": (Phase.SAFING,),
+}
+"""The phases that a person sees; ticks of one name are one phase."""
+_NAMES: dict[int, str] = {phase: name for name, phases in _PHASES.items() for phase in phases}
 
 
 class Phases:
@@ -170,53 +145,37 @@ def _minutes(seconds: float) -> str:
     return f"{int(seconds) // 60}:{int(seconds) % 60:02}"
 
 
-def plain_lines(write: Callable[[str], None]) -> Progress:
-    """One line for each phase that is over."""
-    watcher, phases = Watcher(), Phases()
+def follow(show: Show) -> Progress:
+    """Passes on a line for each phase that is over, and the state of the run ten times a second."""
+    from stepload.envelope.remaining import Remaining  # imported now, and not in a tick
 
-    def show(engine: Engine, envelope: Envelope) -> None:
-        seen, row = watcher.look(engine, envelope), engine.row
-        if seen is not None and row is not None and (line := phases.over(row, seen.elapsed_s)):
-            write(line)
+    phases, remaining, due_s = Phases(), None, 0.0
 
-    return show
+    def look(engine: Engine, envelope: Envelope) -> None:
+        nonlocal remaining, due_s
+        if (row := engine.row) is None:
+            return
+        remaining = remaining or Remaining(envelope.stages, envelope.plan.procedure)
+        left_s = remaining.at(row)
+        if line := phases.over(row, remaining.active_s):
+            show(line)
+        if time.monotonic() >= due_s:
+            due_s = time.monotonic() + REFRESH_S
+            force = f"{row.force_n:7.2f} N of {row.limit_n:.4g} N"
+            show(Seen(left_s, remaining.share, force, where(row) + _asked(engine)))
+
+    return look
 
 
 @contextmanager
-def progress(*, quiet: bool, watch: bool = False) -> Iterator[Display]:
+def progress(*, quiet: bool) -> Iterator[Display]:
     """The display that suits standard error; `quiet` omits the progress only."""
-    if quiet or watch or not sys.stderr.isatty():
+    if quiet or not sys.stderr.isatty():
         with pen(_line) as line:
-            if quiet:
-                yield Display(None, line)
-            elif not sys.stderr.isatty():
-                yield Display(plain_lines(line), line)
-            else:
-                from stepload.live.view import screen
-
-                with screen(line) as drawn:
-                    yield Display(None, drawn.say, drawn.follow)
+            yield Display(None if quiet else follow(line), line)
     else:
         with _bar() as show, pen(show) as hand_over:
-            yield Display(_looks(hand_over), hand_over)
-
-
-def _looks(hand_over: Show) -> Progress:
-    """Passes on the state of the run ten times a second, and a line for each phase that is over."""
-    watcher, phases = Watcher(), Phases()
-    due = [0.0]
-
-    def show(engine: Engine, envelope: Envelope) -> None:
-        if time.monotonic() < due[0]:
-            return
-        due[0] = time.monotonic() + REFRESH_S
-        seen, row = watcher.look(engine, envelope), engine.row
-        if seen is not None and row is not None:
-            if line := phases.over(row, seen.elapsed_s):
-                hand_over(line)
-            hand_over(seen)
-
-    return show
+            yield Display(follow(hand_over), hand_over)
 
 
 @contextmanager

@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from typer import Argument, Option
 
-from stepload.cli.run_paths import RunPath, run_path
+from stepload.cli.options import RunPath, run_path
 from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
 
@@ -28,16 +29,16 @@ def _broken_in(directory: Path) -> Path | None:
 def recover(
     file: Annotated[
         Path,
-        typer.Argument(
+        Argument(
             parser=run_path,
             metavar="RUN",
             help="A record or a run id, or a directory in which to look for unfinished ones.",
         ),
     ] = Path("runs"),
-    out: Annotated[Path | None, typer.Option("--out", help="Where the repaired file goes.")] = None,
+    out: Annotated[Path | None, Option(help="Where the repaired file goes.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Repair what was not finished, verify it by reading back, and identify what is there.
+    """Repair what was not finished, verify it, and identify what is there.
 
     Example: stepload recover runs
     """
@@ -76,18 +77,14 @@ def recover(
 
 def replay(
     file: RunPath,
-    force_limit: Annotated[
-        str | None, typer.Option("--force-limit", help='Another F_lim, such as "250 N".')
-    ] = None,
+    force_limit: Annotated[str | None, Option(help='Another F_lim, such as "250 N".')] = None,
     limit: Annotated[
         list[str] | None,
-        typer.Option(
-            "--limit", help='Another threshold, "model_tolerance_m=20 um"; names: preflight.'
-        ),
+        Option(help='Another threshold, "model_tolerance_m=20 um"; names: preflight.'),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Run the supervisor over a record: where would it have tripped? Exit 4 if it would have.
+    """Run the supervisor over a record. Exit 4: it would have tripped.
 
     Example: stepload replay runs/20260801-101500-demo --force-limit "250 N"
     """

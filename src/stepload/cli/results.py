@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from typer import Argument, Option
 
-from stepload.cli.experiments import DryRun, OutDirectory, Seed, exit_code, press
 from stepload.cli.hazards import HazardsRead, WiringChecked, ask_before_pressing
-from stepload.cli.run_paths import run_path
+from stepload.cli.options import DryRun, OutDirectory, Seed, quantity, run_path
+from stepload.cli.run import exit_code, press
 from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
 
@@ -21,7 +22,7 @@ VERSUS = "vs"
 def calibrate(
     files: Annotated[
         list[Path] | None,
-        typer.Argument(
+        Argument(
             parser=run_path,
             metavar="PLAN",
             help="A plan with `identify: {kind: system}`; with --from: more runs.",
@@ -29,37 +30,24 @@ def calibrate(
     ] = None,
     from_runs: Annotated[
         list[Path] | None,
-        typer.Option(
+        Option(
             "--from",
             parser=run_path,
             metavar="RUN",
             help="Runs made already (directory, record or id), to be pooled; none that stopped.",
         ),
     ] = None,
-    two_spheres: Annotated[
-        tuple[Path, Path] | None,
-        typer.Option(
-            "--two-spheres",
-            parser=run_path,
-            metavar="RUN RUN",
-            help="Two runs on reference spheres: difference method.",
-        ),
-    ] = None,
     record: Annotated[
-        Path | None,
-        typer.Option("--record", help=f"File for the record; the run's {CALIBRATION} if none."),
+        Path | None, Option(help=f"File for the record; the run's {CALIBRATION} if none.")
     ] = None,
     into: Annotated[
-        Path | None,
-        typer.Option("--into", help="Rig file of `stepload setup` that names the record then."),
+        Path | None, Option(help="Rig file of `stepload setup` that names the record then.")
     ] = None,
-    valid_days: Annotated[
-        int, typer.Option("--valid-days", help="How long the record may be used.", min=1)
-    ] = 180,
+    valid_days: Annotated[int, Option(help="How long the record may be used.", min=1)] = 180,
     dry_run: DryRun = False,
     out: OutDirectory = None,
     seed: Seed = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
+    quiet: Annotated[bool, Option("--quiet", help="No progress.")] = False,
     hazards_read: HazardsRead = False,
     wiring_checked: WiringChecked = False,
     as_json: AsJson = False,
@@ -76,13 +64,13 @@ def calibrate(
     from stepload.envelope.envelope import envelope_of
     from stepload.plan.calibration import write_calibration
     from stepload.plan.load import load_plan
-    from stepload.results.calibration import from_system_runs, from_two_spheres
+    from stepload.results.calibration import from_system_runs
     from stepload.results.calibration_document import calibration_data, calibration_document
     from stepload.results.page import render
-    from stepload.results.provenance import sealed, sealed_runs
+    from stepload.results.provenance import sealed
     from stepload.results.run_record import saved_run
     from stepload.session.files import write_file
-    from stepload.setup.calibration_record import put_record, state_to_take_it
+    from stepload.setup.state import put_record, state_to_take_it
 
     output, operator = Output(as_json=as_json), Operator()
     given, made = list(files or ()), list(from_runs or ())
@@ -96,9 +84,7 @@ def calibrate(
                 hint="leave one of the two out",
             )
         state_to_take_it(into)  # refused before anything is pressed
-    if two_spheres is not None and (given or made):
-        raise BadInputError("--two-spheres takes its two runs and nothing else")
-    if two_spheres is None and not made:
+    if not made:
         if len(given) != 1:
             raise BadInputError(
                 "give one plan to run, or runs that are there with --from",
@@ -115,9 +101,8 @@ def calibrate(
             envelope = envelope_of(load_plan(given[0]))  # its rig file may have changed
         with operator.listening():
             finished = press(
-                envelope, operator, output,
-                dry_run=dry_run, out=out, seed=seed, quiet=quiet,
-            )  # fmt: skip
+                envelope, operator, output, dry_run=dry_run, out=out, seed=seed, quiet=quiet
+            )
         code = exit_code(finished)
         if code is not ExitCode.OK or finished.data.get("system_stiffness") is None:
             output.line("no calibration record: the run has no system stiffness")
@@ -127,12 +112,8 @@ def calibrate(
         record = record or finished.directory / CALIBRATION
     if record is None:
         raise BadInputError("--record is missing", hint=f"name a file, such as {CALIBRATION}")
-    if two_spheres is not None:
-        one, other = (saved_run(path) for path in two_spheres)
-        found = from_two_spheres(one, other, valid_days=valid_days)
-    else:
-        runs = [saved_run(path) for path in (*made, *given)]
-        found = from_system_runs(runs, valid_days=valid_days)
+    runs = [saved_run(path) for path in (*made, *given)]
+    found = from_system_runs(runs, valid_days=valid_days)
     try:
         record.parent.mkdir(parents=True, exist_ok=True)
         write_calibration(found.record, record)
@@ -141,7 +122,7 @@ def calibrate(
     document, report = calibration_document(found, record), record.with_name(f"{record.stem}.html")
     output.show(document)
     try:
-        write_file(report, render(sealed(sealed_runs(document, found.runs), record)))
+        write_file(report, render(sealed(document, record)))
         output.line(f"report: {report}")
     except OSError as error:  # the record is written: it is kept even if its picture fails
         output.line(f"report not written: {report}: {error.strerror}")
@@ -158,7 +139,7 @@ def _plate_modulus(text: str) -> float:
     Raises:
         BadInputError: it has another form.
     """
-    from stepload.units import parse_quantity
+    from stepload.units import parse_named
 
     modulus, comma, ratio = text.partition(",")
     try:
@@ -169,7 +150,7 @@ def _plate_modulus(text: str) -> float:
         raise BadInputError(
             f"--curve-plate {text!r}", hint='Young\'s modulus and Poisson ratio: "200 GPa, 0.29"'
         )
-    return parse_quantity(modulus, "Pa") / (1.0 - poisson**2)
+    return parse_named("--curve-plate", modulus, "Pa") / (1.0 - poisson**2)
 
 
 def _groups(runs: list[Path]) -> list[list[Path]]:
@@ -186,7 +167,7 @@ def _groups(runs: list[Path]) -> list[list[Path]]:
 def compare(
     runs: Annotated[
         list[Path],
-        typer.Argument(
+        Argument(
             parser=run_path,
             metavar="RUNS",
             help="Runs (directory, record or id). A word `vs` between them parts repeats: "
@@ -194,32 +175,25 @@ def compare(
         ),
     ],
     curve: Annotated[
-        Path | None,
-        typer.Option("--curve", help="CSV with displacement_m, force_n: another machine, FE."),
+        Path | None, Option(help="CSV with displacement_m, force_n: another machine, FE.")
     ] = None,
     curve_modulus: Annotated[
-        str | None,
-        typer.Option("--curve-modulus", help='Equivalent modulus of the curve, "2.95 GPa" (V-A).'),
+        float | None,
+        quantity("--curve-modulus", "Pa", 'Equivalent modulus of the curve, "2.95 GPa" (V-A).'),
     ] = None,
     curve_plate: Annotated[
-        str | None,
-        typer.Option("--curve-plate", help='Or its counter body: "200 GPa, 0.29" (E, ν).'),
+        str | None, Option(help='Or its counter body: "200 GPa, 0.29" (E, ν).')
     ] = None,
     secant_force: Annotated[
-        str | None, typer.Option("--secant-force", help='Force of the secants, "300 N".')
+        float | None, quantity("--secant-force", "N", 'Force of the secants, "300 N".')
     ] = None,
     tolerance: Annotated[
-        str | None,
-        typer.Option(
-            "--tolerance", help='Difference of stiffness that matters, "5 %"; else 1/t of the plan.'
-        ),
+        float | None, quantity("--tolerance", "%", 'Difference that matters, "5 %"; else 1/t.')
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", help="Directory for compare.html and compare.json.")
-    ] = None,
+    out: Annotated[Path | None, Option(help="Directory for compare.html and compare.json.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compare runs with each other and with an imported curve; nothing is moved or changed.
+    """Compare runs with each other and with an imported curve.
 
     AGREE, DIFFER or CANNOT TELL, and always the smallest difference that could have been seen.
 
@@ -232,10 +206,8 @@ def compare(
     from stepload.results.comparison_document import comparison_data, comparison_document
     from stepload.results.curve import deformation_curve
     from stepload.results.page import render
-    from stepload.results.provenance import sealed_runs
     from stepload.results.run_record import saved_run
     from stepload.session.files import write_file
-    from stepload.units import parse_quantity
 
     output = Output(as_json=as_json)
     given = None
@@ -246,26 +218,23 @@ def compare(
     if curve is not None:
         given = CurveGiven(
             deformation_curve(read_curve(curve)),
-            modulus_pa=parse_quantity(curve_modulus, "Pa") if curve_modulus is not None else None,
+            modulus_pa=curve_modulus,
             plate_pa=_plate_modulus(curve_plate) if curve_plate is not None else None,
         )
-    at_n = parse_quantity(secant_force, "N") if secant_force is not None else None
-    matters = parse_quantity(tolerance, "%") if tolerance is not None else None
     groups = _groups(runs)
     found = compare_runs(
         [saved_run(path) for group in groups for path in group],
-        secant_force_n=at_n,
+        secant_force_n=secant_force,
         given=given,
         sizes=[len(group) for group in groups] if len(groups) > 1 else None,
-        tolerance=matters,
+        tolerance=tolerance,
     )
     document, data = comparison_document(found), comparison_data(found)
     output.show(document)
     if out is not None:
         try:
             out.mkdir(parents=True, exist_ok=True)
-            page = render(sealed_runs(document, [each.run for each in found.runs]))
-            write_file(out / "compare.html", page)
+            write_file(out / "compare.html", render(document))
             write_file(out / "compare.json", json_text(data, indent=1) + "\n")
         except OSError as error:
             raise BadInputError(f"cannot write to {out}: {error.strerror}") from error

@@ -8,16 +8,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from typer import Argument, Option
 
-from stepload.errors import BadInputError
+from stepload.errors import BadInputError, guess
 from stepload.results.terminal import AsJson, Output
 
 if TYPE_CHECKING:
-    from stepload.setup.answers import Answers
     from stepload.setup.questions import Question
 
 CONTEXT_SETTINGS = {"allow_extra_args": True, "ignore_unknown_options": True}
-STEP_HELP = "Stop after this step: arm, sensor, push, weigh, start, way, plan, doctor, touch."
+STEP_HELP = "Stop after this step: arm, sensor, push, start, way, plan, doctor, touch."
 
 
 class Terminal:
@@ -43,28 +43,19 @@ class Terminal:
         return shown
 
 
-def _answers(flags: list[str], yes: bool, out: Output) -> Answers:
-    from stepload.setup.answers import Answers, from_flags
-
-    return Answers(from_flags(flags), Terminal(out), yes=yes)
-
-
 def setup(
     context: typer.Context,
-    rig: Annotated[Path, typer.Argument(help="Rig file to write.", show_default=False)],
+    rig: Annotated[Path, Argument(help="Rig file to write.", show_default=False)],
     redo: Annotated[
-        str,
-        typer.Option(
-            "--redo", help="Do this step again; where it finds something else, those after it too."
-        ),
+        str, Option(help="Do this step again; where it finds something else, those after it too.")
     ] = "",
-    until: Annotated[str, typer.Option("--until", help=STEP_HELP)] = "",
+    until: Annotated[str, Option(help=STEP_HELP)] = "",
     yes: Annotated[
-        bool, typer.Option("--yes", help="Give every consent beforehand; for scripts.")
+        bool, Option("--yes", help="Give every consent beforehand; for scripts.")
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Write a rig file step by step. It can be left at any time; the next start goes on.
+    """Write a rig file step by step; left at any time, the next start goes on.
 
     Every question is also a flag: `--host 192.168.1.10`, `--material acetal`; a flag that is none
     lists them all. Nothing moves without consent. Exit 0: all done; 3: a step was refused.
@@ -72,10 +63,11 @@ def setup(
     Example: stepload setup rig.yaml
     """
     from stepload.session.experiment import press
+    from stepload.setup.answers import Answers, from_flags
     from stepload.setup.wizard import STEPS, set_up
 
     out = Output(as_json=as_json)
-    given = _answers(context.args, yes, out)
+    given = Answers(from_flags(context.args), Terminal(out), yes=yes)
     left = set_up(rig, given, press=press, redo=redo, until=until)
     out.line(f"\nwritten: {rig}" + (f"; to come: {', '.join(left)}" if left else ""))
     if not left:
@@ -87,7 +79,7 @@ def setup(
 
 
 def _presets(begun: str) -> list[str]:
-    from stepload.setup.presets import PRESETS
+    from stepload.setup.questions import PRESETS
 
     return [name for name in PRESETS if name.startswith(begun)]
 
@@ -99,18 +91,16 @@ def _rig_as_named(rig: Path, plan: Path) -> str:
         BadInputError: it is neither.
     """
     import os
-    from difflib import get_close_matches
 
     from stepload.plan.references import profiles
 
     if not rig.is_file():
         if str(rig) in (known := profiles()):
             return str(rig)
-        near = get_close_matches(str(rig), known, n=1)
-        guess = f"did you mean the profile {near[0]}? " if near else ""
         raise BadInputError(
             f"{rig} is no file and no profile",
-            hint=f"{guess}`stepload setup` writes a rig file, `stepload profiles` lists profiles",
+            hint=f"{guess(str(rig), known)}`stepload setup` writes a rig file,"
+            " `stepload profiles` lists profiles",
         )
     from_here = os.path.relpath(rig.resolve(), plan.resolve().parent)
     return from_here if "/" in from_here or rig.suffix in (".yaml", ".yml") else f"./{from_here}"
@@ -119,22 +109,21 @@ def _rig_as_named(rig: Path, plan: Path) -> str:
 def init(
     context: typer.Context,
     rig: Annotated[
-        Path,
-        typer.Argument(help="Rig file, or a profile, that the plan is for; before all flags."),
+        Path, Argument(help="Rig file, or a profile, that the plan is for; before all flags.")
     ] = Path("stvf"),
     start: Annotated[
         str,
-        typer.Option(
+        Option(
             "--preset",
             help="Payload to begin with: sphere, cone, pyramid, flat-punch, unknown.",
             autocompletion=_presets,
         ),
     ] = "",
-    plan: Annotated[Path, typer.Option("--plan", help="Plan to write.")] = Path("plan.yaml"),
-    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
+    plan: Annotated[Path, Option(help="Plan to write.")] = Path("plan.yaml"),
+    force: Annotated[bool, Option("--force", help="Replace a file that is there.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Write the plan of a payload from answers; preflight must let it through. Exit 3: it does not.
+    """Write the plan of a payload from answers. Exit 3: preflight refuses it.
 
     The questions are those of the plan's step in `stepload setup`: --shape, --radius, --material …
     A preset proposes most answers. The comments of the plan say what each key means and where its
@@ -142,9 +131,10 @@ def init(
 
     Example: stepload init --preset sphere
     """
-    from stepload.cli.plans import show_preflight
+    from stepload.cli.preflight import show_preflight
+    from stepload.setup.answers import Answers, from_flags
     from stepload.setup.first_plan import first_plan, write_plan
-    from stepload.setup.presets import preset
+    from stepload.setup.questions import preset
 
     out = Output(as_json=as_json)
     if plan.exists() and not force:
@@ -153,9 +143,7 @@ def init(
     if str(rig).startswith("--"):  # the first flag of a question, where no rig is named
         flags, rig = [str(rig), *flags], Path("stvf")
     named = _rig_as_named(rig, plan)
-    given = _answers(flags, False, out)
-    if start:
-        given.preset = preset(start)
+    given = Answers(from_flags(flags), Terminal(out), preset=preset(start) if start else {})
     text, envelope = first_plan(given, named, plan)
     write_plan(plan, text, force)
     show_preflight(replace(envelope, plan=replace(envelope.plan, path=plan)), out)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from stepload.contact.materials import Material
 from stepload.errors import DomainError
@@ -54,3 +55,16 @@ def require_material(material: Material) -> Material:
     if material.yield_strength_pa is not None:
         require_positive(material.yield_strength_pa, f"yield strength of {name!r}", "Pa")
     return material
+
+
+def across_problem(
+    across_m_per_n: Sequence[float], sigma_m_per_n: Sequence[float], at_share: Sequence[float]
+) -> str:
+    """Why these numbers cannot be used; "" where they can, or where there are none."""
+    named = {"across": across_m_per_n, "across_sigma": sigma_m_per_n, "at_share": at_share}
+    for name, values in named.items():
+        if len(values) not in (0, 2):
+            return f"{name} has {len(values)} numbers; there are two other axes"
+    if bool(across_m_per_n) != bool(sigma_m_per_n):
+        return "`across` and `across_sigma` belong together"
+    return ""

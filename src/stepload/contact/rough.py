@@ -1,11 +1,12 @@
 """Deformation of a rough sphere contact (9)–(12).
 
-Traps of the model, all of them kept and documented rather than smoothed over:
+Traps of the model, all of them kept and not smoothed over:
 
-- F → 0 gives δ → 1.5715 σ κ^-0.16, not 0. - Below p0 = 0.01 the model is out of its domain; results
-are flagged `Domain.BELOW`. - At p0 = 0.47 the two branches of (12) do not meet: δ drops by 0.89 %
-as F rises, so δ(F) is not monotone there. - At p0 = 1 the factor on the smooth deformation is
-1.00035, not 1. - σ and the micro-hardness act through σ κ^-0.16 only: a curve cannot separate them.
+- F → 0 gives δ → 1.5715 σ κ^-0.16, not 0.
+- Below p0 = 0.01 the model is out of its domain; results are a formal continuation.
+- At p0 = 0.47 the two branches of (12) do not meet: δ drops by 0.89 % as F rises.
+- At p0 = 1 the factor on the smooth deformation is 1.00035, not 1.
+- σ and the micro-hardness act through σ κ^-0.16 only: a curve cannot separate them.
 """
 
 from __future__ import annotations
@@ -14,7 +15,9 @@ import math
 from dataclasses import dataclass
 
 from stepload.contact.checks import require_not_negative, require_positive
-from stepload.contact.domain import Domain, Flagged
+from stepload.contact.elastic import equivalent_modulus, equivalent_radius, law_for
+from stepload.contact.limit import softer_body
+from stepload.contact.materials import Geometry, Material
 
 HARDNESS_OVER_YIELD = 5.0
 """Micro-hardness over yield strength where only the latter is known; good to a factor of 2.
@@ -91,8 +94,8 @@ class RoughSphere:
         smooth_m = _smooth_deformation(self.k, force_n)
         return smooth_m / (smooth_m + self.scale_m)
 
-    def deformation(self, force_n: float) -> Flagged:
-        """Deformation in m (10) at a force in N; `Domain.BELOW` where p0 < 0.01.
+    def deformation(self, force_n: float) -> float:
+        """Deformation in m (10) at a force in N; a formal continuation where p0 < 0.01.
 
         Raises:
             DomainError: `force_n` is negative or not finite.
@@ -109,8 +112,29 @@ class RoughSphere:
             radius = 3.51 - 2.51 * p0
             bulk_m = 0.5 * radius**2 * smooth_m
             edge_m = 8.0 * p0 * radius * smooth_m / denominator
-        return Flagged(bulk_m + edge_m, Domain.INSIDE if p0 >= P0_MIN else Domain.BELOW)
+        return float(bulk_m + edge_m)
 
 
 def _smooth_deformation(k: float, force_n: float) -> float:
     return float((require_not_negative(force_n, "contact force", "N") / k) ** (2.0 / 3.0))
+
+
+def rough_sphere(
+    geometry: Geometry,
+    material: Material,
+    plate: Material,
+    roughness_m: float,
+    micro_hardness_pa: float | None,
+) -> RoughSphere | None:
+    """The rough contact of these bodies; None of what is no sphere or has no known hardness.
+
+    Without a micro-hardness it follows from the yield strength of the softer body.
+    """
+    radius_m, softer = equivalent_radius(geometry), softer_body(material, plate)
+    if micro_hardness_pa is None and softer is not None and softer.yield_strength_pa is not None:
+        micro_hardness_pa = HARDNESS_OVER_YIELD * softer.yield_strength_pa
+    if radius_m is None or micro_hardness_pa is None:
+        return None
+    modulus_pa = equivalent_modulus(material, plate)
+    kappa = roughness_number(modulus_pa, micro_hardness_pa, radius_m, roughness_m)
+    return RoughSphere(law_for(geometry, material, plate).k, roughness_m, kappa)

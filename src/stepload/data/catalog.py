@@ -8,8 +8,7 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stepload.data.columns import write_columns
-from stepload.data.libraries import library
+from stepload.data.columns import library
 from stepload.errors import BadInputError
 from stepload.record.summary import Summary, read_summary
 from stepload.record.untrusted import untrusted
@@ -87,47 +86,27 @@ def catalog(directory: str | Path) -> pandas.DataFrame:
     return frame
 
 
-def write_parquet(found: Sequence[RunRow], path: Path) -> None:
-    """Write rows of the catalogue to a Parquet file.
+def chosen(
+    found: Sequence[RunRow], wanted: Mapping[str, str], column: str, *, falling: bool = False
+) -> list[RunRow]:
+    """The rows whose columns contain the wanted texts, ignoring case, sorted by one column.
 
-    Raises:
-        BadInputError: pyarrow is not installed, or the file is there already or cannot be written.
-    """
-    write_columns({name: [getattr(row, name) for row in found] for name in COLUMNS}, path)
-
-
-def chosen(found: Sequence[RunRow], wanted: Mapping[str, str]) -> list[RunRow]:
-    """The rows whose columns contain the wanted texts, ignoring case.
+    Rows without the number come last.
 
     Raises:
         BadInputError: there is no such column.
     """
-    for name in wanted:
+    for name in (*wanted, column):
         if name not in COLUMNS:
             raise BadInputError(f"no column {name!r}", hint=f"there are {', '.join(COLUMNS)}")
-    return [
+    rows = [
         row
         for row in found
         if all(text.lower() in str(getattr(row, name)).lower() for name, text in wanted.items())
     ]
-
-
-def ordered(found: Sequence[RunRow], column: str, *, falling: bool = False) -> list[RunRow]:
-    """The rows by one column; rows without the number come last.
-
-    Raises:
-        BadInputError: there is no such column.
-    """
-    if column not in COLUMNS:
-        raise BadInputError(f"no column {column!r}", hint=f"there are {', '.join(COLUMNS)}")
-
-    def missing(row: RunRow) -> bool:
-        value = getattr(row, column)
-        return isinstance(value, float) and math.isnan(value)
-
-    there = [row for row in found if not missing(row)]
+    there = [row for row in rows if getattr(row, column) == getattr(row, column)]
     there.sort(key=lambda row: getattr(row, column), reverse=falling)
-    return [*there, *(row for row in found if missing(row))]
+    return [*there, *(row for row in rows if getattr(row, column) != getattr(row, column))]
 
 
 def find_run(text: str, directory: Path) -> Path:
@@ -185,34 +164,27 @@ def _row(record: Path) -> RunRow:
 
 
 def _unread(path: Path, problem: str) -> RunRow:
-    nothing: dict[str, Any] = dict.fromkeys(COLUMNS, "") | dict.fromkeys(_NUMBERS, math.nan)
-    return RunRow(**nothing | {"simulated": False, "path": str(path), "problem": problem})
-
-
-_NUMBERS = (
-    "chord_n_per_m", "low_n_per_m", "high_n_per_m", "secant_n_per_m", "peak_force_n",
-)  # fmt: skip
+    nothing = {f.name: math.nan if f.type == "float" else "" for f in fields(RunRow)}
+    told: dict[str, Any] = {"simulated": False, "path": str(path), "problem": problem}
+    return RunRow(**nothing | told)
 
 
 def _told(summary: Summary) -> RunRow:
     began, results = summary.metadata, summary.results or {}
-    texts = {
-        name: str(began.get(name, ""))
-        for name in (
-            "run_id", "started", "payload", "specimen", "batch", "plan", "rig", "operator",
-            "stepload",
-        )
-    }  # fmt: skip
+    names = (
+        "run_id", "started", "payload", "specimen", "batch", "plan", "rig", "operator", "stepload",
+    )  # fmt: skip
     headline = _mapping(results.get("headline"))
-    low, high = _interval(headline.get("interval_n_per_m"))
+    interval = headline.get("interval_n_per_m")
+    low, high = interval if isinstance(interval, list) and len(interval) == 2 else (None, None)
     fit = _mapping(_mapping(results.get("fits")).get(str(results.get("believe"))))
     return RunRow(
-        **texts,
+        **{name: began.get(name, "") for name in names},
         verdict=str(summary.outcome.get("verdict", results.get("verdict", ""))),
         status=str(results.get("status", "")) or "unfinished",
         chord_n_per_m=_number(headline.get("value_n_per_m")),
-        low_n_per_m=low,
-        high_n_per_m=high,
+        low_n_per_m=_number(low),
+        high_n_per_m=_number(high),
         secant_n_per_m=_number(fit.get("secant_n_per_m")),
         peak_force_n=_number(results.get("peak_force_n")),
         simulated="true" in (began.get("simulated"), began.get("dry_run")),
@@ -227,9 +199,3 @@ def _mapping(value: object) -> Mapping[str, Any]:
 
 def _number(value: object) -> float:
     return float(value) if isinstance(value, (int, float)) else math.nan
-
-
-def _interval(value: object) -> tuple[float, float]:
-    if isinstance(value, list) and len(value) == 2:
-        return _number(value[0]), _number(value[1])
-    return math.nan, math.nan

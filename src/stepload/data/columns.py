@@ -1,12 +1,28 @@
-"""Columns into a Parquet file."""
+"""Columns into a Parquet file, and the optional libraries: the extra `data` of the package."""
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
-from stepload.data.libraries import library
 from stepload.errors import BadInputError
+
+
+def library(name: str, wanted_for: str) -> Any:
+    """Import an optional library.
+
+    Raises:
+        BadInputError: it is not installed.
+    """
+    try:
+        return importlib.import_module(name)
+    except ImportError as error:
+        raise BadInputError(
+            f"{wanted_for} needs {name}, which is not installed",
+            hint=f'pip install "stepload[data]", or {name} alone',
+        ) from error
 
 
 def check_parquet(path: Path) -> None:
@@ -24,7 +40,7 @@ def write_columns(columns: Mapping[str, Sequence[object]], path: Path) -> None:
     """Write columns of equal length to a new Parquet file.
 
     Raises:
-        BadInputError: pyarrow is not installed, or the file is there already or cannot be written.
+        BadInputError: as `check_parquet`, or the file cannot be written.
     """
     check_parquet(path)
     pa, parquet = library("pyarrow", "Parquet"), library("pyarrow.parquet", "Parquet")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict
 from enum import StrEnum
@@ -13,9 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from stepload.data.libraries import library
-from stepload.data.run import Run
-from stepload.data.streams import STREAMS
+from stepload.data.columns import library
+from stepload.data.run import STREAMS, Run
 from stepload.data.table import PHASE, Table
 from stepload.errors import BadInputError, printable
 from stepload.record.rows import Phase
@@ -32,33 +31,28 @@ class Format(StrEnum):
     XLSX = "xlsx"
 
 
-def tables(run: Run) -> dict[str, Table]:
+def tables(run: Run) -> tuple[dict[str, Table], str]:
     """Every table of a run by the name of its file: the curve, its levels, touches, raw streams.
 
-    A run that ended before a contact has the raw streams only.
+    A run that ended before a contact has the raw streams only; the text says why.
     """
-    found: dict[str, Table] = {}
-    try:
-        found["curve"] = run.curve
-        found["levels"] = _of_objects(run.levels, "start_s")
-        found["touches"] = _of_objects(run.touches, "time_s")
-    except BadInputError:
-        found.clear()
     raw: dict[str, Table | None] = {name: getattr(run, name) for name in STREAMS}
-    return found | {name: table for name, table in raw.items() if table is not None}
-
-
-def no_curve(run: Run) -> str:
-    """Why a run has no curve, no levels and no touches; "" where it has them."""
+    found = {name: table for name, table in raw.items() if table is not None}
     try:
-        _ = run.curve
+        curve = {
+            "curve": run.curve,
+            "levels": _of_objects(run.levels, "start_s"),
+            "touches": _of_objects(run.touches, "time_s"),
+        }
     except BadInputError as error:
-        return error.message
-    return ""
+        return found, error.message
+    return curve | found, ""
 
 
-def write_tables(run: Run, directory: Path, format: Format) -> list[Path]:
-    """Write every table of a run into a directory; the files that were written.
+def write_tables(
+    run: Run, parts: Mapping[str, Table], directory: Path, format: Format
+) -> list[Path]:
+    """Write tables of a run into a directory; the files that were written.
 
     One file a table, `curve.csv`, `levels.csv` and so on; of Excel one book with a sheet for each
     table. Units are in the names of the columns. A file that is there already is not overwritten,
@@ -68,43 +62,35 @@ def write_tables(run: Run, directory: Path, format: Format) -> list[Path]:
         BadInputError: the library for the format is missing, a file is there already or cannot be
             written, or a table is too long for a sheet of Excel.
     """
-    parts = tables(run)
     about = {
         "run_id": run.run_id,
         "simulated": str(run.simulated).lower(),
         "partial": str(run.partial).lower(),
         **{k: run.metadata.get(k, "") for k in ("plan", "payload", "rig", "started", "stepload")},
     }
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-        if format is Format.XLSX:
-            path = directory / f"{_in_a_name(run.metadata.get('plan', ''))}.xlsx"
-            if run.run_id:
-                path = path.with_stem(f"{path.stem}-{_in_a_name(run.run_id)}")
-            _refuse_existing([path])
-            with _whole(path) as part:
-                _book(part, parts, about)
-            return [path]
+    if format is Format.XLSX:
+        named = (run.metadata.get("plan", "") or "run", run.run_id)
+        # Texts of a record are not trusted: only safe letters become part of a file's name.
+        stem = "-".join(re.sub(r"[^\w-]+", "_", text)[:80] for text in named if text)
+        paths = {stem: directory / f"{stem}.xlsx"}
+    else:
         paths = {name: directory / f"{name}.{format.value}" for name in parts}
-        _refuse_existing(list(paths.values()))
-        write = _WRITERS[format]
-        for name, path in paths.items():
-            with _whole(path) as part:
-                write(part, parts[name], about)
-        return list(paths.values())
-    except OSError as error:
-        raise BadInputError(f"{directory}: {error.strerror}") from error
-
-
-def _refuse_existing(paths: list[Path]) -> None:
-    for path in paths:
+    for path in paths.values():
         if path.exists():
             raise BadInputError(f"{path} is there already", hint="name another directory")
-
-
-def _in_a_name(text: str) -> str:
-    """A text of a record, whose content is not trusted, as a safe part of a file's name."""
-    return re.sub(r"[^\w-]+", "_", text)[:80] or "run"
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        for name, path in paths.items():
+            with _whole(path) as part:
+                if format is Format.XLSX:
+                    _book(part, parts, about)
+                elif format is Format.CSV:
+                    _csv(part, parts[name])
+                else:
+                    _parquet(part, parts[name], about)
+    except OSError as error:
+        raise BadInputError(f"{directory}: {error.strerror}") from error
+    return list(paths.values())
 
 
 @contextmanager
@@ -137,7 +123,7 @@ def _texts(table: Table) -> dict[str, list[Any]]:
     return columns
 
 
-def _csv(path: Path, table: Table, about: Mapping[str, str]) -> None:
+def _csv(path: Path, table: Table) -> None:
     """One header line with units in the names; numbers as Python writes them, exact."""
     columns = _texts(table)
     with path.open("w", newline="", encoding="utf-8") as file:
@@ -174,9 +160,3 @@ def _book(path: Path, parts: Mapping[str, Table], about: Mapping[str, str]) -> N
         for row in zip(*columns.values(), strict=True):
             sheet.append([None if value != value else value for value in row])
     book.save(path)
-
-
-_WRITERS: Mapping[Format, Callable[[Path, Table, Mapping[str, str]], None]] = {
-    Format.CSV: _csv,
-    Format.PARQUET: _parquet,
-}

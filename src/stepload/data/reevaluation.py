@@ -8,15 +8,12 @@ from pathlib import Path
 
 from stepload.data.catalog import RunRow, rows
 from stepload.errors import BadInputError
+from stepload.results.conditions import Stated
 from stepload.results.from_file import results_of_file
 from stepload.results.model import finite
-from stepload.results.stated import Stated
-from stepload.runner.digest import product_digest
-from stepload.runner.jobs import run_in_order
+from stepload.runner.jobs import run_all
 from stepload.runner.pool import Pool
 
-DECIDING = ("contact", "envelope", "estimators", "evidence", "plan", "record", "results")
-"""Packages whose code determines the result of a record."""
 AT_ONCE = 4
 """Records in a batch; each takes about a second."""
 
@@ -53,11 +50,6 @@ class Reidentify:
 
     stated: Stated
 
-    @property
-    def digest(self) -> str:
-        """Digest of the code that determines the result of a record."""
-        return product_digest(*DECIDING)
-
     def run(self, job: RunRow, /) -> Again:
         """Identify one record; `problem` says why there is nothing to identify."""
         verdict = problem = ""
@@ -79,10 +71,7 @@ class Reidentify:
 
 
 def identify_all(
-    directory: Path,
-    stated: Stated,
-    pool: Pool,
-    on_done: Callable[[int, int], None] | None = None,
+    directory: Path, stated: Stated, pool: Pool, on_done: Callable[[int, int], None]
 ) -> list[Again]:
     """Identify the records in a directory and below, the oldest first; nothing is changed.
 
@@ -98,9 +87,8 @@ def identify_all(
     jobs = rows(directory.resolve())
     if not jobs:
         raise BadInputError(f"{directory}: no record in it", hint="the directory that holds runs")
-    found: list[Again] = []
-    for batch in run_in_order(Reidentify(stated), jobs, pool, AT_ONCE):
-        found += batch
-        if on_done is not None:
-            on_done(len(found), len(jobs))
-    return found
+    found: dict[str, Again] = {}
+    for batch in run_all(Reidentify(stated), jobs, pool, AT_ONCE):
+        found |= {each.path: each for each in batch}
+        on_done(len(found), len(jobs))
+    return [found[job.path] for job in jobs]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from datetime import datetime
 from functools import cached_property
 from pathlib import Path
@@ -12,41 +12,34 @@ from typing import Any
 
 import numpy as np
 
-from stepload.data.streams import SIX, STREAMS, tables_of
-from stepload.data.table import Table
+from stepload.data.table import Column, Table
 from stepload.errors import BadInputError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.contact_quality import ContactQuality
 from stepload.estimators.fit import Missing
 from stepload.plan.model import Plan
 from stepload.record.reader import Event, Recording, read_recording
-from stepload.record.rows import Phase
 from stepload.record.untrusted import untrusted
 from stepload.results.conditions import FILE as CONDITIONS
 from stepload.results.conditions import from_attachments, measured
 from stepload.results.levels import Level, levels_of
 from stepload.results.press_data import LOADING, UNLOADING, PressData, TouchPoint, press_data
 from stepload.results.quality import quality_of
-from stepload.results.record_evaluation import plan_of
-from stepload.results.run_record import condensed, read_to_evaluate, record_in, told_ticks
+from stepload.results.run_record import condensed, plan_of, read_to_evaluate, record_in, told_ticks
 
-
-@dataclass(frozen=True, slots=True)
-class Reason:
-    """One reason of the preflight: `severity` is refuse, warn or note."""
-
-    code: str
-    severity: str
-    message: str
-    remedy: str
-
-
-@dataclass(frozen=True, slots=True)
-class Preflight:
-    """Result of the preflight before the run: `verdict` is go, warn or refused."""
-
-    verdict: str
-    reasons: tuple[Reason, ...]
+SIX = {
+    "wrench": (
+        "force_x_n", "force_y_n", "force_z_n", "torque_x_n_m", "torque_y_n_m", "torque_z_n_m",
+    ),
+    "pose": ("x_m", "y_m", "z_m", "rotation_x_rad", "rotation_y_rad", "rotation_z_rad"),
+}  # fmt: skip
+"""Names of the six numbers of a field."""
+RECEIVED = "receive_time_s"
+STREAMS = {
+    "force": RECEIVED, "second_force": RECEIVED, "arm": RECEIVED, "displacement": RECEIVED,
+    "ticks": "time_s",
+}  # fmt: skip
+"""The column of each stream that is its time."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +74,6 @@ class Run:
     partial: bool
     damage: str
     _recording: Recording = field(repr=False)
-    _span_s: tuple[float, float] = field(default=(-np.inf, np.inf), repr=False)
 
     @property
     def run_id(self) -> str:
@@ -116,21 +108,17 @@ class Run:
         return plan_of(self.metadata, self.files)
 
     @cached_property
-    def preflight(self) -> Preflight:
-        """The result of the preflight.
+    def preflight(self) -> Mapping[str, Any]:
+        """The result of the preflight: `verdict` (go, warn or refused) and `reasons`, each with
+        code, severity, message and remedy.
 
         Raises:
             BadInputError: the record does not hold it.
         """
         with untrusted(self.path):
-            told = json.loads(self.files.get("preflight.json", b"{}"))
-            if not told:
+            if not (told := json.loads(self.files.get("preflight.json", b"{}"))):
                 raise BadInputError(f"{self.path}: the record holds no preflight")
-            rows = tuple(
-                Reason(*(str(row[key]) for key in ("code", "severity", "message", "remedy")))
-                for row in told["reasons"]
-            )
-            return Preflight(str(told["verdict"]), rows)
+            return dict(told)
 
     @cached_property
     def _press(self) -> PressData:
@@ -168,7 +156,7 @@ class Run:
         tick = np.clip(tick, 0, len(ticks.time_s) - 1)
         branch = np.isin(press.phase, LOADING).astype(np.int64)
         branch -= np.isin(press.phase, UNLOADING)
-        table = Table(
+        return Table(
             {
                 "time_s": press.time_s,
                 "force_n": press.force_n,
@@ -181,7 +169,6 @@ class Run:
                 "branch": branch,
             }
         )
-        return table.between(*self._span_s)
 
     @cached_property
     def wrench(self) -> Table:
@@ -204,7 +191,7 @@ class Run:
             for place, i in enumerate((*others, index)):
                 columns[SIX["wrench"][3 + i]] = press.torque_n_m[:, place]
         rest = {"phase": press.phase, "cycle": press.cycle}
-        return Table({"time_s": press.time_s, **columns, **rest}).between(*self._span_s)
+        return Table({"time_s": press.time_s, **columns, **rest})
 
     @cached_property
     def contact(self) -> ContactQuality | Missing:
@@ -221,54 +208,23 @@ class Run:
         Raises:
             BadInputError: the run ended before there was a contact.
         """
-        start_s, end_s = self._span_s
-        return tuple(t for t in self._press.touches if start_s <= t.time_s < end_s)
+        return tuple(self._press.touches)
 
     @cached_property
     def levels(self) -> tuple[Level, ...]:
         """Every hold of a load level; raises as `curve`."""
-        start_s, end_s = self._span_s
-        found = levels_of(self._evaluated, self.events, self._conditions)
-        return tuple(level for level in found if start_s <= level.end_s < end_s)
-
-    def between(self, start_s: float, end_s: float) -> Run:
-        """The run with start_s <= time < end_s only; zero and clocks stay those of the whole run.
-
-        Raises:
-            BadInputError: the end is not after the start.
-        """
-        if not end_s > start_s:
-            raise BadInputError(f"from {start_s} s to {end_s} s is no time")
-        tables: dict[str, Any] = {
-            name: None if (table := getattr(self, name)) is None else table.between(start_s, end_s)
-            for name in STREAMS
-        }
-        events = tuple(e for e in self.events if start_s <= e.time_s < end_s)
-        return replace(self, **tables, events=events, _span_s=(start_s, end_s))
-
-    def in_phase(self, *phases: Phase | str) -> Table:
-        """The rows of `curve` in these phases, such as "load", "hold".
-
-        Raises:
-            BadInputError: no phase has that name, or as `curve`.
-        """
-        wanted = [_phase(each) for each in phases]
-        return self.curve.where(np.isin(self.curve["phase"], wanted))
-
-    def at_level(self, step: int, cycle: int = 1) -> Table:
-        """The rows of `curve` that belong to a step (from 1) of a cycle; raises as `curve`."""
-        curve = self.curve
-        return curve.where((curve["step"] == step) & (curve["cycle"] == cycle))
+        return tuple(levels_of(self._evaluated, self.events, self._conditions))
 
 
-def _phase(name: Phase | str) -> Phase:
-    if isinstance(name, Phase):
-        return name
-    try:
-        return Phase[name.strip().upper().replace(" ", "_")]
-    except KeyError:
-        known = ", ".join(phase.name.lower() for phase in Phase)
-        raise BadInputError(f"no phase {name!r}", hint=f"there are {known}") from None
+def _table(columns: Any, time: str) -> Table:
+    """A stream: one column for each field or vector component."""
+    flat: dict[str, Column] = {}
+    for name, values in columns._asdict().items():
+        if names := SIX.get(name):
+            flat |= {each: values[:, index] for index, each in enumerate(names)}
+        else:
+            flat[name] = values
+    return Table(flat, time)
 
 
 def open_run(path: str | Path) -> Run:
@@ -282,9 +238,13 @@ def open_run(path: str | Path) -> Run:
     file = record_in(Path(path))
     with untrusted(file):
         recording = read_recording(file)
+        streams: dict[str, Any] = {
+            name: None if (columns := getattr(recording, name)) is None else _table(columns, time)
+            for name, time in STREAMS.items()
+        }
         return Run(
             path=file,
-            **tables_of(recording),
+            **streams,
             events=recording.events,
             metadata=recording.metadata,
             outcome=recording.outcome,

@@ -1,4 +1,4 @@
-"""Columns of one length, as numpy arrays, and as the tables of pandas, polars and Arrow."""
+"""Columns of one length, as numpy arrays, and as the tables of pandas and Arrow."""
 
 from __future__ import annotations
 
@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepload.data.libraries import library
+from stepload.data.columns import library
 from stepload.errors import BadInputError
 from stepload.record.rows import Phase
 
 if TYPE_CHECKING:
     import pandas
-    import polars
     import pyarrow
 
 Column = NDArray[Any]
@@ -27,7 +26,7 @@ class Table(Mapping[str, Column]):
 
     `table["force_n"]` is an array; the unit is in the name. The arrays are those of the run, not
     copies: change none of them in place. The column `phase` holds numbers of
-    `stepload.record.rows.Phase`; tables of pandas, polars and Arrow hold their names.
+    `stepload.record.rows.Phase`; tables of pandas and Arrow hold their names.
 
     Args:
         columns: by name, all of one length.
@@ -104,21 +103,4 @@ class Table(Mapping[str, Column]):
         if PHASE in columns:
             columns[PHASE] = pd.Categorical.from_codes(columns[PHASE], _PHASES)
         frame: pandas.DataFrame = pd.DataFrame(columns)
-        return frame
-
-    def to_polars(self) -> polars.DataFrame:
-        """The same as a polars DataFrame; phases are a categorical.
-
-        Raises:
-            BadInputError: polars is not installed.
-        """
-        pl = library("polars", "a polars DataFrame")
-        frame: polars.DataFrame = pl.DataFrame(
-            {name: np.ascontiguousarray(c) for name, c in self._columns.items()}
-        )
-        if PHASE in self._columns:
-            named = frame[PHASE].replace_strict(
-                list(range(len(_PHASES))), _PHASES, return_dtype=pl.Categorical
-            )
-            frame = frame.with_columns(named.alias(PHASE))
         return frame

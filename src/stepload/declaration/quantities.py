@@ -130,6 +130,16 @@ class Quantity:
         }
 
 
+def newton(force: float) -> str:
+    """A force with its unit, to six digits."""
+    return format_quantity(force, "N", digits=6)
+
+
+def metre(length: float) -> str:
+    """A length with its unit, to six digits."""
+    return format_quantity(length, "m", digits=6)
+
+
 @dataclass(frozen=True, slots=True)
 class Setting(Quantity):
     """An option of a driver: a quantity whose limits hold in code too."""

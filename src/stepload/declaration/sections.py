@@ -1,28 +1,42 @@
-"""Sections of a plan: dataclasses of pydantic, from whose fields reader, schema and tables follow.
+'''Sections of a plan: dataclasses of pydantic, from whose fields reader, schema and tables follow.
 
 ::
 
-    hold_s: Annotated[Duration, key("How long each level is held.")] = 3.0
+    hold_s: Duration = 3.0
+    """How long each level is held."""
 
-is the key `hold`, a time, 3 s where it is left out. The key is the name of the field without its
-unit, or the alias. A field without default is required; one with the default `DERIVED` follows from
-others once they are read. `INTERNAL` marks a field that no file may write.
-"""
+is the key `hold`, a time, 3 s where it is left out, with what it means. The key is the name of the
+field without its unit, or the alias. A field without default is required; one with the default
+`DERIVED` follows from others once they are read. `INTERNAL` marks a field that no file may write.
+'''
 
 from __future__ import annotations
 
+import ast
+import inspect
 import re
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, is_dataclass
+from enum import Enum
 from functools import cache
-from typing import Annotated, Any, NoReturn, get_args, get_origin
+from itertools import pairwise
+from typing import Annotated, Any, NoReturn, get_args
 
-from pydantic import ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, TypeAdapter
+from pydantic import (
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    TypeAdapter,
+    ValidationInfo,
+    model_validator,
+)
 from pydantic.fields import FieldInfo
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import PydanticCustomError, PydanticOmit, PydanticUndefined, core_schema
 
-from stepload.declaration.quantities import WRITTEN
+from stepload.declaration.quantities import REFUSED, WRITTEN
 
 Kind = Any
 """A section class."""
@@ -52,68 +66,28 @@ SECTION = ConfigDict(
 
 
 def key(meaning: str, *, alias: str | None = None) -> Any:
-    """What makes a field a key: what it means, and how it is written where not as the field."""
+    """What a field means, where a text below it does not say it, as in a type that is shared."""
     return Field(description=meaning, alias=alias)
 
 
-class UnknownError(AttributeError):
-    """A value was used that the plan leaves out, or that is bad."""
+class _Derived(Enum):
+    DERIVED = "derived"
 
 
-class _Unknown:
-    """Stands where there is no value; whoever computes with it, or asks it, ends there."""
-
-    def __init__(self, why: str) -> None:
-        self.__why = why
-
-    def __repr__(self) -> str:
-        return f"<{self.__why}>"
-
-    def _fail(self, *_: object) -> NoReturn:
-        raise UnknownError(self.__why)
-
-    __getattr__ = __iter__ = __len__ = __bool__ = __float__ = __getitem__ = __format__ = _fail
-    __lt__ = __le__ = __gt__ = __ge__ = __add__ = __radd__ = __sub__ = __rsub__ = _fail
-    __mul__ = __rmul__ = __truediv__ = __rtruediv__ = __neg__ = __abs__ = __pow__ = _fail
-    __fspath__ = __contains__ = _fail
-    __hash__ = object.__hash__
-
-    def __eq__(self, other: object) -> bool:
-        return self is other or self._fail()
-
-    def __copy__(self) -> _Unknown:
-        return self
-
-    def __deepcopy__(self, memo: object) -> _Unknown:
-        return self
-
-
-DERIVED: Any = _Unknown("derived")
+DERIVED: Any = _Derived.DERIVED
 """Default of a field that follows from others."""
-UNKNOWN: Any = _Unknown("bad")
-"""Value of a field whose value in the file is bad, so that a problem hides no other."""
+Contradiction = tuple[str, str, str]
+"""What cannot be together in a section: key to blame, "" for the section, message, what to do."""
 
 
-def written(value: Any) -> Any:
-    """A value as the plan gives it; None where it leaves it out.
-
-    Raises:
-        UnknownError: it is bad.
-    """
-    if value is UNKNOWN:
-        raise UnknownError("bad")
-    return None if value is DERIVED else value
+def _sound(section: Any, info: ValidationInfo) -> Any:
+    if info.context == WRITTEN and (found := list(section.contradictions())):
+        raise PydanticCustomError(REFUSED, "contradiction", {"found": found})
+    return section
 
 
-def known(*values: Any) -> tuple[Any, ...]:
-    """The values, all of which must be known.
-
-    Raises:
-        UnknownError: one is not.
-    """
-    if any(value is UNKNOWN or value is DERIVED for value in values):
-        raise UnknownError("bad or left out")
-    return values
+CHECKED = model_validator(mode="after")(_sound)
+"""In the body of a section: what is read must be free of `contradictions()`, its method."""
 
 
 def put(section: object, field: str, value: object) -> None:
@@ -179,12 +153,6 @@ def schema_of(hint: Any) -> dict[str, Any]:
     return adapter(hint).json_schema(by_alias=True, schema_generator=_JsonSchema)
 
 
-def fields_of(kind: Kind) -> Mapping[str, FieldInfo]:
-    """The fields of a section by their names, those that no file may write among them."""
-    found: Mapping[str, FieldInfo] = kind.__pydantic_fields__
-    return found
-
-
 @cache
 def adapter(kind: Any) -> TypeAdapter[Any]:
     """The validator of a section."""
@@ -197,18 +165,22 @@ def adapter(kind: Any) -> TypeAdapter[Any]:
 class Key:
     """One key of a section: its name, the field it becomes, and the sections that may stand there.
 
-    `each`: a list is written, `sections` has more than one entry where `shape` tells them apart.
+    `sections` has more than one entry where `shape` tells them apart.
+    `of`: the class that has the field, and those it inherits from.
     """
 
     name: str
     field: str
     info: FieldInfo
     sections: tuple[Kind, ...]
-    each: bool
+    of: tuple[type, ...]
 
     @property
     def meaning(self) -> str:
-        return self.info.description or ""
+        if self.info.description:
+            return self.info.description
+        told = (_meanings(base.__module__).get((base.__name__, self.field)) for base in self.of)
+        return next(filter(None, told), "")
 
     @property
     def derived(self) -> bool:
@@ -235,11 +207,6 @@ class Key:
         return self.info.annotation is str
 
     @property
-    def is_section(self) -> bool:
-        """Whether the field holds the one section that may stand there."""
-        return bool(self.sections) and not any(isinstance(n, Made) for n in self.info.metadata)
-
-    @property
     def expected(self) -> str:
         """What may be written, in words; "" of a section."""
         return "" if self.sections else expected(schema_of(self.hint))
@@ -260,23 +227,35 @@ class Key:
 
 
 @cache
+def _meanings(module: str) -> dict[tuple[str, str], str]:
+    """The texts below the fields of the classes of a module, by class and field.
+
+    They are read from its source where they are asked for: no run has to wait for that.
+    """
+    return {
+        (kind.name, field.target.id): " ".join(text.value.value.split())
+        for kind in ast.walk(ast.parse(inspect.getsource(sys.modules[module])))
+        if isinstance(kind, ast.ClassDef)
+        for field, text in pairwise(kind.body)
+        if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name)
+        if isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant)
+        if isinstance(text.value.value, str)
+    }
+
+
+@cache
 def keys(kind: Kind) -> tuple[Key, ...]:
     """The keys of a section, in the order of their declaration."""
     return tuple(
-        Key(info.alias or key_of(name), name, info, *_content(info))
-        for name, info in fields_of(kind).items()
+        Key(info.alias or key_of(name), name, info, _below(info), kind.__mro__[:-1])
+        for name, info in kind.__pydantic_fields__.items()
         if not any(note is INTERNAL for note in info.metadata)
     )
 
 
-def _content(info: FieldInfo) -> tuple[tuple[Kind, ...], bool]:
-    if made := next((note for note in info.metadata if isinstance(note, Made)), None):
-        return _kinds(made.sections), False
-    return _kinds(info.annotation), _is_list(info.annotation)
-
-
-def _is_list(hint: Any) -> bool:
-    return get_origin(hint) is tuple
+def _below(info: FieldInfo) -> tuple[Kind, ...]:
+    made = next((note.sections for note in info.metadata if isinstance(note, Made)), None)
+    return _kinds(made or info.annotation)
 
 
 def _kinds(hint: Any) -> tuple[Kind, ...]:
@@ -284,12 +263,6 @@ def _kinds(hint: Any) -> tuple[Kind, ...]:
     if is_dataclass(hint) and hasattr(hint, "__pydantic_fields__"):
         assert isinstance(hint, type)
         return (hint,)
-    if get_origin(hint) is tuple:
-        return ()
-    if get_origin(hint) is Annotated and (
-        made := next((note for note in hint.__metadata__ if isinstance(note, Made)), None)
-    ):
-        return _kinds(made.sections)
     return tuple(kind for inner in get_args(hint) for kind in _kinds(inner))
 
 

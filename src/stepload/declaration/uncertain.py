@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple, overload
+from typing import Annotated, Any
 
 from pydantic_core import PydanticCustomError
 
@@ -21,45 +21,31 @@ from stepload.units import (
 
 
 class Stated(float):
-    """A value in SI that carries what is written behind it."""
+    """A value in SI with what is written behind it, or in its place, in the same unit.
 
-    told: Told
+    `sigma` is its standard uncertainty, `ends` the least and the most that it may be; None where
+    nothing of the kind is stated.
+    """
+
+    sigma: float | None
+    ends: tuple[float, float] | None
 
     def __new__(
         cls, value: float, sigma: float | None = None, ends: tuple[float, float] | None = None
     ) -> Stated:
         self = super().__new__(cls, value)
-        self.told = Told(float(value), sigma, ends)
+        self.sigma, self.ends = sigma, ends
         return self
 
-    @property
-    def sigma(self) -> float | None:
-        """Its standard uncertainty; None: not stated."""
-        return self.told.sigma
+
+def sigma_of(value: float | None) -> float | None:
+    """The standard uncertainty that is stated of a value; None where none is."""
+    return value.sigma if isinstance(value, Stated) else None
 
 
-class Told(NamedTuple):
-    """A value in SI, its standard uncertainty, and the least and the most that it may be.
-
-    All in the same unit; None where nothing of the kind is stated.
-    """
-
-    value: float
-    sigma: float | None
-    ends: tuple[float, float] | None
-
-
-@overload
-def stated(value: float) -> Told: ...
-@overload
-def stated(value: None) -> None: ...
-@overload
-def stated(value: float | None) -> Told | None: ...
-def stated(value: float | None) -> Told | None:
-    """What a field of an uncertain value was given; None of None."""
-    if value is None:
-        return None
-    return value.told if isinstance(value, Stated) else Told(value, None, None)
+def ends_of(value: float) -> tuple[float, float] | None:
+    """The range that a value stands for; None where it is none."""
+    return value.ends if isinstance(value, Stated) else None
 
 
 @dataclass(frozen=True, slots=True)

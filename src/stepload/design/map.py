@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from stepload.envelope.draft_plan import CYCLES, DEFAULT, FREE_S
 from stepload.envelope.map_grid import Bench, Specimen, bench, k_max, specimen
-from stepload.envelope.order import CYCLES, DEFAULT, FREE_S
 from stepload.errors import BadInputError, DomainError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray

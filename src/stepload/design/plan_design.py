@@ -10,11 +10,10 @@ from pathlib import Path
 
 from stepload.design.map_report import half_text, narrowing_text
 from stepload.design.top_force import Ceiling, ceiling
-from stepload.envelope.draft_plan import plan_of
+from stepload.envelope.conditions import planned_run
+from stepload.envelope.draft_plan import CYCLES, Order, plan_of
 from stepload.envelope.envelope import Envelope, derive
-from stepload.envelope.order import CYCLES, Order
 from stepload.envelope.reason import PlanVerdict, Severity
-from stepload.envelope.until import planned_run
 from stepload.errors import BadInputError, DomainError, RefusedError
 from stepload.evidence.expected import Narrowing, expected_chord, narrowing
 from stepload.evidence.quantity import Quantity

@@ -13,8 +13,8 @@ from typing import Any
 from stepload import __version__
 from stepload.design.map_report import half_text, narrowing_text
 from stepload.design.plan_design import ALIKE, LONGER, SHARES, Candidate, Design, choose
+from stepload.envelope.draft_plan import CYCLES
 from stepload.envelope.envelope import envelope_of, refusal_of
-from stepload.envelope.order import CYCLES
 from stepload.envelope.reason import PlanVerdict
 from stepload.errors import printable
 from stepload.plan.load import load_plan

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from stepload.envelope.limits import RunLimits
-from stepload.envelope.travel_limit import (
+from stepload.envelope.press import (
     ANCHOR_WINDOW_S,
     ANSWER_SIGMAS,
     DRIFT_SHARE,

@@ -58,14 +58,14 @@ def _surface(payload: PayloadTruth, force_n: float) -> float:
     deformation_m = _smooth(payload, force_n)
     if payload.law.startswith("rough"):
         rough = RoughSphere(payload.k, payload.roughness_m, payload.kappa)
-        deformation_m = rough.deformation(payload.k * deformation_m**payload.n).value
+        deformation_m = rough.deformation(payload.k * deformation_m**payload.n)
     return deformation_m
 
 
 def _smooth(payload: PayloadTruth, force_n: float) -> float:
     if payload.law.endswith("elastic_plastic"):
         sphere = plastic.ElasticPlasticSphere.from_law(payload.k, payload.elastic_limit_n)
-        return sphere.continuous_deformation(force_n).value
+        return sphere.deformation(force_n)
     return float((force_n / payload.k) ** (1.0 / payload.n))
 
 

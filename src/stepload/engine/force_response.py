@@ -9,7 +9,7 @@ import math
 
 from stepload.engine.watch import Breach, Found
 from stepload.envelope.limits import RunLimits
-from stepload.envelope.travel_limit import ANSWER_FILTER_S, least_rise_n
+from stepload.envelope.press import ANSWER_FILTER_S, least_rise_n
 from stepload.record.rows import Phase
 
 WAITS_SHARE = 0.9

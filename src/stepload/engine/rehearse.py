@@ -7,10 +7,8 @@ import random
 from collections.abc import Iterable
 from dataclasses import replace
 
-from stepload.contact.elastic import equivalent_modulus, equivalent_radius
-from stepload.contact.limit import softer_body
 from stepload.contact.power_law import secant_stiffness
-from stepload.contact.rough import HARDNESS_OVER_YIELD, roughness_number
+from stepload.contact.rough import rough_sphere
 from stepload.engine.first_loading import true_deformation
 from stepload.engine.rehearse_mount import mount_of
 from stepload.envelope.envelope import Envelope
@@ -193,11 +191,9 @@ def _asperities(payload: Payload, simulation: Simulation) -> tuple[float, float]
     if simulation.law not in ("declared", "rough") or not (roughness_m or wanted):
         return 0.0, 0.0
     hardness_pa = simulation.micro_hardness_pa or payload.micro_hardness_pa
-    softer = softer_body(payload.material, payload.plate)
-    if hardness_pa is None and softer is not None and softer.yield_strength_pa is not None:
-        hardness_pa = HARDNESS_OVER_YIELD * softer.yield_strength_pa
-    radius_m = equivalent_radius(payload.geometry)
-    if radius_m is None or hardness_pa is None or not roughness_m:
+    bodies = payload.geometry, payload.material, payload.plate
+    sphere = rough_sphere(*bodies, roughness_m, hardness_pa) if roughness_m else None
+    if sphere is None:
         if not wanted:
             return 0.0, 0.0
         raise BadInputError(
@@ -205,8 +201,7 @@ def _asperities(payload: Payload, simulation: Simulation) -> tuple[float, float]
             "and micro-hardness or yield strength",
             hint="give the payload's roughness and micro_hardness, or use law: smooth",
         )
-    modulus_pa = equivalent_modulus(payload.material, payload.plate)
-    return roughness_number(modulus_pa, hardness_pa, radius_m, roughness_m), roughness_m
+    return sphere.kappa, sphere.roughness_m
 
 
 def _refuse_jkr(theory: Theory, *, rough: bool) -> None:

@@ -28,12 +28,11 @@ def mount_of(simulation: Simulation, stiffness_n_per_m: float) -> Mount | None:
             hint="leave them out; friction and coupling of the mount give the lateral force, "
             "mount.cross_talk what the sensor makes of it",
         )
-    left = told.lateral_compliance - math.hypot(told.coupling_x, told.coupling_y) ** 2
+    left = told.lateral_compliance - told.coupling_x**2
     if left <= 0.0:
         raise BadInputError(
-            f"simulation.mount: a coupling of {math.hypot(told.coupling_x, told.coupling_y):.3g} "
-            f"with a lateral compliance of {told.lateral_compliance:g} is a tip that gives energy "
-            "away",
+            f"simulation.mount: a coupling of {told.coupling_x:.3g} with a lateral compliance of "
+            f"{told.lateral_compliance:g} is a tip that gives energy away",
             hint="the square of the coupling must be below lateral_compliance",
         )
     kinetic = told.friction if told.friction_kinetic is None else told.friction_kinetic
@@ -54,27 +53,25 @@ def mount_of(simulation: Simulation, stiffness_n_per_m: float) -> Mount | None:
         friction_kinetic=kinetic,
         tangential_ratio=told.tangential_ratio,
         plate_tilt_rad=(told.tilt_x_rad, told.tilt_y_rad),
-        gauge_offset_m=(told.gauge_offset_x_m, told.gauge_offset_y_m),
+        gauge_offset_m=(told.gauge_offset_x_m, 0.0),
         sensor=sensor,
         second_sensor=replace(sensor, rotation_rad=(0.0, 0.0, 0.0), cross_talk=None),
     )
 
 
 def _compliance(told: Mounting, along: float) -> Matrix3:
-    across = told.lateral_compliance * along
-    x, y = told.coupling_x * along, told.coupling_y * along
-    return (across, 0.0, x), (0.0, across, y), (x, y, along)
+    across, x = told.lateral_compliance * along, told.coupling_x * along
+    return (across, 0.0, x), (0.0, across, 0.0), (x, 0.0, along)
 
 
 def _sensor(told: Mounting) -> SensorMount:
-    range_nm = math.inf if told.torque_range_n_m is None else told.torque_range_n_m
     return SensorMount(
-        rotation_rad=(told.sensor_turn_x_rad, told.sensor_turn_y_rad, told.sensor_turn_z_rad),
+        rotation_rad=(told.sensor_turn_x_rad, 0.0, told.sensor_turn_z_rad),
         lever_m=(told.eccentricity_x_m, told.eccentricity_y_m, told.sensor_lever_m),
         cross_talk=_cross_talk(told.cross_talk) if told.cross_talk else None,
         torque_noise_nm=told.torque_noise_n_m,
-        torque_quantum_nm=told.torque_resolution_n_m,
-        torque_range_nm=range_nm,
+        torque_quantum_nm=0.0,
+        torque_range_nm=math.inf,
     )
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from stepload.engine.replay import Replayed, Zero, group_by_tick, replay
-from stepload.envelope.lateral_limits import SIDEWAYS
+from stepload.envelope.lateral import SIDEWAYS
 from stepload.envelope.limits import RunLimits
 from stepload.errors import BadInputError, DomainError, printable
 from stepload.record.reader import Event, Recording, read_recording

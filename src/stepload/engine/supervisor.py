@@ -30,7 +30,7 @@ from stepload.engine.motion import SEARCHING, MotionWatch
 from stepload.engine.overload import OverloadWatch
 from stepload.engine.watch import ArmWatch, Breach, ForceWatch, Found
 from stepload.engine.wrench import WrenchRules
-from stepload.envelope.arm_side import arm_error_n
+from stepload.envelope.lateral import arm_error_n
 from stepload.envelope.limits import RunLimits
 from stepload.record.outcome import Cause
 from stepload.record.rows import Phase

@@ -11,7 +11,7 @@ from dataclasses import replace
 from stepload.envelope.changes import FAMILIES, Change, Family
 from stepload.envelope.reason import Reason, Severity
 from stepload.errors import DomainError, RefusedError
-from stepload.plan.changed import can_be
+from stepload.plan.checks import can_be
 from stepload.plan.model import Plan
 
 Judge = Callable[[Plan], tuple[Reason, ...]]
@@ -66,49 +66,42 @@ def lifting(plan: Plan, reason: Reason, reasons: tuple[Reason, ...], judge: Judg
 
 
 def _fewest(plan: Plan, reasons: tuple[Reason, ...], judge: Judge) -> Way:
-    """The fewest changes that lift every refusal; none where none do."""
-    for depth in range(1, MOST_TOGETHER + 1):
-        way = _Search(judge, _codes(reasons) - FAMILIES.keys()).way(plan, reasons, depth, ())
-        if way is not None:
-            return way
-    return ()
+    """The fewest changes that lift every refusal; none where none do.
 
-
-class _Search:
-    """Looks for changes that lift the refusals one after the other, the mildest first."""
-
-    def __init__(self, judge: Judge, left: set[str]) -> None:
-        self._judge = judge
-        self._left = left
-        self._trials = MOST_TRIALS
+    They lift the refusals one after the other, the mildest first. None changes a key again: a force
+    that was lowered is not raised.
+    """
+    left = _codes(reasons) - FAMILIES.keys()
 
     def way(
-        self, plan: Plan, reasons: tuple[Reason, ...], depth: int, used: tuple[Family | str, ...]
+        plan: Plan, reasons: tuple[Reason, ...], depth: int, used: tuple[Family | str, ...]
     ) -> Way | None:
-        """The changes from here on; None where there are none, or too many to try.
-
-        None changes a key again: a force that was lowered is not raised.
-        """
         refusals = [each for each in reasons if each.severity is Severity.REFUSE]
-        refusal = next((each for each in refusals if each.code not in self._left), None)
+        refusal = next((each for each in refusals if each.code not in left), None)
         if refusal is None:
             return ()
         families = FAMILIES.get(refusal.code, ()) if depth > 0 else ()
         for family in (family for family in families if family not in used):
             for change in family(plan, refusal):
-                if self._trials <= 0:
-                    return None
                 if change.key and change.key in used:
                     break
-                self._trials -= 1
+                if next(trials, None) is None:
+                    return None
                 changed = change.make()
-                after = _judged(changed, self._judge)
+                after = _judged(changed, judge)
                 if after is None or refusal.code in _codes(after):
                     continue
-                rest = self.way(changed, after, depth - 1, (*used, family, change.key))
+                rest = way(changed, after, depth - 1, (*used, family, change.key))
                 if rest is not None:
                     return (change, *rest)
         return None
+
+    for depth in range(1, MOST_TOGETHER + 1):
+        trials = iter(range(MOST_TRIALS))
+        found = way(plan, reasons, depth, ())
+        if found is not None:
+            return found
+    return ()
 
 
 def _judged(plan: Plan, judge: Judge) -> tuple[Reason, ...] | None:

@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 from stepload.contact.plane import tilt_error_rad
 from stepload.envelope.bounds import largest_stiffness, press_rig
 from stepload.envelope.limits import RunLimits
-from stepload.envelope.press import Term, largest_speed
+from stepload.envelope.press import largest_speed
 from stepload.envelope.reason import Reason, Severity
 from stepload.errors import BadInputError
+from stepload.plan.compose import SIMULATED
 from stepload.plan.model import Plan, Rig
-from stepload.plan.overlay import SIMULATED
 from stepload.rig.plugins import load_arm
 from stepload.units import format_quantity
 
@@ -67,18 +67,6 @@ class Aligning:
     touch_error_m: float
     tilt_error_rad: float
 
-    @property
-    def terms(self) -> tuple[Term, ...]:
-        return (
-            Term("circle", self.radius_m, "m", "plan"),
-            Term("largest tilt", self.max_tilt_rad, "rad", "plan, with 2 sigma of the touches"),
-            Term("touch error", self.touch_error_m, "m", "plan, resolution, speed; sigma"),
-            Term("tilt error", self.tilt_error_rad, "rad", "sigma of each of the two angles"),
-            Term("clearance", self.clear_m, "m", "circle on a plate of 5 deg, and the retract"),
-            Term("shift speed", self.speed_m_s, "m/s", "F_lim is kept if something is hit"),
-            Term("shift ends at", self.felt_n, "N", "touch force, 8 sigma"),
-        )
-
 
 @dataclass(frozen=True, slots=True)
 class NullingLaw:
@@ -103,18 +91,6 @@ class NullingLaw:
     dead_n: float
     longest_s: float
     turn_rad: float
-
-    @property
-    def terms(self) -> tuple[Term, ...]:
-        return (
-            Term("stiffness across", self.stiffness_n_per_m, "N/m", "rig, or three times K_s,max"),
-            Term("time constant", self.time_constant_s, "s", "plan"),
-            Term("largest shift", self.largest_m, "m", "plan"),
-            Term("shift speed", self.fastest_m_s, "m/s", "1 mm/s, half the room below F_lim"),
-            Term("from", self.from_n, "N", "force along the axis"),
-            Term("down to", self.dead_n, "N", "2 sigma of the force sensor"),
-            Term("longest", self.longest_s, "s", "10 time constants a level"),
-        )
 
 
 def lateral_stiffness(rig: Rig) -> float:

@@ -16,9 +16,8 @@ from stepload.envelope.bounds import LOAD_TIMEOUTS
 from stepload.envelope.reason import Reason
 from stepload.envelope.theory import theory_of
 from stepload.estimators.identifiability import gauge_resolution_for
-from stepload.plan.changed import rederived
-from stepload.plan.checks_between import least_touch_force
-from stepload.plan.derived import follows
+from stepload.plan.checks import least_touch_force
+from stepload.plan.derived import follows, rederived
 from stepload.plan.model import DisplacementSpec, Plan, SecondForce, SecondForceSource
 from stepload.units import format_quantity, parse_quantity, rounded_down
 
@@ -63,6 +62,13 @@ def _written(value: float, unit: str) -> tuple[str, float]:
 def _changed(plan: Plan, section: str, **values: Any) -> Callable[[], Plan]:
     part = getattr(plan, section)
     return lambda: rederived(plan, replace(plan, **{section: replace(part, **values)}))
+
+
+def _of_procedure(plan: Plan, key: str, unit: str, value: float) -> Change:
+    """The plan with another value of a key of its procedure, rounded as it is printed."""
+    text, value = _written(value, unit)
+    make = _changed(plan, "procedure", **{f"{key}_{unit.lower()}": value})
+    return Change(f"{key}: {text}", make, f"procedure.{key}")
 
 
 def with_top(plan: Plan, top_n: float) -> Change:
@@ -110,13 +116,8 @@ def touch(plan: Plan, reason: Reason) -> Iterator[Change]:
     """A touch force that noise does not reach, or one that leaves more of the force budget."""
     now_n, least_n = plan.procedure.touch_force_n, least_touch_force(plan.rig.force.noise_n)
     for touch_n in (1.02 * least_n, 1.5 * least_n, 0.75 * now_n, 0.5 * now_n, 0.3 * now_n):
-        text, value_n = _written(touch_n, "N")
-        if value_n >= least_n and value_n != now_n:
-            yield Change(
-                f"touch_force: {text}",
-                _changed(plan, "procedure", touch_force_n=value_n),
-                "procedure.touch_force",
-            )
+        if least_n <= _written(touch_n, "N")[1] != now_n:
+            yield _of_procedure(plan, "touch_force", "N", touch_n)
 
 
 def second_channel(plan: Plan, reason: Reason) -> Iterator[Change]:
@@ -197,22 +198,12 @@ def accept(plan: Plan, reason: Reason) -> Iterator[Change]:
 
 def longer_search(plan: Plan, reason: Reason) -> Iterator[Change]:
     for factor in (1.2, 1.5):
-        text, value_m = _written(factor * reason.value, "m")
-        yield Change(
-            f"search_distance: {text}",
-            _changed(plan, "procedure", search_distance_m=value_m),
-            "procedure.search_distance",
-        )
+        yield _of_procedure(plan, "search_distance", "m", factor * reason.value)
 
 
 def more_patience(plan: Plan, reason: Reason) -> Iterator[Change]:
     for factor in (3.0, 5.0):
-        text, value_s = _written(factor * reason.value / LOAD_TIMEOUTS, "s")
-        yield Change(
-            f"settle_timeout: {text}",
-            _changed(plan, "procedure", settle_timeout_s=value_s),
-            "procedure.settle_timeout",
-        )
+        yield _of_procedure(plan, "settle_timeout", "s", factor * reason.value / LOAD_TIMEOUTS)
 
 
 def blunter(plan: Plan, reason: Reason) -> Iterator[Change]:
@@ -247,6 +238,5 @@ FAMILIES: dict[str, tuple[Family, ...]] = {
     "search_short": (longer_search,),
     "slow_steps": (more_patience,),
     "one_channel_soft": (second_channel,),
-    "one_force_channel": (second_channel,),
 }
 """Families of changes that could help, by the code of a reason; the easiest first."""

@@ -1,17 +1,25 @@
-"""The conditions of an identification as they follow from a plan, before anything is measured."""
+"""Conditions and result of an identification as they follow from a plan, before any measurement."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from stepload.contact.elastic import equivalent_modulus
-from stepload.contact.materials import BluntTip, Sphere
-from stepload.contact.rough import RoughSphere, length_sigma, roughness_number
+from stepload.contact.rough import length_sigma, rough_sphere
 from stepload.envelope.stiffness import known_stiffness
 from stepload.envelope.theory import Theory
 from stepload.estimators.conditions import ROUGH_LENGTH_SIGMA, UNKNOWN_OFFSET_M, Conditions
+from stepload.estimators.fit import FloatArray
 from stepload.estimators.lateral_effect import Across
 from stepload.estimators.sources import ASSUMED_NONLINEARITY, Sources
+from stepload.evidence.expected import Course, expected_chord, expected_run
+from stepload.evidence.quantity import Quantity
+from stepload.evidence.run_data import RunData
 from stepload.plan.model import (
     DisplacementSpec,
     Payload,
@@ -23,7 +31,9 @@ from stepload.plan.model import (
     SystemStiffness,
 )
 
-HARDNESS_PER_YIELD = 5.0
+if TYPE_CHECKING:
+    from stepload.envelope.load_times import LoadTimes
+
 UNKNOWN_LAG_SIGMA_S = 1e-3
 """Standard uncertainty of the time lag where the ramps give no better one: a period at 1 kHz."""
 
@@ -151,28 +161,16 @@ def _pair(values: tuple[float, ...]) -> tuple[float, float] | None:
 
 
 def _rough_length(payload: Payload, theory: Theory) -> float | None:
-    """1.22 σ κ^-0.16 (11) in m; 0 where the plan says smooth, None where it does not say enough.
-
-    Where the micro-hardness is not stated it is taken as five times the yield strength (of a metal
-    or a plastic within a factor of two, which moves the length by 11 %).
-    """
+    """1.22 σ κ^-0.16 (11) in m; 0 where the plan says smooth, None where it does not say enough."""
     if payload.roughness_m == 0.0:
         return 0.0
-    if payload.roughness_m is None or not isinstance(payload.geometry, Sphere | BluntTip):
+    if payload.roughness_m is None or theory.is_range:
         return None
-    if theory.is_range:
-        return None
-    hardness = payload.micro_hardness_pa
-    if hardness is None and payload.material.yield_strength_pa is not None:
-        hardness = HARDNESS_PER_YIELD * payload.material.yield_strength_pa
-    if hardness is None:
-        return None
-    modulus = equivalent_modulus(payload.material, payload.plate)
-    # K = 4/3 E_eq √R_eq (7) holds for one sphere and for two.
-    k = theory.law.k
-    radius = (k / (4.0 / 3.0 * modulus)) ** 2
-    kappa = roughness_number(modulus, hardness, radius, payload.roughness_m)
-    return RoughSphere(k, payload.roughness_m, kappa).scale_m
+    sphere = rough_sphere(
+        payload.geometry, payload.material, payload.plate, payload.roughness_m,
+        payload.micro_hardness_pa,
+    )  # fmt: skip
+    return None if sphere is None else sphere.scale_m
 
 
 def _rough_length_sigma(payload: Payload) -> float:
@@ -187,3 +185,49 @@ def _rough_length_sigma(payload: Payload) -> float:
 
 def _share(sigma: float | None, value: float | None) -> float:
     return sigma / value if sigma and value else 0.0
+
+
+def expected_result(plan: Plan, theory: Theory, climbs: LoadTimes | None) -> Quantity:
+    """The chord of a run by theory's stiffest law, with the interval that the known errors give.
+
+    Raises:
+        DomainError: there is no contact law, or no loading, to predict from.
+    """
+    return expected_chord(planned_run(plan, theory, climbs))
+
+
+def planned_run(plan: Plan, theory: Theory, climbs: LoadTimes | None) -> RunData:
+    """The run of a plan without error, by theory's stiffest law; `climbs`: its ramps' times.
+
+    Raises:
+        DomainError: there is no contact law to predict from.
+    """
+    conditions, course = conditions_of(plan, theory), course_of(plan, plan.procedure.levels_n)
+    if climbs is not None:
+        course = replace(course, up_s=climbs.up_s, down_s=climbs.down_s)
+    travel = travel_of(theory.stiffest.deformation, conditions)
+    return expected_run(conditions, course.tracks(travel))
+
+
+def course_of(plan: Plan, levels_n: tuple[float, ...]) -> Course:
+    """A plan's course through these levels."""
+    procedure = plan.procedure
+    from_n = min(procedure.touch_force_n, 0.5 * levels_n[0])
+    ramps_s = np.diff([from_n, *levels_n]) / procedure.load_rate_n_per_s
+    return Course(
+        np.array(levels_n), from_n, ramps_s.tolist(), ramps_s[1:].tolist(), procedure.hold_s,
+        procedure.cycles,
+    )  # fmt: skip
+
+
+def travel_of(
+    deformation: Callable[[float], float], conditions: Conditions, factor: float = 1.0
+) -> Callable[[FloatArray], FloatArray]:
+    """Travel in m at forces (N,): that of the payload, times a factor, and of the system."""
+
+    def travel(force_n: FloatArray) -> FloatArray:
+        forces_n, places = np.unique(force_n, return_inverse=True)
+        law_m = np.array([deformation(each) for each in forces_n])[places]
+        return np.asarray(factor * law_m + conditions.bend(force_n))
+
+    return travel

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from stepload.contact.power_law import ContactLaw
 from stepload.contact.validity import DomainDoubt, Pressed, domain_doubts
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import ENDS, Theory
 from stepload.plan.model import Payload, Plan
+from stepload.units import format_quantity
 
 LOWEST_SHARE = 0.1
 """A result uses forces from this share of the highest one on."""
@@ -41,8 +43,6 @@ def payload_doubts(
                 counted_limit_n=theory.counted.lower_n,
             )
         ):
-            if theory.is_range and doubt.code == "incompressible":
-                continue  # said of the end of a range, not of the body
             before = found.setdefault(doubt.code, doubt)
             if abs(doubt.value - doubt.limit) > abs(before.value - before.limit):
                 found[doubt.code] = doubt
@@ -71,3 +71,33 @@ def domain_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
             cost=0.1 * abs(doubt.value / doubt.limit - 1.0) if doubt.limit else 0.0,
             key="procedure.top_force",
         )
+
+
+def beyond_range(
+    theory: Theory, interval_n_per_m: tuple[float, float], from_n: float, to_n: float
+) -> tuple[str, ...]:
+    """Sentences on a measured chord stiffness that is outside the declared range."""
+    if not theory.is_range:
+        return ()
+    low, high = interval_n_per_m
+    least, most = (_chord(law, from_n, to_n) for law in (theory.softest, theory.stiffest))
+    if low > most:
+        return (
+            f"the payload is stiffer than the stiffest that was declared ({_words(most)} between"
+            " these forces): speeds and force budget of this run were made for a softer one; widen"
+            " the range before it is pressed again",
+        )
+    if high < least:
+        return (
+            f"the payload is softer than the softest that was declared ({_words(least)} between"
+            " these forces): the declared range is wrong, or more gives way than the payload",
+        )
+    return ()
+
+
+def _chord(law: ContactLaw, from_n: float, to_n: float) -> float:
+    return (to_n - from_n) / (law.deformation(to_n) - law.deformation(from_n))
+
+
+def _words(stiffness_n_per_m: float) -> str:
+    return format_quantity(stiffness_n_per_m, "N/m")

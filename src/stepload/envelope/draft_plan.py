@@ -4,16 +4,32 @@ from __future__ import annotations
 
 import json
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from stepload.envelope.order import CYCLES, DEFAULT, Order
 from stepload.errors import BadInputError
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
 from stepload.plan.problems import PlanError
 from stepload.plan.references import names_a_file, profiles
 
+FREE_S = 4.0
+"""Time in s in free air after each cycle."""
+CYCLES = 2
+"""One cycle cannot separate drift from creep, and the identification does not use a third."""
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """Equal steps up to its top force, ramps and holds; the default is that of a map."""
+
+    steps: int = 6
+    hold_s: float = 3.0
+    ramp_s: float = 1.0
+
+
+DEFAULT = Order()
 SURFACE = "5 mm"
 """Travel to the surface where none is given. It takes time and changes no result."""
 

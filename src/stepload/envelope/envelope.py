@@ -17,36 +17,34 @@ from stepload.envelope.aligning import (
     nulling_of,
 )
 from stepload.envelope.bounds import Measured, press_rig
+from stepload.envelope.conditions import expected_result
 from stepload.envelope.domains import domain_reasons
-from stepload.envelope.friction import friction_reasons
-from stepload.envelope.lateral_limits import lateral_reasons, share_reasons
+from stepload.envelope.lateral import lateral_reasons, share_reasons
 from stepload.envelope.limits import RunLimits, limits_of
 from stepload.envelope.load_times import LoadTimes, load_times
-from stepload.envelope.one_channel import one_channel_reasons
 from stepload.envelope.press import PressRig, Term
 from stepload.envelope.pressing import Pressing, largest_top_force, pressing_for
-from stepload.envelope.ranges import range_reasons
 from stepload.envelope.reason import PlanVerdict, Reason, Severity, verdict_of
 from stepload.envelope.reasons import (
     age_reasons,
     cycle_reasons,
     force_reasons,
+    friction_reasons,
     identifiable_reasons,
+    one_channel_reasons,
     rig_reasons,
+    softness,
 )
-from stepload.envelope.retract_friction import way_back_reasons
 from stepload.envelope.schedule import NULLING_TIMES, Stage, align_s, schedule
-from stepload.envelope.softness import softness
 from stepload.envelope.stiffness import stiffness_reasons
 from stepload.envelope.theory import Theory, theory_of
-from stepload.envelope.until import Until, expected_result, until_of, until_reasons
+from stepload.envelope.until import Until, until_of, until_reasons
 from stepload.envelope.zero_drift import second_zero_n
 from stepload.envelope.zero_reasons import looked_after_s, zero_drift_reasons
 from stepload.errors import DomainError, RefusedError
 from stepload.estimators.identifiability import Identifiability, identifiability
-from stepload.plan.changed import rederived
-from stepload.plan.checks_between import least_touch_force
-from stepload.plan.derived import follows
+from stepload.plan.checks import least_touch_force
+from stepload.plan.derived import follows, rederived
 from stepload.plan.model import Plan, SecondForceSource
 
 ALMOST = 0.999
@@ -227,7 +225,6 @@ def _derived(plan: Plan, measured: Measured | None) -> Envelope:
         )
     reasons = [
         *force_reasons(plan, safe_n, refusal, theory),
-        *range_reasons(plan, theory),
         *domain_reasons(plan, theory),
         *rig_reasons(plan, theory.law.secant(plan.procedure.top_force_n)),
         *one_channel_reasons(plan),
@@ -237,7 +234,6 @@ def _derived(plan: Plan, measured: Measured | None) -> Envelope:
         *stiffness_reasons(plan),
         *friction_reasons(plan, theory),
         *lateral_reasons(plan),
-        *way_back_reasons(plan, theory.counted.lower_n),
         *aligning_reasons(plan, limits),
     ]
     if found is not None:

@@ -21,7 +21,6 @@ class ForceLimits:
     elastic_limit_n: float
     allowed_n: float
     limit_n: float
-    headroom_n: float
     largest_top_n: float
 
 
@@ -69,13 +68,7 @@ def force_limits(
     agreed_n = left * elastic_limit_n * (1.0 - common_relative) - bias_n - tolerance_n
     allowed_n = min(agreed_n / (1.0 + tolerance_relative), capacity_n)
     largest_top_n = allowed_n - headroom_n
-    dragged = f" x {left:.3g} left where it is dragged sideways" if left < 1.0 else ""
-    arithmetic = (
-        f"({elastic_limit_n:.4g} N of F_c{dragged} x (1 - {common_relative:.3g} in common)"
-        f" - {bias_n:.3g} N drift of the zero - {tolerance_n:.3g} N tolerance and noise of R5)"
-        f" / (1 + {tolerance_relative:.3g}), at most {capacity_n:.4g} N capacity,"
-        f" less {headroom_n:.3g} N headroom = {largest_top_n:.4g} N"
-    )
+    arithmetic = f"{largest_top_n:.4g} N, of {elastic_limit_n:.4g} N of F_c"
     if largest_top_n <= 0.0:
         raise RefusedError(
             f"the elastic limit leaves no room to press: {arithmetic}",
@@ -83,8 +76,8 @@ def force_limits(
         )
     if top_force_n > largest_top_n:
         raise RefusedError(
-            f"top force {top_force_n:.4g} N is above the largest safe top force: {arithmetic}",
+            f"top force {top_force_n:.4g} N is above the largest safe top force, {arithmetic}",
             hint=f"reduce the top force to {math.floor(largest_top_n * 100.0) / 100.0:g} N",
         )
     limit_n = min(allowed_n, max(1.25 * top_force_n, top_force_n + headroom_n))
-    return ForceLimits(elastic_limit_n, allowed_n, limit_n, headroom_n, largest_top_n)
+    return ForceLimits(elastic_limit_n, allowed_n, limit_n, largest_top_n)

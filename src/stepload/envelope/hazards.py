@@ -18,7 +18,7 @@ from stepload.envelope.bounds import (
     stuck_ratio,
 )
 from stepload.envelope.command_backlog import catch_up_force
-from stepload.envelope.lateral_derating import UNMEASURED_TILT_RAD
+from stepload.envelope.lateral import UNMEASURED_TILT_RAD
 from stepload.envelope.press import IMPACT_FACTOR, PressRig
 from stepload.envelope.pressing import HARD_STOP_N_PER_M
 from stepload.plan.model import SecondForceSource, Structure
@@ -72,9 +72,8 @@ def _of_drives(rig: Rig, press: PressRig) -> Iterator[Hazard]:
         f"the declared mechanical fuse opens at {f(fuse_n, 'N')}"
         if fuse_n is not None
         else "a mechanical fuse or stop, or the machine's own force trip",
-        runaway_n,
-        "N",
-    )
+        runaway_n, "N",
+    )  # fmt: skip
     travel_m = follow_travel(arm)
     impact_n = catch_up_force(press, travel_m, HARD_STOP_N_PER_M)
     yield Hazard(
@@ -82,9 +81,8 @@ def _of_drives(rig: Rig, press: PressRig) -> Iterator[Hazard]:
         f"Commands that the network holds back and delivers at once move the arm by"
         f" {f(travel_m, 'm')}; on something rigid that is {f(impact_n, 'N')}.",
         "keep the way free, and the network quiet",
-        impact_n,
-        "N",
-    )
+        impact_n, "N",
+    )  # fmt: skip
     heavy = replace(press, mass_kg=HEAVIER * press.mass_kg)
     stated_n, heavy_n = (
         1e-3 * factor * math.sqrt(each.mass_kg * HARD_STOP_N_PER_M)
@@ -95,17 +93,15 @@ def _of_drives(rig: Rig, press: PressRig) -> Iterator[Hazard]:
         f"A moving mass of {f(arm.effective_mass_kg, 'kg')} as stated hits a rigid obstacle with"
         f" {f(stated_n, 'N')} at 1 mm/s; {HEAVIER:g} times as heavy, with about {f(heavy_n, 'N')}.",
         "state as effective_mass all that moves with the tool",
-        heavy_n,
-        "N",
-    )
+        heavy_n, "N",
+    )  # fmt: skip
     late_n = stiffness * 1e-6
     yield Hazard(
         "unstated_delays",
         f"Each millisecond of delay that is not stated adds up to {f(late_n, 'N')} at 1 mm/s.",
         "state every filter and link (delay, command_delay)",
-        late_n,
-        "N",
-    )
+        late_n, "N",
+    )  # fmt: skip
 
 
 def _of_mounting(rig: Rig, press: PressRig) -> Iterator[Hazard]:
@@ -115,18 +111,16 @@ def _of_mounting(rig: Rig, press: PressRig) -> Iterator[Hazard]:
         f"A plate or base that moves under load adds up to {f(per_um, 'N')} per micrometre"
         f" (K_s, upper bound: {f(press.stiffness_n_per_m, 'N/m')}).",
         "bolt plate and arm to one table; touch neither while it presses",
-        per_um,
-        "N",
-    )
+        per_um, "N",
+    )  # fmt: skip
     tilt_rad = UNMEASURED_TILT_RAD if rig.plate_tilt_rad is None else rig.plate_tilt_rad
     yield Hazard(
         "plate_tilted",
         f"Plate tilt is not measured without procedure.alignment; {math.degrees(tilt_rad):.3g}° are"
         " allowed for.",
         "level the plate, state rig.plate_tilt, or let procedure.alignment measure it",
-        tilt_rad,
-        "rad",
-    )
+        tilt_rad, "rad",
+    )  # fmt: skip
 
 
 def _of_channels(rig: Rig) -> Iterator[Hazard]:

@@ -16,7 +16,7 @@ from stepload.envelope.bounds import (
     step_band_n,
     step_rate_per_s,
 )
-from stepload.envelope.lateral_limits import OVERLOADS, SECOND_OVERLOADS, lateral_limits
+from stepload.envelope.lateral import OVERLOADS, SECOND_OVERLOADS, lateral_limits
 from stepload.envelope.press import NOISE_MULTIPLE, Term
 from stepload.envelope.pressing import Pressing
 from stepload.envelope.zero_drift import SECOND_ZERO_SHARE, second_zero_n
@@ -184,8 +184,12 @@ class RunLimits:
 
     @property
     def second_late_s(self) -> float:
-        """Longest delay in s from a target to its effect on the second force channel."""
-        return latest_s(self.reaction_s, self.force_delay_s, self.channel_skew_s)
+        """Longest delay in s from a target to its effect on the second force channel.
+
+        T_react, with the delay of the main channel replaced by the skew, which contains the longer
+        delay, the longer period and two ticks.
+        """
+        return self.reaction_s + max(0.0, self.channel_skew_s - self.force_delay_s)
 
     @property
     def overload_named(self) -> bool:
@@ -222,15 +226,15 @@ class RunLimits:
         """Every threshold by its name."""
         return {each.name: getattr(self, each.name) for each in _thresholds()}
 
+    def _term(self, each: Field[Any], source: str) -> Term:
+        return Term(each.name, getattr(self, each.name), each.metadata["unit"], source)
+
     @property
     def terms(self) -> tuple[Term, ...]:
         """Every threshold with its value, unit and source; the rule stands before its source."""
         return tuple(
-            Term(
-                each.name,
-                getattr(self, each.name),
-                each.metadata["unit"],
-                ": ".join(filter(None, (each.metadata["rule"], each.metadata["source"]))),
+            self._term(
+                each, ": ".join(filter(None, (each.metadata["rule"], each.metadata["source"])))
             )
             for each in _thresholds()
         )
@@ -238,26 +242,18 @@ class RunLimits:
     @property
     def judged(self) -> tuple[tuple[str, Term], ...]:
         """(rule, threshold) of those that a rule of the supervisor stops at on this rig."""
-        rows = []
-        for each in _thresholds():
-            rule, value = each.metadata["rule"], getattr(self, each.name)
-            if rule and (value or rule not in OFF_AT_ZERO):
-                rows.append(
-                    (rule, Term(each.name, value, each.metadata["unit"], each.metadata["source"]))
-                )
-        return tuple(rows)
+        return tuple(
+            (rule, self._term(each, each.metadata["source"]))
+            for each in _thresholds()
+            if (rule := each.metadata["rule"])
+            and (getattr(self, each.name) or rule not in OFF_AT_ZERO)
+        )
 
     @property
     def off(self) -> tuple[str, ...]:
         """Rules that judge nothing on this rig."""
         on = {rule for rule, _ in self.judged}
         return tuple(rule for rule in OFF_AT_ZERO if rule not in on)
-
-
-def latest_s(reaction_s: float, force_delay_s: float, skew_s: float) -> float:
-    """T_react in s for the slower force channel: the delay of the main one is replaced by the skew,
-    which contains the longer delay, the longer period and two ticks."""
-    return reaction_s + max(0.0, skew_s - force_delay_s)
 
 
 def _thresholds() -> list[Field[Any]]:
@@ -292,7 +288,7 @@ def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimi
     arm, force, second = rig.arm, rig.force, rig.second_force
     press, forces, noise_n = pressing.rig, pressing.forces, pressing.reading_noise_n
     has_second = second.source is not SecondForceSource.NONE
-    skew_s = channel_skew_s(rig)
+    beside, least = float(has_second), SECOND_IDENTICAL_COUNTS
     clock_s = max(CLOCK_S, 5.0 / force.rate_hz, force.max_age_s or 0.0, arm.max_age_s or 0.0)
     blur_m = arm.position_resolution_m + 6.0 * arm.position_noise_m + arm.lost_motion_m
     near_edge_m = procedure.surface_distance_m - procedure.surface_uncertainty_m
@@ -317,27 +313,18 @@ def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimi
         stale_second_s=age_limit_s(second.sensor or arm),
         # Measured noise contains the resolution too: with it a sound sensor would count as frozen.
         identical_counts=identical_counts(force, min(press.noise_n, force.noise_n)),
-        second_identical_counts=(
-            identical_counts(second.sensor, second.noise_n, SECOND_IDENTICAL_COUNTS)
-            if second.sensor
-            else SECOND_IDENTICAL_COUNTS
-        ),
+        second_identical_counts=identical_counts(second.sensor, second.noise_n, least)
+        if second.sensor
+        else least,
         full_scale_n=force.range_n,
-        cross_tolerance_n=second.tolerance_n if has_second else 0.0,
-        cross_relative=second.tolerance_relative if has_second else 0.0,
-        cross_time_s=second.time_s if has_second else 0.0,
+        cross_tolerance_n=beside * second.tolerance_n,
+        cross_relative=beside * second.tolerance_relative,
+        cross_time_s=beside * second.time_s,
         cross_filter_s=CROSS_CHECK_FILTER_S,
-        second_limit_n=(
-            forces.limit_n * (1.0 + second.tolerance_relative) + second.tolerance_n
-            if has_second
-            else 0.0
-        ),
-        second_zero_n=(
-            max(SECOND_ZERO_SHARE * second.tolerance_n, second_zero_n(second))
-            if has_second
-            else 0.0
-        ),
-        channel_skew_s=skew_s,
+        second_limit_n=beside
+        * (forces.limit_n * (1.0 + second.tolerance_relative) + second.tolerance_n),
+        second_zero_n=beside * max(SECOND_ZERO_SHARE * second.tolerance_n, second_zero_n(second)),
+        channel_skew_s=channel_skew_s(rig),
         leash_time_s=0.0 if has_second else LEASH_TIME_S + pressing.unseen_s,
         unseen_s=pressing.unseen_s,
         model_tolerance_m=arm.model_tolerance_m,
@@ -374,5 +361,5 @@ def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimi
         drift_n_per_s=force.drift_n_per_s,
         lost_motion_m=arm.lost_motion_m,
         position_resolution_m=arm.position_resolution_m,
-        second_noise_n=second.noise_n if has_second else 0.0,
+        second_noise_n=beside * second.noise_n,
     )

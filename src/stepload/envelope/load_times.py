@@ -15,9 +15,8 @@ from stepload.contact.power_law import ContactLaw
 from stepload.envelope.bounds import step_patience_s
 from stepload.envelope.command_backlog import sudden_step
 from stepload.envelope.limits import RunLimits
-from stepload.envelope.press import NOISE_MULTIPLE
+from stepload.envelope.press import END_WINDOW_S, NOISE_MULTIPLE
 from stepload.envelope.pressing import LONGEST_STALL_S
-from stepload.envelope.travel_limit import END_WINDOW_S
 from stepload.plan.model import Plan
 
 STIFFENING = 0.75

@@ -15,26 +15,24 @@ from stepload.envelope.bounds import (
 )
 from stepload.envelope.command_backlog import largest_catch_up
 from stepload.envelope.force_limits import ForceLimits, force_limits, headroom
-from stepload.envelope.lateral_derating import counted_left
+from stepload.envelope.lateral import counted_left
 from stepload.envelope.press import (
     IMPACT_FACTOR,
     NOISE_MULTIPLE,
+    OLD_S,
+    ONE_CHANNEL,
+    TWO_CHANNELS,
     PressRig,
     Term,
     force_budget,
     largest_speed,
-    series_stiffness,
-)
-from stepload.envelope.travel_limit import (
-    OLD_S,
-    ONE_CHANNEL,
-    TWO_CHANNELS,
     least_rise_n,
+    series_stiffness,
     travel_limit,
 )
 from stepload.envelope.zero_drift import counted_shift_n, second_zero_n, unchecked_drift
 from stepload.errors import RefusedError
-from stepload.plan.checks_between import LEAST_TOUCH_SIGMAS, least_touch_force
+from stepload.plan.checks import LEAST_TOUCH_SIGMAS, least_touch_force
 from stepload.plan.model import Plan, SecondForceSource
 
 GUARDED_SHARE = 0.4

@@ -6,23 +6,37 @@ Remedies that change a plan's forces or devices are left to `advice`, which trie
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from functools import cache
+from typing import cast
 
-from stepload.envelope.bounds import AGE_S
+from stepload.declaration.sections import keys, schema_of
+from stepload.envelope.bounds import AGE_S, LEAST_CLASS_RATIO, largest_stiffness, step_patience_s
+from stepload.envelope.conditions import across_of, gauge_offset_of
 from stepload.envelope.force_limits import headroom
+from stepload.envelope.limits import RunLimits
+from stepload.envelope.load_times import load_times
 from stepload.envelope.pressing import largest_losses
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import DECLARED, Theory
 from stepload.errors import DomainError, RefusedError
 from stepload.estimators.identifiability import Identifiability
 from stepload.estimators.smooth import NORMAL_95
-from stepload.plan.model import Plan, Provenance
+from stepload.evidence.lateral import TURN_RAD_PER_N, UNKNOWN_FRICTION
+from stepload.plan.model import DeviceSpec, Plan, Provenance, SecondForceSource, Structure
+from stepload.rig.device import ForceSensor
+from stepload.rig.plugins import load_driver
 from stepload.units import format_quantity, rounded_down
 
 MOST_WORDS = 24
 """Words of a text from elsewhere that a finding quotes."""
 WHOLE = 2
 """A first loading and one more of the same contact: the least that reveals set and drift."""
+SIX_AXES = "a gauge across the contact, or calibrate with a six-axis force sensor, dry and greased"
+NO_ARM = "a gauge across the contact, or rig.arm.structure: machine if the axis is guided"
+SPARE = 1.25
+"""Factor on the expected time of a step, which must then be below the time allowed for it."""
+GROUP = "stepload.force_sensors"
 
 
 def force_reasons(
@@ -210,3 +224,154 @@ def cycle_reasons(plan: Plan) -> Iterator[Reason]:
             "unload: true",
             key="procedure.unload",
         )
+
+
+def friction_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
+    """Whether friction affects the result of an arm, and what would remove its effect."""
+    stiffness, arm = plan.rig.system_stiffness, plan.rig.arm
+    yield from _ratio_reasons(plan)
+    yield from _gauge_reasons(plan, theory)
+    if plan.rig.displacement is not None or plan.identify.kind == "system":
+        return
+    if arm.structure is not Structure.ARM:
+        return
+    known, k_s = across_of(stiffness), stiffness.stiffness_n_per_m
+    if known.per_newton_m is not None or known.stated or known.at_share is not None:
+        return
+    share = theory.law.secant(plan.procedure.top_force_n) / k_s
+    cost = NORMAL_95 * UNKNOWN_FRICTION * share
+    yield Reason(
+        "friction_unknown",
+        Severity.WARN,
+        f"Lateral force by unknown friction: ±{100.0 * cost:.2g} % of the result.",
+        SIX_AXES if plan.rig.arm.kinematics else NO_ARM,
+        cost, math.nan, "", cost,
+    )  # fmt: skip
+
+
+def _ratio_reasons(plan: Plan) -> Iterator[Reason]:
+    """Whether a stuck ratio of one pose is combined with a K_s that is a guess for all poses."""
+    stiffness, arm = plan.rig.system_stiffness, plan.rig.arm
+    ratio = stiffness.stuck_ratio
+    if arm.structure is not Structure.ARM or stiffness.provenance is not Provenance.INDICATIVE:
+        return
+    if ratio is None or ratio >= LEAST_CLASS_RATIO:
+        return
+    most = format_quantity(largest_stiffness(plan.rig), "N/m")
+    yield Reason(
+        "stuck_ratio_of_a_guess", Severity.WARN,
+        f"stuck_ratio {ratio:.3g} is that of one pose, K_s that of a class: the K_s bound"
+        f" {most} may be too low.",
+        "stepload calibrate in this pose, or leave stuck_ratio to the profile",
+        ratio, LEAST_CLASS_RATIO, "", 1.0, "rig.system_stiffness.stuck_ratio",
+    )  # fmt: skip
+
+
+def _gauge_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
+    """Whether it is stated how far beside the contact a gauge on an arm measures: the arm turns."""
+    gauge, offset_m = plan.rig.displacement, gauge_offset_of(plan.rig)
+    if gauge is None or gauge.offset_m is not None or offset_m == 0.0:
+        return
+    harm = offset_m * TURN_RAD_PER_N * theory.law.secant(plan.procedure.top_force_n)
+    yield Reason(
+        "gauge_offset", Severity.WARN,
+        f"The gauge's offset from the contact is not stated; {format_quantity(offset_m, 'm')} "
+        f"count, {harm:.1%} of the deformation.",
+        "state rig.displacement.offset, or use two gauges on both sides",
+        harm, math.nan, "", harm, "rig.displacement.offset",
+    )  # fmt: skip
+
+
+def softness(plan: Plan, limits: RunLimits, theory: Theory) -> Iterator[Reason]:
+    """Warnings about R8 (search), slow steps, and a soft payload with one force channel."""
+    law = theory.softest
+    arm, procedure = plan.rig.arm, plan.procedure
+    touch_n = procedure.touch_force_n
+    stiffness = plan.rig.system_stiffness.stiffness_n_per_m
+    pressed_m = law.deformation(touch_n) + touch_n / stiffness + arm.lost_motion_m
+    needed_m = 2.0 * procedure.surface_uncertainty_m + pressed_m
+    if needed_m > procedure.search_distance_m:
+        yield Reason(
+            "search_short", Severity.WARN,
+            f"a surface at the far edge answers with the touch force after"
+            f" {format_quantity(needed_m, 'm')}, the search ends after"
+            f" {format_quantity(procedure.search_distance_m, 'm')} (R8)",
+            "",
+            needed_m, procedure.search_distance_m, "m",
+        )  # fmt: skip
+    yield from _rigid_reason(limits, procedure.levels_n)
+    patience_s = step_patience_s(procedure)
+    climbs = load_times(plan, limits, law)
+    step_s = max(climbs.up_s)
+    if SPARE * step_s > patience_s:
+        yield Reason(
+            "slow_steps", Severity.WARN,
+            f"the arm may press so slowly here that a load step may last"
+            f" {format_quantity(step_s, 's')}; steps are given up after"
+            f" {format_quantity(patience_s, 's')}",
+            "",
+            step_s, patience_s, "s",
+        )  # fmt: skip
+
+
+def _rigid_reason(limits: RunLimits, levels_n: Sequence[float]) -> Iterator[Reason]:
+    """A warning where an only channel lets the arm press on further than a rigid stop allows."""
+    if limits.cross_check:
+        return
+    stiffness, counted_n = limits.stiffness_n_per_m, limits.counted_limit_n
+    most_n = max(level_n + stiffness * limits.travel_m(level_n) for level_n in levels_n)
+    if most_n > counted_n:
+        yield Reason(
+            "one_channel_soft", Severity.WARN,
+            "If the only force channel fails and the payload rests on something rigid, the force"
+            f" may reach {format_quantity(most_n, 'N')}.",
+            "Add a second force channel.",
+            most_n, counted_n, "N",
+        )  # fmt: skip
+
+
+@cache
+def _driver(name: str) -> type[ForceSensor]:
+    return cast(type[ForceSensor], load_driver(GROUP, name))
+
+
+def one_channel_reasons(plan: Plan) -> Iterator[Reason]:
+    """Refusals where both force channels read the same sensor.
+
+    Raises:
+        BadInputError: a driver of the plan is not installed.
+    """
+    first, second = plan.rig.force, plan.rig.second_force
+    remedy = "second_force.source: none, or a second force sensor"
+    if second.source is SecondForceSource.ARM and _driver(first.driver).built_into_arm:
+        yield Reason(
+            "channels_are_one", Severity.REFUSE,
+            f"force.driver {first.driver} and second_force.source: arm read the same sensor.",
+            remedy, key="rig.second_force",
+        )  # fmt: skip
+    if second.sensor is not None and same_device(first, second.sensor):
+        yield Reason(
+            "channels_are_one", Severity.REFUSE,
+            f"force and second_force.sensor are one device, {first.driver} at {_address(first)}.",
+            remedy, key="rig.second_force",
+        )  # fmt: skip
+
+
+def same_device(first: DeviceSpec, second: DeviceSpec) -> bool:
+    """Whether both name one device; other axes, rates or scales of it do not make it a second."""
+    return (
+        first.driver == second.driver
+        and bool(_address(first))
+        and (_address(first) == _address(second))
+    )
+
+
+def _address(choice: DeviceSpec) -> str:
+    """A device's address: the options in the driver's `ADDRESS`, or its required texts."""
+    driver = _driver(choice.driver)
+    names = driver.ADDRESS or tuple(
+        key.name
+        for key in keys(driver.OPTIONS)
+        if key.required and key.is_text and "enum" not in schema_of(key.hint)
+    )
+    return ", ".join(f"{name} {choice.options.get(name)}" for name in names)

@@ -14,20 +14,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-import numpy as np
-
-from stepload.envelope.conditions import conditions_of
-from stepload.envelope.load_times import LoadTimes
+from stepload.envelope.conditions import conditions_of, course_of, travel_of
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import Theory
 from stepload.estimators.conditions import BRANCHES, Conditions
-from stepload.estimators.fit import FloatArray
 from stepload.estimators.smooth import NORMAL_95
 from stepload.evidence.chord import REFERENCE_SHARE
-from stepload.evidence.expected import Course, expected_chord, expected_run
-from stepload.evidence.quantity import Quantity
-from stepload.evidence.run_data import RunData
-from stepload.plan.checks_between import LEAST_LEVELS
+from stepload.evidence.expected import expected_chord, expected_run
+from stepload.plan.checks import LEAST_LEVELS
 from stepload.plan.model import Plan
 from stepload.units import beside_limit, format_quantity
 
@@ -99,58 +93,12 @@ def until_of(plan: Plan, theory: Theory) -> Until | None:
     return Until(asked, tuple(needs), conditions)
 
 
-def expected_result(plan: Plan, theory: Theory, climbs: LoadTimes | None) -> Quantity:
-    """The chord of a run by theory's stiffest law, with the interval that the known errors give.
-
-    Raises:
-        DomainError: there is no contact law, or no loading, to predict from.
-    """
-    return expected_chord(planned_run(plan, theory, climbs))
-
-
-def planned_run(plan: Plan, theory: Theory, climbs: LoadTimes | None) -> RunData:
-    """The run of a plan without error, by theory's stiffest law; `climbs`: its ramps' times.
-
-    Raises:
-        DomainError: there is no contact law to predict from.
-    """
-    conditions, procedure = conditions_of(plan, theory), plan.procedure
-    course = _course(plan, procedure.levels_n)
-    if climbs is not None:
-        course = replace(course, up_s=climbs.up_s, down_s=climbs.down_s)
-    tracks = course.tracks(travel_of(theory.stiffest.deformation, conditions))
-    return expected_run(conditions, tracks, looked=procedure.until is not None)
-
-
-def travel_of(
-    deformation: Callable[[float], float], conditions: Conditions, factor: float = 1.0
-) -> Callable[[FloatArray], FloatArray]:
-    """Travel in m at forces (N,): that of the payload, times a factor, and of the system."""
-
-    def travel(force_n: FloatArray) -> FloatArray:
-        forces_n, places = np.unique(force_n, return_inverse=True)
-        law_m = np.array([deformation(each) for each in forces_n])[places]
-        return np.asarray(factor * law_m + conditions.bend(force_n))
-
-    return travel
-
-
-def _course(plan: Plan, levels_n: tuple[float, ...]) -> Course:
-    procedure = plan.procedure
-    from_n = min(procedure.touch_force_n, 0.5 * levels_n[0])
-    ramps_s = np.diff([from_n, *levels_n]) / procedure.load_rate_n_per_s
-    return Course(
-        np.array(levels_n), from_n, ramps_s.tolist(), ramps_s[1:].tolist(), procedure.hold_s,
-        procedure.cycles,
-    )  # fmt: skip
-
-
 def _need(
     plan: Plan, theory: Theory, conditions: Conditions, levels_n: tuple[float, ...], asked: float
 ) -> Need:
     top_n = levels_n[-1]
     conditions = replace(conditions, branch=BRANCHES[0])  # the first loading is what it ends
-    course = replace(_course(plan, levels_n), unloads=False)
+    course = replace(course_of(plan, levels_n), unloads=False)
     deformation = lru_cache(maxsize=None)(theory.law.deformation)
 
     def relative(factor: float) -> float:

@@ -15,21 +15,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stepload.estimators.fit import FloatArray, Missing
-from stepload.estimators.lateral import (
-    BranchShare,
-    Loop,
-    Wrench,
-    branch_shares,
-    change_of_share,
-    loop_of,
-)
 
+LEAST_SHARE = 0.1
+"""Below this share of the top force no lateral share is taken: a small force makes any ratio."""
 MEAN_S, COMPARED_S, LASTS_S = 0.008, 0.04, 0.006
 RATIO_S = 0.3
 """Time before a sample over which the ratio r is taken."""
@@ -43,8 +39,8 @@ OFF_AXIS_M = 2e-3
 HIGH_SHARE = 0.3
 """Only holds above this share of the largest force are compared with one another."""
 APART, LEAST_APART_M = 3.0, 5e-4
-"""Limits of the scatter of the places beyond which the lever must be on the other side: as a
-multiple of the scatter with that lever, in m; and `SIGMAS` standard uncertainties by noise."""
+"""Least scatter of the places that puts the lever on the other side: over that with that lever, and
+in m."""
 NO_HOLDS = "where the plate is touched is not known: there is no hold"
 OTHER_SIDE = (
     "where the plate is touched is not known: the torques fit a contact on the other side of the "
@@ -57,22 +53,186 @@ LEAST_SAMPLES = 20
 
 
 @dataclass(frozen=True, slots=True)
-class Slip:
-    """One slip event: its time, the axial force, and the jump of the lateral force.
+class Wrench:
+    """Samples in contact, (N,) each, in the order of time; zeros taken out.
 
-    `seen_s` is the time at which the samples up to then suffice to detect it.
+    Attributes:
+        time_s: in s, not falling.
+        force_n: along the pressing axis, positive when pressing.
+        across_n: (N, 2) force along the sensor's two other axes, in the order x, y, z.
+        rising: whether a sample belongs to a loading; else it belongs to an unloading.
+        cycle: number of the cycle.
+        held: number of the hold that a sample lies in, 0 between holds.
+        noise_n: standard deviation of one reading across, of each of the two.
+        torque_n_m: (N, 2) torque about the same two axes; None where the sensor measures none.
+        torque_noise_n_m: standard deviation of one reading of each.
+        turn: +1 where the two axes and the direction of the plate's push are right-handed in this
+            order, -1 where they are left-handed; see `turn_of`.
     """
+
+    time_s: FloatArray
+    force_n: FloatArray
+    across_n: FloatArray
+    rising: NDArray[np.bool_]
+    cycle: NDArray[np.integer]
+    held: NDArray[np.integer]
+    noise_n: float
+    torque_n_m: FloatArray | None = None
+    torque_noise_n_m: float = 0.0
+    turn: float = 1.0
+
+    def finite(self) -> Wrench:
+        """Without the samples that contain a non-finite number."""
+        names = [name for name in self.__slots__ if isinstance(getattr(self, name), np.ndarray)]
+        columns = [getattr(self, name).reshape(self.time_s.size, -1) for name in names]
+        keep = np.isfinite(np.concatenate(columns, axis=1)).all(axis=1)
+        return replace(self, **{name: getattr(self, name)[keep] for name in names})
+
+
+def turn_of(axis: str) -> float:
+    """Handedness of a pressing axis "+fx" … "-fz" and the two other axes in the order x, y, z."""
+    sign = -1.0 if axis[0] == "-" else 1.0
+    return -sign if axis[1:] == "fy" else sign
+
+
+class Slip(NamedTuple):
+    """One slip event: its time, the axial force in N, and the jump of the lateral force in N."""
 
     time_s: float
     force_n: float
     jump_n: float
     cycle: int
     rising: bool
-    seen_s: float
+
+
+class BranchShare(NamedTuple):
+    """Lateral over axial force of one branch: (2,) for the sensor's two axes across, with sign."""
+
+    cycle: int
+    rising: bool
+    share: FloatArray
+
+    @property
+    def size(self) -> float:
+        """Size of the share."""
+        return float(np.hypot(*self.share))
+
+
+class ContactPoint(NamedTuple):
+    """Where the plate was touched, in m along the sensor's two axes across in the order x, y, z.
+
+    `sigma_m` is the standard uncertainty of each by noise alone; an error of the lever, times the
+    lateral share, adds to it.
+    """
+
+    force_n: float
+    beside_m: tuple[float, float]
+    sigma_m: float
+
+    @property
+    def size_m(self) -> float:
+        """Distance from the axis."""
+        return math.hypot(*self.beside_m)
 
 
 @dataclass(frozen=True, slots=True)
-class _Windows:
+class ContactQuality:
+    """How the contact of one run was made.
+
+    Attributes:
+        branches: the lateral share, branch by branch, the first loading first. Where it differs
+            between loading and unloading, the contact slides, or its edge slips.
+        slips: detected slip events, in the order of time.
+        unseen_n: the smallest jump at the top force that is certain to be detected.
+        place: of the contact in the loading's hold of largest force; `Missing` gives the reason
+            where it is not known.
+    """
+
+    branches: tuple[BranchShare, ...]
+    slips: tuple[Slip, ...]
+    unseen_n: float
+    place: ContactPoint | Missing
+
+
+def contact_quality(wrench: Wrench | None, lever_m: float | None) -> ContactQuality | Missing:
+    """Evaluate how the contact of a run was made.
+
+    Args:
+        wrench: its samples in contact; None where the sensor has one axis only.
+        lever_m: from the sensor's origin to the contact; None where it is not stated.
+    """
+    if wrench is None:
+        return Missing(NOT_IN_DATA)
+    wrench = wrench.finite()
+    top_n = float(wrench.force_n.max()) if wrench.force_n.size else 0.0
+    if wrench.force_n.size < LEAST_SAMPLES or not top_n > 0.0:
+        return Missing("not in the data: too few samples in contact")
+    branches = _shares(wrench, top_n)
+    if not branches or not branches[0].rising:
+        return Missing("not in the data: there is no loading")
+    period_s = float(np.median(np.diff(wrench.time_s)))
+    unseen_n = smallest_seen_n(wrench.noise_n, period_s, top_n) if period_s > 0.0 else math.inf
+    return ContactQuality(branches, slips_of(wrench, top_n), unseen_n, _place(wrench, lever_m))
+
+
+def _shares(wrench: Wrench, top_n: float) -> tuple[BranchShare, ...]:
+    """The shares of every branch, loading before unloading."""
+    found = []
+    high = wrench.force_n >= LEAST_SHARE * top_n
+    for cycle in np.unique(wrench.cycle).tolist():
+        for rising in (True, False):
+            mask = high & (wrench.cycle == cycle) & (wrench.rising == rising)
+            if mask.any():
+                share = wrench.across_n[mask].sum(axis=0) / wrench.force_n[mask].sum()
+                found.append(BranchShare(int(cycle), rising, share))
+    return tuple(found)
+
+
+def _place(wrench: Wrench, lever_m: float | None) -> ContactPoint | Missing:
+    """Place of the contact in the loading's hold of largest force.
+
+    The sensor is assumed to report the force that acts on it. For one that reports the force that
+    it exerts, the lever is on the other side: where the lateral share varies, the places computed
+    with that lever scatter less, and `Missing` is returned.
+
+    Args:
+        wrench: samples in contact, finite.
+        lever_m: from the sensor's origin to the contact along the pressing axis.
+    """
+    if wrench.torque_n_m is None:
+        return Missing(NO_TORQUE)
+    if not lever_m:
+        return Missing(NO_LEVER)
+    held = np.where(wrench.force_n > 0.0, wrench.held, 0)
+    numbers, where, count = np.unique(held, return_inverse=True, return_counts=True)
+    used = numbers > 0
+
+    def mean(values: FloatArray) -> FloatArray:
+        return np.asarray(np.bincount(where, values) / count)[used]
+
+    along, rising = mean(wrench.force_n), mean(wrench.rising.astype(float)) > 0.5
+    if not rising.any():
+        return Missing(NO_HOLDS)
+    (fx, fy), (tx, ty) = (map(mean, each.T) for each in (wrench.across_n, wrench.torque_n_m))
+
+    def places(lever: float) -> FloatArray:
+        turn = wrench.turn / along
+        return np.stack([-turn * (ty - lever * fx), turn * (tx + lever * fy)], axis=1)
+
+    lever = -wrench.turn * lever_m
+    beside, other = places(lever), places(-lever)
+    noise_n_m = math.hypot(wrench.torque_noise_n_m, lever_m * wrench.noise_n)
+    sigma = noise_n_m / (along * np.sqrt(count[used]))
+    high = along > HIGH_SHARE * float(along.max())
+    scatter, of_other = (float(np.hypot(*each[high].std(axis=0))) for each in (beside, other))
+    if scatter > max(APART * of_other, LEAST_APART_M, SIGMAS * float(sigma[high].max())):
+        return Missing(OTHER_SIDE)
+    best = int(np.argmax(np.where(rising, along, 0.0)))
+    x, y = beside[best].tolist()
+    return ContactPoint(float(along[best]), (x, y), float(sigma[best]))
+
+
+class _Windows(NamedTuple):
     """Lengths in samples: of a mean, of the comparison, of a row, of the ratio."""
 
     mean: int
@@ -82,11 +242,11 @@ class _Windows:
 
 
 def _windows(period_s: float) -> _Windows:
-    mean = max(round(MEAN_S / period_s), 1)
-    return _Windows(
-        mean, max(round(COMPARED_S / period_s), 2 * mean, 2), max(round(LASTS_S / period_s), 1),
-        max(round(RATIO_S / period_s), 4),
-    )  # fmt: skip
+    mean, apart, row, ratio = (
+        round(each_s / period_s) for each_s in (MEAN_S, COMPARED_S, LASTS_S, RATIO_S)
+    )
+    mean = max(mean, 1)
+    return _Windows(mean, max(apart, 2 * mean, 2), max(row, 1), max(ratio, 4))
 
 
 def smallest_seen_n(noise_n: float, period_s: float, force_n: float) -> float:
@@ -147,10 +307,9 @@ def _in_branch(wrench: Wrench, part: slice, w: _Windows, least_n: float) -> Iter
         inner = left[begin + quarter : end - quarter].mean(axis=0)
         jump = float(np.hypot(*(inner - 0.5 * (sides[0] + sides[1]))))
         middle = peak + (w.mean + w.apart) // 2
-        seen = begin + w.row - 1 + w.apart + w.mean - 1
         yield Slip(
             float(time_s[middle]), float(load_n[peak]), jump, int(wrench.cycle[part][0]),
-            bool(wrench.rising[part][0]), float(time_s[seen]),
+            bool(wrench.rising[part][0]),
         )  # fmt: skip
 
 
@@ -160,134 +319,3 @@ def _rows_of(over: np.ndarray, least: int) -> Iterator[tuple[int, int]]:
     for begin, end in zip(steps[::2].tolist(), steps[1::2].tolist(), strict=True):
         if end - begin >= least:
             yield begin, end
-
-
-@dataclass(frozen=True, slots=True)
-class ContactPoint:
-    """Where the plate was touched during one hold while loading.
-
-    `beside_m` is along the sensor's two axes across, in the order x, y, z; `sigma_m` the standard
-    uncertainty of each by noise alone; an error of the lever, times the lateral share, adds to it.
-    """
-
-    cycle: int
-    force_n: float
-    beside_m: tuple[float, float]
-    sigma_m: float
-
-    @property
-    def size_m(self) -> float:
-        """Distance from the axis."""
-        return math.hypot(*self.beside_m)
-
-
-def contact_points(wrench: Wrench, lever_m: float) -> tuple[ContactPoint, ...] | Missing:
-    """Place of the contact in every hold while loading, in the order of time.
-
-    The sensor is assumed to report the force that acts on it. For one that reports the force that
-    it exerts, the lever is on the other side: where the lateral share varies, the places computed
-    with that lever scatter less, and `Missing` is returned.
-
-    Args:
-        wrench: samples in contact, finite, with torques.
-        lever_m: from the sensor's origin to the contact along the pressing axis.
-    """
-    assert wrench.torque_n_m is not None
-    held = np.where(wrench.force_n > 0.0, wrench.held, 0)
-    numbers, where = np.unique(held, return_inverse=True)
-    count = np.bincount(where).astype(float)
-
-    def mean(values: FloatArray) -> FloatArray:
-        return np.asarray(np.bincount(where, values) / count)[numbers > 0]
-
-    along, across = mean(wrench.force_n), [mean(wrench.across_n[:, i]) for i in (0, 1)]
-    torque = [mean(wrench.torque_n_m[:, i]) for i in (0, 1)]
-    if not along.size:
-        return Missing(NO_HOLDS)
-
-    def places(lever: float) -> FloatArray:
-        left = torque[0] + lever * across[1], torque[1] - lever * across[0]
-        turn = wrench.turn / along
-        return np.stack([-turn * left[1], turn * left[0]], axis=1)
-
-    lever = -wrench.turn * lever_m
-    beside, other = places(lever), places(-lever)
-    sigma = math.hypot(wrench.torque_noise_n_m, lever_m * wrench.noise_n)
-    sigma = sigma / (along * np.sqrt(count[numbers > 0]))
-    high = along > HIGH_SHARE * float(along.max())
-    scatter, of_other = (float(np.hypot(*each[high].std(axis=0))) for each in (beside, other))
-    if scatter > max(APART * of_other, LEAST_APART_M, SIGMAS * float(sigma[high].max())):
-        return Missing(OTHER_SIDE)
-    rising, cycle = mean(wrench.rising.astype(float)) > 0.5, mean(wrench.cycle.astype(float))
-    return tuple(
-        ContactPoint(int(c), float(f), (float(x), float(y)), float(u))
-        for up, c, f, (x, y), u in zip(rising, np.rint(cycle), along, beside, sigma, strict=True)
-        if up
-    )
-
-
-@dataclass(frozen=True, slots=True)
-class ContactQuality:
-    """How the contact of one run was made.
-
-    Attributes:
-        branches: the lateral share (lateral over axial force), branch by branch.
-        loop: comparison of the shares while loading and unloading.
-        change: by how much the share changed from cycle 1 to 2, and its uncertainty; None without
-            a second loading.
-        slips: detected slip events; `unseen_n` is the smallest jump at the top force that is
-            certain to be detected.
-        points: place of the contact, hold by hold; `Missing` gives the reason where it is not
-            known.
-    """
-
-    branches: tuple[BranchShare, ...]
-    loop: Loop
-    change: tuple[float, float] | None
-    slips: tuple[Slip, ...]
-    unseen_n: float
-    points: tuple[ContactPoint, ...] | Missing
-
-    @property
-    def share(self) -> float:
-        """Median size of the lateral share over the forces of the first loading."""
-        return self.branches[0].size
-
-    @property
-    def eccentric(self) -> ContactPoint | None:
-        """The place at the largest force, the most accurate one; None where it is not known."""
-        if isinstance(self.points, Missing):
-            return None
-        return max(self.points, key=lambda point: point.force_n)
-
-
-def contact_quality(wrench: Wrench | None, lever_m: float | None) -> ContactQuality | Missing:
-    """Evaluate how the contact of a run was made.
-
-    Args:
-        wrench: its samples in contact; None where the sensor has one axis only.
-        lever_m: from the sensor's origin to the contact; None where it is not stated.
-    """
-    if wrench is None:
-        return Missing(NOT_IN_DATA)
-    wrench = wrench.finite()
-    top_n = float(wrench.force_n.max()) if wrench.force_n.size else 0.0
-    if wrench.force_n.size < LEAST_SAMPLES or not top_n > 0.0:
-        return Missing("not in the data: too few samples in contact")
-    branches = branch_shares(wrench, top_n)
-    loop = loop_of(branches) if branches else None
-    if loop is None:
-        return Missing("not in the data: there is no loading")
-    period_s = float(np.median(np.diff(wrench.time_s)))
-    points: tuple[ContactPoint, ...] | Missing
-    if wrench.torque_n_m is None:
-        points = Missing(NO_TORQUE)
-    elif not lever_m:
-        points = Missing(NO_LEVER)
-    else:
-        points = contact_points(wrench, lever_m) or Missing(NO_HOLDS)
-    return ContactQuality(
-        tuple(branches), loop, change_of_share(branches), slips_of(wrench, top_n),
-        smallest_seen_n(wrench.noise_n, period_s, top_n) if period_s > 0.0 else float("inf"),
-        points,
-    )  # fmt: skip

@@ -1,13 +1,8 @@
-"""Cycles: the loop of each and the energy it loses, the effect of repeated loading, and its end.
+"""Run-in: chord and loop of every cycle, from the virgin one to the steady one.
 
-A loop holds everything that does not come back: hysteresis of the material, creep in the holds,
-plastic flow (the first cycle only), and, unless a gauge measured across the contact, friction and
-lost motion of the rig. A lag of the force opens a loop as well; its size is in the uncertainty.
-
-Cycles *without* lift-off measure shakedown: asperities and material settle while the bodies stay
-together. Cycles *with* lift-off also measure seating, and only they can show the residual
-indentation, as the shift of the point of touch. Cycle 1 (virgin) and the steady cycle are two
-different results; their mean is a property of nothing and is not computed.
+Cycles without lift-off measure shakedown: asperities and material settle while the bodies stay
+together. Cycles with lift-off also measure seating, and the residual indentation as the shift of
+the touch. Virgin and steady cycle are two results; their mean is a property of nothing.
 """
 
 from __future__ import annotations
@@ -19,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepload.errors import DomainError
-from stepload.estimators.fit import Fit, FloatArray, Missing
+from stepload.estimators.fit import Fit, FloatArray
 from stepload.estimators.inverse_law import joint
-from stepload.estimators.smooth import NORMAL_95, smooth_correlation
 
 STEADY_CYCLES = 3
 SECANT_CHANGE = 0.01
@@ -31,11 +25,6 @@ SPAN_OF_THREE = 3.31
 RESOLVED_LOOP = 0.02
 """A loop thinner than this share of the stored energy counts as closed: its change is noise."""
 
-_GRID = 60
-LEAST_SAMPLES = 20
-"""A cycle of fewer samples has no loop."""
-BLOCK_S = 0.05
-"""Length of the means from which rates are taken."""
 _CELLS = 40
 
 
@@ -46,14 +35,12 @@ class Cycle:
     Attributes:
         number: as labelled in the data.
         fit: joint fit of the loading branch.
-        chord_n_per_m: (F_high − F_low)/(δ_high − δ_low) while loading; the same two forces in every
-            cycle, so it does not depend on a zero.
-        loop_energy_j: energy left in the contact, the area between loading and unloading over the
-            forces that both branches of every cycle reach. A cycle that ends in a retract unloads
-            to its lowest step only.
+        chord_n_per_m: while loading, between the same two forces in every cycle.
+        loop_energy_j: area between loading and unloading over the forces that both branches of
+            every cycle reach.
         loop_sigma_j: its standard uncertainty from noise and quanta, as the data show them.
         stored_energy_j: work done while loading, over the same forces.
-        start_m: deformation at F_low while loading.
+        start_m: deformation at the lower force while loading.
     """
 
     number: int
@@ -74,13 +61,11 @@ class RunIn:
         lift_off: whether the contact was opened between them.
         virgin: the first cycle, where the contact had not been pressed before; None otherwise.
         steady: the last cycle, once the last three agree; None while they do not.
-        secant_tolerance: the change of the chord stiffness that was allowed, max(1 %, 2u).
-        secant_change: relative span of the chord stiffness over the last three cycles.
-        energy_change: relative span of the loop energy over them.
-        energy_tolerance: its allowed value, 10 % or what the noise of the loops explains.
-        shakedown_m: shift of the deformation at F_low from the first cycle to the last.
-        residual_indentation_m: shift of the touch from the first to the last; None without lift-off
-            or touch points.
+        secant_change, energy_change: relative span of chord and loop energy over the last three.
+        secant_tolerance: allowed change of the chord, max(1 %, 2u).
+        energy_tolerance: that of the loop energy, 10 % or what the noise of the loops explains.
+        shakedown_m: shift of the deformation at the lower force from the first cycle to the last.
+        residual_indentation_m: shift of the touch; None without lift-off or touch points.
     """
 
     cycles: tuple[Cycle, ...]
@@ -114,9 +99,8 @@ def run_in(
         secant_force_n: where the secants of the fits are taken.
         lift_off: whether the contact was opened between cycles.
         virgin: whether the contact had not been pressed before the first cycle.
-        secant_sigma: relative standard uncertainty u of a cycle's secant from what changes between
-            cycles (noise, quanta; not K_s, which is common to all).
-        touch_m: (C,) travel at the touch that begins each cycle, and at later touches.
+        secant_sigma: relative standard uncertainty u of a cycle's secant by noise and quanta.
+        touch_m: (C,) travel at the touches.
 
     Raises:
         DomainError: no cycle, or one that was not both loaded and unloaded.
@@ -241,120 +225,3 @@ def _evaluate(
 
 def _area(height: FloatArray, along: FloatArray) -> float:
     return float(np.sum(0.5 * (height[1:] + height[:-1]) * np.diff(along)))
-
-
-@dataclass(frozen=True, slots=True)
-class CycleLoss:
-    """The loop of one cycle.
-
-    Attributes:
-        cycle: its number.
-        energy_j: energy lost; negative where the loop is the wrong way round.
-        sigma_j: standard uncertainty, from noise and quanta as seen, the lag, and the error of
-            travel that differs from branch to branch.
-        stored_j: work done while loading, over the same forces.
-        share: energy lost over work done.
-        share_sigma: its standard uncertainty.
-        resolved: whether the loss is beyond what these explain (95 %).
-    """
-
-    cycle: int
-    energy_j: float
-    sigma_j: float
-    stored_j: float
-    share: float
-    share_sigma: float
-    resolved: bool
-
-
-@dataclass(frozen=True, slots=True)
-class Loss:
-    """The loops of a run.
-
-    Attributes:
-        cycles: in order.
-        change: share of the last cycle minus that of the first; None with one cycle.
-        change_sigma: its standard uncertainty: the lag is the same in both, noise is not.
-    """
-
-    cycles: tuple[CycleLoss, ...]
-    change: float | None
-    change_sigma: float | None
-
-
-def loss(
-    time_s: FloatArray,
-    deformation_m: FloatArray,
-    force_n: FloatArray,
-    cycle: NDArray[np.integer],
-    *,
-    lag_sigma_s: float,
-    travel_sigma_m: float = 0.0,
-    length_n: float = 1.0,
-) -> Loss | Missing:
-    """Loss of every cycle.
-
-    Args:
-        time_s, deformation_m, force_n: (N,) loading and unloading, in the order of time.
-        cycle: (N,) number of the cycle; only cycles that were loaded and unloaded.
-        lag_sigma_s: standard uncertainty of the time between force and position.
-        travel_sigma_m: standard deviation of the error of travel that is another one in every
-            branch, smooth over `length_n` of force.
-    """
-    numbers = [int(number) for number in np.unique(cycle) if number > 0]
-    if not numbers:
-        return Missing("no cycle was loaded and unloaded")
-    short = [n for n in numbers if int((cycle == n).sum()) < LEAST_SAMPLES]
-    if short:
-        return Missing(f"cycle {short[0]} has fewer than {LEAST_SAMPLES} samples")
-    try:
-        found = run_in(
-            deformation_m, force_n, cycle, secant_force_n=float(force_n.max()), lift_off=False
-        )
-    except (DomainError, np.linalg.LinAlgError) as error:
-        return Missing(str(error).splitlines()[0])
-    cycles, noises = [], []
-    for each in found.cycles:
-        mine = cycle == each.number
-        late_j = lag_sigma_s * _lag_power(time_s[mine], deformation_m[mine], force_n[mine])
-        own_j = math.hypot(each.loop_sigma_j, travel_sigma_m * _spread_n(force_n[mine], length_n))
-        sigma_j = math.hypot(own_j, late_j)
-        noises.append(own_j / each.stored_energy_j)
-        cycles.append(
-            CycleLoss(
-                cycle=each.number,
-                energy_j=each.loop_energy_j,
-                sigma_j=sigma_j,
-                stored_j=each.stored_energy_j,
-                share=each.loop_energy_j / each.stored_energy_j,
-                share_sigma=sigma_j / each.stored_energy_j,
-                resolved=each.loop_energy_j > NORMAL_95 * sigma_j,
-            )
-        )
-    if len(cycles) < 2:
-        return Loss(tuple(cycles), None, None)
-    change = cycles[-1].share - cycles[0].share
-    return Loss(tuple(cycles), change, math.hypot(noises[0], noises[-1]))
-
-
-def _spread_n(force_n: FloatArray, length_n: float) -> float:
-    """Standard deviation in J of a loop whose two branches have an error of 1 m each, smooth over
-    `length_n`: the root of twice the integral of its correlation over the forces of the loop."""
-    grid = np.linspace(float(force_n.min()), float(force_n.max()), _GRID)
-    step_n = float(grid[1] - grid[0])
-    return step_n * math.sqrt(2.0 * float(smooth_correlation(grid, length_n).sum()))
-
-
-def _lag_power(time_s: FloatArray, deformation_m: FloatArray, force_n: FloatArray) -> float:
-    """∫ |Ḟ| |δ̇| dt in W: so many joules does a lag of 1 s open the loop, to first order."""
-    number = np.floor((time_s - time_s[0]) / BLOCK_S).astype(np.intp)
-    count = np.maximum(np.bincount(number), 1)
-    time, deformation, force = (
-        (np.bincount(number, values) / count)[np.unique(number)]
-        for values in (time_s - time_s[0], deformation_m, force_n)
-    )
-    gap_s = np.diff(time)
-    # The deformation follows the force monotonically; quanta of the position must not count.
-    product = np.maximum(np.diff(force) * np.diff(deformation), 0.0)
-    near = gap_s < 4.0 * BLOCK_S
-    return float(np.sum(product[near] / gap_s[near]))

@@ -29,7 +29,6 @@ class Flag(StrEnum):
 
     TOO_FEW_POINTS = "too_few_points"
     NOT_POSITIVE = "deformation_not_positive"
-    ABOVE_ELASTIC_LIMIT = "above_elastic_limit"
     HOLD_WINDUP = "hold_windup"
     EXPONENT_UNDETERMINED = "exponent_undetermined"
     NOT_CONVERGED = "not_converged"
@@ -89,25 +88,34 @@ class Points(NamedTuple):
     doubts: tuple[Doubt, ...]
 
 
-def loaded(deformation_m: ArrayLike, force_n: ArrayLike, *, at_least: int) -> Points:
-    """Points with force > 0; the deformation may have any sign (its zero is to be found).
+def usable(
+    deformation_m: ArrayLike, force_n: ArrayLike, *, at_least: int, known_zero: bool
+) -> Points:
+    """Points with force > 0 and, where the zero of the deformation is known, deformation > 0.
 
     Raises:
         DomainError: shapes differ, a number is not finite, or fewer than `at_least` are left.
     """
     deformation, force = checked(deformation_m, force_n)
-    return _kept(deformation, force, force > 0.0, "force", at_least)
-
-
-def positive(deformation_m: ArrayLike, force_n: ArrayLike, *, at_least: int) -> Points:
-    """Points with force > 0 and deformation > 0: those that have logarithms.
-
-    Raises:
-        DomainError: shapes differ, a number is not finite, or fewer than `at_least` are left.
-    """
-    deformation, force = checked(deformation_m, force_n)
-    keep = (deformation > 0.0) & (force > 0.0)
-    return _kept(deformation, force, keep, "deformation or force", at_least)
+    keep, what = force > 0.0, "force"
+    if known_zero:
+        keep, what = keep & (deformation > 0.0), "deformation or force"
+    total, count = deformation.size, int(keep.sum())
+    if count < at_least:
+        raise DomainError(
+            f"{count} of {total} points are usable ({what} above 0); "
+            f"this fit needs at least {at_least}",
+            hint="check the sign of the channels and the zero of the deformation",
+        )
+    doubts = []
+    if count < FEW_POINTS:
+        message = f"{count} usable points; a fit of fewer than {FEW_POINTS} is fragile"
+        doubts.append(Doubt(Flag.TOO_FEW_POINTS, message))
+    if (total - count) > NOT_POSITIVE_SHARE * total:
+        share = 100.0 * (total - count) / total
+        message = f"{share:.1f} % of {total} points left out: {what} not above 0"
+        doubts.append(Doubt(Flag.NOT_POSITIVE, message))
+    return Points(deformation[keep], force[keep], tuple(doubts))
 
 
 def checked(deformation_m: ArrayLike, force_n: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -131,27 +139,6 @@ def checked(deformation_m: ArrayLike, force_n: ArrayLike) -> tuple[FloatArray, F
                 hint="drop samples that are missing or invalid before fitting",
             )
     return deformation, force
-
-
-def _kept(
-    deformation: FloatArray, force: FloatArray, keep: BoolArray, what: str, at_least: int
-) -> Points:
-    total, count = deformation.size, int(keep.sum())
-    if count < at_least:
-        raise DomainError(
-            f"{count} of {total} points are usable ({what} above 0); "
-            f"this fit needs at least {at_least}",
-            hint="check the sign of the channels and the zero of the deformation",
-        )
-    doubts = []
-    if count < FEW_POINTS:
-        message = f"{count} usable points; a fit of fewer than {FEW_POINTS} is fragile"
-        doubts.append(Doubt(Flag.TOO_FEW_POINTS, message))
-    if (total - count) > NOT_POSITIVE_SHARE * total:
-        share = 100.0 * (total - count) / total
-        message = f"{share:.1f} % of {total} points left out: {what} not above 0"
-        doubts.append(Doubt(Flag.NOT_POSITIVE, message))
-    return Points(deformation[keep], force[keep], tuple(doubts))
 
 
 def finish(

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from stepload.errors import DomainError
-from stepload.estimators.fit import Doubt, Fit, Flag, force_rms_n
+from stepload.estimators.fit import Fit, force_rms_n
 from stepload.estimators.inverse_law import inverse_ls, joint
 from stepload.estimators.ls import log_ls, log_tls, mixed_ls_tls, rs_btls
 from stepload.estimators.recursive import RsRtls
@@ -24,7 +24,6 @@ def fit_all(
     selected: Selected,
     *,
     secant_force_n: float,
-    elastic_limit_n: float | None = None,
     sigma_m: float | None = None,
     sigma_n: float | None = None,
 ) -> dict[str, Fit]:
@@ -33,7 +32,6 @@ def fit_all(
     Args:
         selected: the samples.
         secant_force_n: where the secants (28) are taken, in N.
-        elastic_limit_n: F_c; fits of data above it are flagged.
         sigma_m: standard deviation of the deformation in m.
         sigma_n: standard deviation of the force in N; "ew_tls" and "odr" need both.
 
@@ -61,21 +59,7 @@ def fit_all(
         partial(joint, x, y, secant_force_n=at, sigma_m=sigma_m),
         partial(recursive_fit, selected, at),
     ]
-    fits = _possible(attempts)
-    peak_n = float(selected.force_n.max(initial=0.0))
-    doubts = above_elastic_limit(peak_n, elastic_limit_n)
-    return {fit.estimator: dataclasses.replace(fit, doubts=fit.doubts + doubts) for fit in fits}
-
-
-def above_elastic_limit(peak_force_n: float, elastic_limit_n: float | None) -> tuple[Doubt, ...]:
-    """A doubt where the data exceed F_c; none where no limit is given."""
-    if elastic_limit_n is None or peak_force_n <= elastic_limit_n:
-        return ()
-    message = (
-        f"forces up to {peak_force_n:.4g} N, above the elastic limit of {elastic_limit_n:.4g} N: "
-        "the payload may have yielded"
-    )
-    return (Doubt(Flag.ABOVE_ELASTIC_LIMIT, message),)
+    return {fit.estimator: fit for fit in _possible(attempts)}
 
 
 def _possible(attempts: list[Callable[[], Fit]]) -> list[Fit]:

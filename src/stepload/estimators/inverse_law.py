@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stepload.errors import DomainError
-from stepload.estimators.fit import Doubt, Fit, Flag, FloatArray, Points, finish, loaded
+from stepload.estimators.fit import Doubt, Fit, Flag, FloatArray, Points, finish, usable
 
 _POWERS = np.geomspace(0.12, 4.0, 48)
 _GRID_POINTS = 300
@@ -47,7 +47,7 @@ def inverse_ls(
     Raises:
         DomainError: unusable data, or a deformation that does not rise with force.
     """
-    points = loaded(deformation_m, force_n, at_least=3)
+    points = usable(deformation_m, force_n, at_least=3, known_zero=False)
     return _fit("inverse_ls", points, secant_force_n, sigma_m, free_zero=False)
 
 
@@ -72,7 +72,7 @@ def joint(
         >>> round(fit.n, 6), round(fit.zero_m * 1e6, 6)
         (1.5, 1.0)
     """
-    points = loaded(deformation_m, force_n, at_least=4)
+    points = usable(deformation_m, force_n, at_least=4, known_zero=False)
     return _fit("joint", points, secant_force_n, sigma_m, free_zero=True)
 
 

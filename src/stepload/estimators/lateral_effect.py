@@ -1,15 +1,12 @@
 """Effect of the force across the pressing axis (lateral force) on the travel along it.
 
-An arm that is pressed along its tool gives way sideways as well. Where friction holds the tip, it
-cannot, and is stiffer along the axis; the lateral force shows by how much. Three numbers describe
-this for any friction (six axes, item 1)::
+Where friction holds the tip of an arm sideways, the arm is stiffer along the axis. Three numbers
+describe this for any friction (six axes, item 1)::
 
     δ = s − δ_s(F) − c · (F_across − t₀ F)
 
-δ_s is the deflection as it was measured, at the shares t₀ of force across over force along. With t₀
-= 0 this is the plain δ = s − c·F. t₀ are the shares of the calibration, since only there the errors
-of δ_s and of c are uncorrelated: σ(K_s) and the 2 x 2 covariance of c are then the whole 3 x 3
-covariance. c is fitted to runs against a block under several frictions (`across_fit`).
+δ_s is the deflection as it was measured, at the shares t₀ of force across over force along: only
+there are the errors of δ_s and of c uncorrelated.
 """
 
 from __future__ import annotations
@@ -25,9 +22,8 @@ Pair = tuple[float, float]
 
 CROSS_COMPLIANCE = 0.6
 """Standard deviation of C_xz/C_zz along each lateral axis, for a serial arm whose coupling is
-unknown. |C_xz|/C_zz over tool-down poses has a median and a 90th percentile of 0.63 and 1.3 (UR3),
-0.33 and 0.86 (UR5), 0.36 and 0.88 (UR10); two independent axes with this deviation would give 0.71
-and 1.29, which covers the worst of the three. The joint stiffnesses behind it are assumed."""
+unknown. |C_xz|/C_zz over tool-down poses has a 90th percentile of 1.3 (UR3), 0.86 (UR5), 0.88
+(UR10), joint stiffnesses assumed; two independent axes with this deviation give 1.29."""
 EXTRAPOLATED = 1.5
 """Beyond this multiple of the calibrated shares, the error of c counts as for an unknown arm."""
 
@@ -73,11 +69,10 @@ class Across:
     def errors_m_per_n(self, share: FloatArray, stiffness_n_per_m: float) -> tuple[float, ...]:
         """Errors in m of the correction per newton of axial force, at shares (2,).
 
-        One signed standard uncertainty for each independent cause: where the signs of two runs
-        agree, their errors are correlated. From the covariance of c; the part of the share beyond
-        `EXTRAPOLATED` times the calibrated shares counts as for an unknown arm. So does the whole
-        share where its direction is opposite to that of the calibration, as after the sensor was
-        turned.
+        One signed standard uncertainty for each independent cause, from the covariance of c; the
+        part of the share beyond `EXTRAPOLATED` times the calibrated shares counts as for an unknown
+        arm. So does the whole share where its direction is opposite to that of the calibration, as
+        after the sensor was turned.
         """
         away = self.away(share)
         size = float(np.linalg.norm(away))

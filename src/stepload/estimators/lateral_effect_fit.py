@@ -3,11 +3,9 @@
     s = s₀ + F/K_s + c · (F_across − t₀ F) − (C_s/K_s) ds/dt
 
 Each run has its own zero s₀; K_s, C_s and c are common to all. A block that is pressed dry and then
-greased changes the lateral share in one direction only: the runs determine c along this direction
-and not perpendicular to it. There c is taken as zero, with the standard uncertainty of an unknown
-arm. The errors are those of K_s: smooth in force, of a size estimated from the misfit with few
-degrees of freedom, and independent from run to run. Errors that repeat from run to run do not
-affect c; its error is then smaller than stated.
+greased changes the lateral share in one direction only; perpendicular to it c is taken as zero,
+with the standard uncertainty of an unknown arm. The errors are those of K_s, independent from run
+to run.
 """
 
 from __future__ import annotations
@@ -76,16 +74,15 @@ def fit_across(
     top_n = min(float(each.force_n.max()) for each in runs)
     kept = [each.force_n >= MIN_FORCE * top_n for each in runs]
     number = np.concatenate([np.full(int(k.sum()), i) for i, k in enumerate(kept)])
-    force = np.concatenate([each.force_n[k] for each, k in zip(runs, kept, strict=True)])
-    across = np.concatenate([each.across_n[k] for each, k in zip(runs, kept, strict=True)])
-    rate = np.concatenate([each.rate_m_s[k] for each, k in zip(runs, kept, strict=True)])
-    travel = np.concatenate(
-        [
-            each.displacement_m[k]
-            - (0.0 if contact is None else contact.deformation_m(each.force_n[k]))
-            for each, k, contact in zip(runs, kept, contacts, strict=True)
-        ]
+    force, across, rate = (
+        np.concatenate([getattr(each, name)[k] for each, k in zip(runs, kept, strict=True)])
+        for name in ("force_n", "across_n", "rate_m_s")
     )
+    travel = np.concatenate([
+        each.displacement_m[k]
+        - (0.0 if contact is None else contact.deformation_m(each.force_n[k]))
+        for each, k, contact in zip(runs, kept, contacts, strict=True)
+    ])  # fmt: skip
     shares = np.stack(
         [force[number == i] @ across[number == i] / np.sum(force[number == i] ** 2)
          for i in range(len(runs))]
@@ -113,19 +110,10 @@ def fit_across(
     rest = np.eye(2) - directions.T @ directions
     covariance = directions.T @ np.diag(sigmas**2) @ directions + assumed**2 * rest
     size = np.sqrt(np.diag(covariance))
-    return AcrossFit(
-        Across(
-            (float(c[0]), float(c[1])),
-            (float(size[0]), float(size[1])),
-            float(np.clip(covariance[0, 1] / (size[0] * size[1]), -1.0, 1.0)),
-            told,
-            reach,
-        ),
-        directions,
-        sigmas,
-        shares,
-        stiffness,
-    )
+    correlation = float(np.clip(covariance[0, 1] / (size[0] * size[1]), -1.0, 1.0))
+    two, sigma = (float(c[0]), float(c[1])), (float(size[0]), float(size[1]))
+    return AcrossFit(Across(two, sigma, correlation, told, reach), directions, sigmas, shares,
+                     stiffness)  # fmt: skip
 
 
 def _directions(

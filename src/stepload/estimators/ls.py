@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stepload.errors import DomainError
-from stepload.estimators.fit import Doubt, Fit, Flag, FloatArray, Points, finish, finite, positive
+from stepload.estimators.fit import Doubt, Fit, Flag, FloatArray, Points, finish, finite, usable
 
 CLOSE_SINGULAR_VALUES = 0.3
 """Above this ratio of the two smallest singular values a direction is not determined."""
@@ -52,7 +52,7 @@ def log_data(deformation_m: ArrayLike, force_n: ArrayLike, *, row_scaled: bool) 
     Raises:
         DomainError: unusable data, see `stepload.estimators.fit`; all deformations are equal.
     """
-    points = positive(deformation_m, force_n, at_least=3)
+    points = usable(deformation_m, force_n, at_least=3, known_zero=True)
     x, y = np.log(points.deformation_m), np.log(points.force_n)
     w = points.deformation_m**2 if row_scaled else np.ones_like(x)
     weight = float(w.sum())

@@ -1,10 +1,8 @@
 """One system stiffness from several runs: weighted K_s, and a better known smooth error.
 
-A single K_s run knows the size of its smooth error from two or three degrees of freedom, which
-nearly doubles every interval that rests on it. Runs with independent errors (a new touch, another
-day) add up their degrees of freedom. Runs that repeat the same error do not, however well they
-agree: the misfits of the runs are therefore correlated with each other, and n runs of mean
-correlation r count as n/(1 + (n − 1) r) runs.
+Runs with independent smooth errors (a new touch, another day) add up their degrees of freedom; runs
+that repeat the same error do not: n runs whose misfits have the mean correlation r count as
+n/(1 + (n − 1) r) runs.
 """
 
 from __future__ import annotations
@@ -29,8 +27,7 @@ class PooledStiffness:
     """K_s of several runs of one rig in one pose.
 
     Attributes:
-        stiffness_n_per_m: mean, weighted with the information in each run's range of force at the
-            pooled size of the smooth error.
+        stiffness_n_per_m: mean, weighted with the information in each run's range of force.
         sigma_n_per_m: its standard uncertainty, such that ± 1.96 σ covers 95 %.
         msde_m, smooth_error_m: rms over the runs of their misfit and smooth error.
         smooth_degrees: degrees of freedom of the smooth error; None where no run estimated it.

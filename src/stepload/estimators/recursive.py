@@ -2,12 +2,10 @@
 
 The exponentially forgotten Gram matrix M ← λM + δ² z zᵀ, z = (1, ln δ, ln F), is kept as its square
 root, a 3×3 triangle updated by Givens rotations: M itself would square a condition of 3e6 to 8e7.
-Plain floats, meant for 100 Hz and fast enough for 10 kHz.
 
-Trap: forgetting goes on by sample, not by force. λ = 0.99 at 100 Hz through a hold of 3 s forgets
-the ramp, and the exponent is then fitted to noise (1.24 or 0.38 instead of 1.5). Updates are
-therefore frozen while the force rests, and a memory that still spans too little force is flagged
-HOLD_WINDUP.
+Forgetting goes on by sample, not by force: through a hold it forgets the ramp, and the exponent is
+fitted to noise. Updates are therefore frozen while the force rests, and a memory that still spans
+too little force is flagged HOLD_WINDUP.
 """
 
 from __future__ import annotations

@@ -20,23 +20,12 @@ RECURSIVE_RATE_HZ = 100.0
 
 
 def uniform_in_force(force_n: ArrayLike, count: int = 3000) -> IntArray:
-    """Indices, rising, of about `count` samples that are spread about evenly over the force.
+    """Indices, rising, of about `count` of the forces (L,) in N, spread evenly over the force.
 
-    A step protocol spends most of its time in holds, which would dominate a batch fit. The force
-    range is cut into 60 equal bins; each gives at most `count`/60 samples, evenly spaced in time.
-
-    Args:
-        force_n: (L,) forces in N, in the order of time.
-        count: samples wanted; sparse bins give what they have.
-
-    Raises:
-        DomainError: `count` is below 1 or the forces are not 1-D and finite.
+    A step protocol spends most of its time in holds, which would dominate a batch fit. Each of 60
+    equal bins of force gives at most `count`/60 samples, evenly spaced in time.
     """
     force = np.asarray(force_n, dtype=np.float64)
-    if force.ndim != 1 or not np.isfinite(force).all():
-        raise DomainError(f"forces of shape {force.shape} must be 1-D and finite")
-    if count < 1:
-        raise DomainError(f"{count} samples wanted; it must be at least 1")
     if force.size == 0:
         return np.empty(0, dtype=np.intp)
     low, high = float(force.min()), float(force.max())
@@ -51,20 +40,14 @@ def uniform_in_force(force_n: ArrayLike, count: int = 3000) -> IntArray:
 
 
 def at_rate(time_s: ArrayLike, rate_hz: float) -> IntArray:
-    """Indices of the first sample in every period of `rate_hz`.
-
-    Args:
-        time_s: (L,) times in s, not falling.
-        rate_hz: rate wanted in Hz; slower data are kept whole.
+    """Indices of the first of the times (L,) in s in every period of `rate_hz`.
 
     Raises:
-        DomainError: times are not 1-D, finite and rising, or the rate is not positive.
+        DomainError: the times are not 1-D, finite and rising.
     """
     time = np.asarray(time_s, dtype=np.float64)
     if time.ndim != 1 or not np.isfinite(time).all() or (np.diff(time) < 0.0).any():
         raise DomainError(f"times of shape {time.shape} must be 1-D, finite and not falling")
-    if not 0.0 < rate_hz < math.inf:
-        raise DomainError(f"rate is {rate_hz:g} Hz; it must be finite and greater than 0 Hz")
     if time.size == 0:
         return np.empty(0, dtype=np.intp)
     # A small margin, so that a sample at the edge of a period counts to it.
@@ -126,12 +109,12 @@ class Selected:
 def select(
     deformation_m: ArrayLike, force_n: ArrayLike, *, time_s: ArrayLike | None = None
 ) -> Selected:
-    """Choose the samples of a loading.
+    """Choose the samples of a loading, (L,) in the order of time.
 
     Args:
-        deformation_m: (L,) of the payload since the touch in m (27), in the order of time.
-        force_n: (L,) contact forces in N.
-        time_s: (L,) times in s; without them the recursive fit takes the samples of the batch fits.
+        deformation_m: of the payload since the touch (27).
+        force_n: contact forces.
+        time_s: without times the recursive fit takes the samples of the batch fits.
 
     Raises:
         DomainError: arrays of different lengths, or numbers that are not finite.

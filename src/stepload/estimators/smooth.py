@@ -98,12 +98,10 @@ def fit_with_smooth_error(
     run: IntArray | None = None,
     white_sd: float = 0.0,
 ) -> LinearFit:
-    """Fit y = columns @ theta where y carries an error that is smooth in force.
+    """Fit y (N,) = columns (N, P) @ theta where y carries an error that is smooth in force.
 
-    `columns` is (N, P), `y`, `force_n` and `run` (N,), a few hundred points at most: the cost is
-    N³. Points of different `run` have independent realisations of the error. `white_sd` is the
-    known error of a point that is not smooth; its part of the misfit is not counted as smooth, but
-    never more than three quarters of it.
+    Points of different `run` have independent errors. `white_sd` is the known error of a point that
+    is not smooth; up to three quarters of the misfit count as that. The cost is N³.
 
     Raises:
         DomainError: columns that do not span P dimensions, or fewer than P + 2 points.
@@ -170,17 +168,13 @@ def smooth_leftover(
     white_sd_m: float = 0.0,
     length_n: float | None = None,
 ) -> Leftover | None:
-    """Estimate the smooth error from the residuals of a joint fit.
+    """Estimate the smooth error from the residuals of a joint fit; None for too few data.
 
     Args:
         fit: fit of K, n and zero.
         deformation_m, force_n: (N,) the points it was made from, forces positive.
         white_sd_m: white noise of a point; its part in the means is not counted as smooth.
-        length_n: correlation length of the smooth error; None: not known, its size is taken at the
-            middle of the lengths that it may have.
-
-    Returns:
-        None where there are too few data, or their range of force is too small.
+        length_n: correlation length of the smooth error; None: the middle of those it may have.
     """
     lengths = smooth_lengths(length_n, float(force_n.max()))
     length_n = lengths[len(lengths) // 2]

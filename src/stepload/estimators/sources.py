@@ -104,14 +104,8 @@ class Sources:
         return _table(self.deflection_force_n, self.deflection_m, self.deflection_sigma_m)
 
     @property
-    def system_m_per_n(self) -> float:
-        """1/K_s, what the system gives way in the travel; 0 where it is not in the chain."""
-        stiffness = self.system_stiffness_n_per_m
-        return 1.0 / stiffness if stiffness else 0.0
-
-    @property
     def quantum_left_m(self) -> float:
-        """Standard deviation of what noise leaves of the position's quantum in a mean."""
+        """`quantum_left` of the position."""
         return quantum_left(self.position_resolution_m, self.position_noise_m)
 
 
@@ -120,7 +114,7 @@ _table = lru_cache(maxsize=16)(DeflectionTable)
 
 
 def quantum_left(quantum: float, noise: float) -> float:
-    """Standard deviation of what noise of σ leaves of the error of a quantum in a mean.
+    """Standard deviation of what noise of σ leaves of the error of a quantum q in a mean.
 
     (q/πk) exp(−2π²k²σ²/q²) of each harmonic of the error, which is a sawtooth over the true value
     (Carbone and Petri 1994); without noise it is q/√12.

@@ -2,20 +2,10 @@
 
     F = K_s δ_s + C_s dδ_s/dt + F_0
 
-The errors of a K_s run are errors of position, smooth in force; the fit is therefore made as
-δ = c + F/K_s − (C_s/K_s) dδ/dt, with an intercept: without it a 2 µm zero error biases K_s by −3 %.
-
-Limits:
-
-- The contact it is pressed against is in series with it. Use the stiffest flat contact, run in, in
-  the pose of the payload run. Below `min_force_fraction` of the range the contact rules and the
-  data are left out. A known contact is subtracted (`SeriesContact`); an unknown one is bounded
-  from the data (`stiffness_upper_n_per_m`).
-- K_s cannot be had from the payload's own run: power law and K_s share the data.
-- C_s: noise in the differentiated position biases it low, and a lag τ between force and position
-  adds K_s τ to it. Only `damping_lower_bound_n_s_per_m` should be passed on.
-- The gain of the force sensor scales K_s. In a payload run with the same sensor it cancels in
-  F/K_s; with another sensor its uncertainty has to be added to σ.
+The errors are errors of position, smooth in force, so the fit is δ = c + F/K_s − (C_s/K_s) dδ/dt.
+Without the intercept a zero error of 2 µm biases K_s by −3 %. The contact in series rules the low
+forces: a known one is subtracted, an unknown one bounded (`stiffness_upper_n_per_m`). Noise biases
+C_s low, and a lag τ between force and position adds K_s τ to it.
 """
 
 from __future__ import annotations
@@ -27,7 +17,6 @@ from numpy.typing import NDArray
 
 from stepload.errors import DomainError
 from stepload.estimators.fit import FloatArray, IntArray
-from stepload.estimators.pieces import piece_shifts
 from stepload.estimators.smooth import (
     NORMAL_95,
     few_degrees,
@@ -63,29 +52,23 @@ class SystemStiffnessFit:
     """K_s with what is needed to judge it.
 
     Attributes:
-        stiffness_n_per_m: K_s.
-        sigma_n_per_m: its standard uncertainty, such that K_s ± 1.96 σ covers 95 %: smooth position
-            error at its estimated size, few degrees of freedom, curvature, series contact.
+        sigma_n_per_m: standard uncertainty, such that K_s ± 1.96 σ covers 95 %.
         stiffness_upper_n_per_m: upper 95 % limit of K_s when a contact of exponent 3/2 in series
-            explains the curvature at small force; equals K_s + 1.96 σ where a contact was given.
+            explains the curvature at small force; K_s + 1.96 σ where a contact was given.
         damping_n_s_per_m: C_s as fitted, biased low; negative means not resolved.
         damping_lower_bound_n_s_per_m: one-sided 95 % lower bound of C_s, at least 0.
         intercept_n: F_0.
-        msde_m: rms deformation misfit of the line over the fitted range.
-        smooth_error_m: size of the smooth position error that leaves this misfit, with the part
-            counted which the line absorbs; never below `msde_m`.
+        msde_m: rms misfit of the line.
+        smooth_error_m: size of the smooth position error, with what the line absorbs; never below
+            `msde_m`.
         smooth_degrees: degrees of freedom that this size was estimated with; None: it was given.
         nonlinearity: relative change of compliance from the middle of the range to its end.
-        nonlinearity_sigma: its standard uncertainty.
         contact_share: part of the measured compliance that was subtracted as series contact.
-        contact_sigma_n_per_m: part of `sigma_n_per_m` that comes from that contact: common to all
-            runs against it.
+        contact_sigma_n_per_m: part of `sigma_n_per_m` common to all runs against that contact.
         bend_sigma_n_per_m: part of `sigma_n_per_m` that comes from a significant nonlinearity.
         error_gain_n_per_m2: the remaining part of `sigma_n_per_m`, per metre of smooth error.
-        force_range_n: lowest and highest force used.
-        points: samples used.
-        misfit_force_n, misfit_m: (M,) cells of force over the fitted range, and the misfit of the
-            line there.
+        force_range_n, points: lowest and highest force, and number of the samples used.
+        misfit_force_n, misfit_m: (M,) cells of force, and the misfit of the line there.
         loading_force_n, loading_m: (L,) cells of force of the loading, and the deflection there
             from any zero: travel less contact and damping.
     """
@@ -129,23 +112,20 @@ def fit_system_stiffness(
     """Fit (26) to a run of force steps against a flat, stiff contact.
 
     Args:
-        time_s: (N,) common time of the samples, rising.
+        time_s: (N,) rising.
         displacement_m: (N,) travel into the contact, any zero.
         force_n: (N,) contact force, tared, positive when pressing.
         contact: the series contact, where it is known.
-        piece: (N,) which piece of the run each sample belongs to; each has an intercept of its own
-            (`stepload.estimators.pieces`). None: all are one.
+        piece: (N,) piece of the run that a sample belongs to (`piece_shifts`); None: all are one.
         loading: (N,) whether a sample belongs to a loading; None: all do.
         min_force_fraction: forces below this fraction of the largest are left out of K_s.
         resolution_m: quantum of `displacement_m`; 0 counts the whole misfit as smooth error.
-        known_error_m: sd of the smooth position error, known from many earlier runs of the rig;
-            None: estimated from this run, whose few degrees of freedom about double σ.
-        length_n: correlation length of the smooth position error; None: not known, and of the
-            lengths that it may have (`smooth_lengths`) the one that makes K_s least sure counts.
+        known_error_m: sd of the smooth position error; None: estimated from this run.
+        length_n: its correlation length; None: not known, of `smooth_lengths` the one that makes
+            K_s least sure counts.
 
     Raises:
-        DomainError: shapes that differ, values not finite, time not rising, too few points, or a
-            stiffness that is not positive.
+        DomainError: unusable data, or a stiffness that is not positive.
     """
     _check(time_s, displacement_m, force_n)
     if not 0 <= min_force_fraction < 0.9:
@@ -319,6 +299,38 @@ def gather(
         else np.zeros((count.size, 0)),
         mean(loading[mask].astype(np.float64)) > 0.5,
     )
+
+
+def piece_shifts(
+    displacement_m: FloatArray, cell: IntArray, piece: IntArray
+) -> tuple[FloatArray, BoolArray]:
+    """A common zero for the pieces of a run, between which set, drift or a touch shifts the travel.
+
+    The shifts are taken where two pieces have cells of force in common, which is least squares with
+    an intercept per piece.
+
+    Args:
+        displacement_m: (N,) travel.
+        cell: (N,) cell of force (and of motion) that the sample belongs to.
+        piece: (N,) number of the piece of the run that it belongs to.
+
+    Returns:
+        Shift (N,) in m of each sample's piece against the piece with most cells, and (N,) whether
+        it is known: a piece that shares no cell with that one cannot be placed.
+    """
+    _, cells = np.unique(cell, return_inverse=True)
+    numbers, pieces = np.unique(piece, return_inverse=True)
+    shape = numbers.size, int(cells.max(initial=0)) + 1
+    flat = np.ravel_multi_index((pieces, cells), shape)
+    count = np.bincount(flat, minlength=shape[0] * shape[1]).reshape(shape)
+    total = np.bincount(flat, displacement_m, minlength=shape[0] * shape[1]).reshape(shape)
+    mean = np.where(count > 0, total / np.maximum(count, 1), np.nan)
+    # Of equals the first: the zero of the run is that of its first piece.
+    reference = mean[int(np.argmax((count > 0).sum(axis=1)))]
+    shared = np.isfinite(mean) & np.isfinite(reference)
+    known = shared.any(axis=1)
+    apart = np.where(shared, mean - reference, 0.0).sum(axis=1) / np.maximum(shared.sum(axis=1), 1)
+    return np.asarray(apart[pieces]), np.asarray(known[pieces])
 
 
 def _windowed_rate(time_s: FloatArray, values: FloatArray) -> FloatArray:

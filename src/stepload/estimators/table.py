@@ -15,10 +15,9 @@ import numpy as np
 from stepload.errors import DomainError
 from stepload.estimators.deflection import DeflectionTable
 from stepload.estimators.fit import FloatArray
-from stepload.estimators.pieces import piece_shifts
 from stepload.estimators.pool import PooledStiffness
 from stepload.estimators.smooth import few_degrees
-from stepload.estimators.system import SystemStiffnessFit, quantum_sd
+from stepload.estimators.system import SystemStiffnessFit, piece_shifts, quantum_sd
 
 FEWEST, MOST = 4, 24
 QUANTA = 4.0

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stepload.errors import DomainError
-from stepload.estimators.fit import Doubt, Fit, Flag, FloatArray, finish, finite, positive
+from stepload.estimators.fit import Doubt, Fit, Flag, FloatArray, finish, finite, usable
 from stepload.estimators.ls import log_data
 
 _MAX_STEPS = 50
@@ -107,7 +107,7 @@ def odr(
         DomainError: unusable data or a standard deviation that is not positive.
     """
     _require(sigma_m, sigma_n)
-    points = positive(deformation_m, force_n, at_least=3)
+    points = usable(deformation_m, force_n, at_least=3, known_zero=True)
     start = ew_tls(points.deformation_m, points.force_n, sigma_m=sigma_m, sigma_n=sigma_n,
                    secant_force_n=secant_force_n)  # fmt: skip
     # In units of σδ and of the highest force all numbers are moderate.

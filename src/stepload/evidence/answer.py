@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
-from stepload.contact.law_names import LAW_NAMES
+from stepload.contact.power_law import LAW_NAMES
 from stepload.errors import DomainError
 from stepload.estimators.conditions import BRANCHES
 from stepload.estimators.fit import FloatArray
@@ -32,7 +32,7 @@ from stepload.evidence.quantity import Exponent, Quantity, combined
 from stepload.evidence.reading import OF_SIGNS, branch_chord, kind_of, no_branch, read_of
 from stepload.evidence.run_data import RunData
 from stepload.evidence.second_channel import against_second
-from stepload.units import format_quantity
+from stepload.units import format_quantity, percent
 
 REFUSED = 1e-3
 """Probability below which the χ² of the best law refuses all of them."""
@@ -144,7 +144,9 @@ def weigh(run: RunData) -> Evidence:
     if headline is None:
         raise DomainError(no_branch(run, told.branch))
     if inelastic.share > _within(headline):
-        said_of = f"{inelastic.share:.1%} of the deformation is not elastic ({inelastic.largest})"
+        said_of = (
+            f"{percent(inelastic.share, 2)} of the deformation is not elastic ({inelastic.largest})"
+        )
         read_from = replace(read_from, exponent_doubts=(said_of,))
     if told.laws:
         unbound = figures.quantities(run, replace(read_from, law_sets=every))
@@ -254,8 +256,9 @@ def _cannot_show(run: RunData, loops: Sequence[Loop]) -> tuple[list[str], list[s
         shown = "only a loading"
         if first.unloading is not None:
             shown = (
-                f"an unloading that ends at {format_quantity(left_n, 'N')}, {left_n / top_n:.0%} of"
-                f" the top force (up to {UNLOADED:.0%} counts)"
+                f"an unloading that ends at {format_quantity(left_n, 'N')}, "
+                f"{percent(left_n / top_n, 2)} of"
+                f" the top force (up to {percent(UNLOADED, 2)} counts)"
             )
         blocking.append(
             f"{shown}: creep, drift, slip and yield cannot be told from elastic deformation"

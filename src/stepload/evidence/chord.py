@@ -1,9 +1,7 @@
 """The chord stiffness of a branch, from the deformations at its two forces.
 
-(F_top - F_ref)/(δ(F_top) - δ(F_ref)), from 10 % to 100 % of the top force, needs no zero of the
-deformation and no law, so it stays true for every shape of a contact. ASTM E111 leaves out secant
-and initial tangent moduli for the same reason: both depend on where a curve begins. A deformation
-at one force is a weighted sum of the branch, without a law.
+(F_top - F_ref)/(δ(F_top) - δ(F_ref)), from 10 % to 100 % of the top force, needs no zero and no law
+(ASTM E111). A deformation at one force is a weighted sum of the branch.
 """
 
 from __future__ import annotations
@@ -26,8 +24,6 @@ AT_TOP = 0.97
 """A hold of at least this share of the largest force is the top."""
 _FEWEST = 3
 REFERENCE_SHARE = 0.1
-FITTED_FROM = 0.9
-"""A chord's fit uses what lies at most this factor beyond its two forces."""
 FITTED_STEP = 0.05
 """Forces closer than this share of the top are one place."""
 LEAST_PLACES = 5
@@ -90,13 +86,7 @@ def _mean_site(path: Path, stretches: NDArray[np.bool_]) -> Site:
 
 @dataclass(frozen=True, slots=True)
 class Chord:
-    """A chord of one branch.
-
-    Attributes:
-        from_n, to_n: its two forces.
-        span_m: difference of the deformations.
-        weights: (B,) of the branch: `span_m` is weights @ deformation.
-    """
+    """A chord of one branch; `span_m`, the deformation in it, is `weights` (B,) @ deformation."""
 
     from_n: float
     to_n: float
@@ -126,13 +116,9 @@ def chord(branch: Branch, from_n: float | None = None, to_n: float | None = None
 
 @dataclass(frozen=True, slots=True)
 class Smooth:
-    """δ = a + b F^q + c F^2q by generalised least squares over a branch: a power law with what
-    bends away from it.
+    """δ = a + b F^q + c F^2q by generalised least squares over a branch, F in `unit_n`.
 
-    Attributes:
-        estimator: (3, B) of the branch: its three numbers are estimator @ deformation.
-        q: exponent of the deformation over the force, 1/n.
-        unit_n: the force that F is counted in.
+    (a, b, c) are `estimator` (3, B) @ deformation; q is 1/n.
     """
 
     estimator: FloatArray
@@ -151,24 +137,20 @@ class Smooth:
         return np.asarray(slopes / self.unit_n @ self.estimator)
 
 
-def smooth_of(local: Chord, path: Path, covariance: FloatArray, q: float) -> Smooth | None:
-    """The smooth curve through what lies between the forces of a chord; None where that is little.
+def smooth_of(path: Path, covariance: FloatArray, q: float) -> Smooth | None:
+    """The smooth curve through a branch; None where it has too few forces.
 
     Args:
-        local: the chord.
-        path: it was read from.
+        path: of the branch.
         covariance: (B, B) of the deformation in m².
         q: exponent of the deformation over the force, 1/n.
     """
-    used = (path.force_n > FITTED_FROM * local.from_n) & (path.force_n < local.to_n / FITTED_FROM)
-    places = np.unique(np.round(path.force_n[used] / (FITTED_STEP * local.to_n))).size
-    if places < LEAST_PLACES:
+    top_n = float(path.force_n.max())
+    if np.unique(np.round(path.force_n / (FITTED_STEP * top_n))).size < LEAST_PLACES:
         return None
-    columns = _shape(path.force_n[used] / local.to_n, q)
-    weighed = np.linalg.solve(covariance[np.ix_(used, used)], columns)
-    estimator = np.zeros((columns.shape[1], path.size))
-    estimator[:, used] = np.linalg.solve(columns.T @ weighed, weighed.T)
-    return Smooth(estimator, q, local.to_n)
+    columns = _shape(path.force_n / top_n, q)
+    weighed = np.linalg.solve(covariance, columns)
+    return Smooth(np.linalg.solve(columns.T @ weighed, weighed.T), q, top_n)
 
 
 def smoothed(local: Chord, branch: Branch, covariance: FloatArray, smooth: Smooth | None) -> Chord:

@@ -2,11 +2,8 @@
 
 Every error of the budget enters the difference of ln(stiffness) with the weight of its run: −1/N in
 the first group, +1/N in the second (GUM, JCGM 100, 5.2.2, with correlations). An error that all
-runs share cancels except for the difference of its size: K_s with 1.3 % in one and 1.4 % in the
-other leaves 0.1 %. Errors of single runs are averaged.
-
-Repeats take precedence over a budget: a scatter of the runs that is larger than the budget of their
-own errors predicts replaces it, widened after Student for few runs.
+runs share cancels except for the difference of its size; errors of single runs are averaged. A
+scatter of repeats larger than their own errors predict replaces these, widened after Student.
 """
 
 from __future__ import annotations
@@ -24,7 +21,6 @@ from stepload.errors import DomainError
 from stepload.estimators.fit import FloatArray, IntArray
 from stepload.evidence.origin import Origin, common
 from stepload.evidence.quantity import Quantity
-from stepload.evidence.repeats import Scatter, normal, scatter_of, within
 from stepload.units import change, changes, percent
 
 SIGNIFICANCE = 0.05
@@ -35,6 +31,74 @@ SAME_FORCE = 0.02
 """Two forces count as one up to this share of the top force: levels are held that well."""
 SMOOTH = "smooth deformation error"
 REPEATABILITY = "repeatability beyond the budget"
+LEAST_DEGREES = 2
+"""Degrees of freedom from which a scatter may replace a budget: that of one repeat is so uncertain
+that its interval would be six times as wide."""
+_TOO_SMALL, _TOO_LARGE = 0.1, 0.05
+"""Probabilities of a chance scatter this small or this large, below which it overrides a budget."""
+
+
+class Scatter(NamedTuple):
+    """Standard deviation of a value between the runs of a group, pooled over the groups."""
+
+    sigma: float
+    degrees: int
+
+    def widened(self, level: float) -> float:
+        """The standard deviation widened for Student's distribution (GUM G.3)."""
+        from scipy.special import stdtrit
+
+        return self.sigma * float(stdtrit(self.degrees, level)) / normal(level)
+
+    def beyond(self, expected: float, level: float) -> float:
+        """Variance of a run that the scatter requires beyond the `expected` variance of its budget.
+
+        At least 0, so that the larger of both counts. A single repeat counts only where chance does
+        not explain its scatter.
+        """
+        if self.degrees < LEAST_DEGREES and not self._too_large(expected):
+            return 0.0
+        return max(self.widened(level) ** 2 - expected, 0.0)
+
+    def instead_of(self, stated: float, level: float) -> float | None:
+        """Variance that replaces a stated one too large for this scatter; None: it stays."""
+        from scipy.special import chdtr
+
+        if self.degrees < LEAST_DEGREES or not stated > 0.0:
+            return None
+        share = self.degrees * self.sigma**2 / stated
+        measured = self.widened(level) ** 2
+        if float(chdtr(self.degrees, share)) >= _TOO_SMALL or measured >= stated:
+            return None
+        return measured
+
+    def _too_large(self, expected: float) -> bool:
+        from scipy.special import chdtrc
+
+        if not expected > 0.0:
+            return self.sigma > 0.0
+        share = self.degrees * self.sigma**2 / expected
+        return float(chdtrc(self.degrees, share)) < _TOO_LARGE
+
+
+def within(group: IntArray) -> FloatArray:
+    """(N, N) projection onto the differences within groups; `group` (N,) names each run's group."""
+    alike = (group[:, None] == group).astype(np.float64)
+    return np.asarray(np.eye(group.size) - alike / alike.sum(axis=1))
+
+
+def scatter_of(value: FloatArray, group: IntArray) -> Scatter | None:
+    """Scatter of `value` (N,) in its groups; None where no run was repeated."""
+    left = within(group) @ value
+    degrees = value.size - np.unique(group).size
+    return None if degrees < 1 else Scatter(math.sqrt(float(left @ left) / degrees), degrees)
+
+
+def normal(level: float) -> float:
+    """Quantile of the standard normal distribution."""
+    from scipy.special import ndtri
+
+    return float(ndtri(level))
 
 
 class Agreement(StrEnum):
@@ -73,19 +137,14 @@ class DifferenceLine:
     """Contribution of one source; all relative standard uncertainties.
 
     Attributes:
-        source: its name.
         first, second: rms of its size in a single run of the group.
-        own: contribution of its part that is independent between runs, after averaging.
-        shared: contribution of its shared part, after cancelling.
-        left: both combined.
+        left: contribution to the difference, after averaging and cancelling.
         common: in words, which runs share it.
     """
 
     source: str
     first: float
     second: float
-    own: float
-    shared: float
     left: float
     common: str
 
@@ -95,18 +154,14 @@ class Difference:
     """Difference of group 2 from group 1.
 
     Attributes:
-        kind, from_n, to_n: of the figure that was compared.
         first, second: names of the runs of both groups.
         relative: S2/S1 − 1, geometric means.
         interval: its 95 % interval; wider where several groups are compared with the first.
         half_width: of the interval of ln(S2/S1).
-        smallest_detectable: the relative difference that would be detected with a probability of 80
-            %.
-        tolerance: the difference that matters, relative.
-        verdict, why: the verdict and its reason.
+        smallest_detectable: the relative difference that is detected with a probability of 80 %.
+        tolerance: the relative difference that matters.
         lines: one per source; in the widest case where it is not known what is shared.
-        scatter: standard deviation of ln S between the runs of a group, pooled; None: no repeats.
-        scatter_degrees: its degrees of freedom.
+        scatter: standard deviation of ln S between the runs of a group; None: no repeats.
         scatter_expected: what the budget of the runs' own errors expects.
         open_sources: sources for which the records do not show whether they are shared.
     """
@@ -285,7 +340,7 @@ def _case(
             if measured is not None:
                 spread, left = measured * scatter.degrees, math.sqrt(measured * average)
                 told = "no; its size is taken from the scatter"
-                line = DifferenceLine(source, line.first, line.second, left, 0.0, left, told)
+                line = DifferenceLine(source, line.first, line.second, left, told)
         expected += spread
         lines.append(line)
     if scatter is None:
@@ -295,7 +350,7 @@ def _case(
     if beyond > 0.0:
         each, left = math.sqrt(beyond), math.sqrt(beyond * average)
         told = f"no; widened for {scatter.degrees} degrees of freedom"
-        lines.append(DifferenceLine(REPEATABILITY, each, each, left, 0.0, left, told))
+        lines.append(DifferenceLine(REPEATABILITY, each, each, left, told))
     return _Case(tuple(lines), math.sqrt(expected))
 
 
@@ -303,19 +358,8 @@ def _line(source: str, groups: _Groups, matrix: FloatArray) -> DifferenceLine:
     sigma = groups.sigma(source)
     parts = groups.weight * sigma
     left = math.sqrt(max(float(parts @ matrix @ parts), 0.0))
-    partner = np.max(matrix - np.eye(parts.size), axis=1)
-    own = min(math.sqrt(float(np.sum(parts**2 * (1.0 - partner)))), left)
-    if not _shared(matrix):
-        own = left
-    return DifferenceLine(
-        source=source,
-        first=_rms(sigma[groups.group == 0]),
-        second=_rms(sigma[groups.group == 1]),
-        own=own,
-        shared=math.sqrt(max(left**2 - own**2, 0.0)),
-        left=left,
-        common=_told(matrix, groups.group),
-    )
+    first, second = (_rms(sigma[groups.group == group]) for group in (0, 1))
+    return DifferenceLine(source, first, second, left, _told(matrix, groups.group))
 
 
 def _rms(values: FloatArray) -> float:

@@ -62,6 +62,19 @@ def _held(loops: Sequence[Loop], compliance: Compliance, sources: Sources) -> Dr
     return Drift(rate_m_per_s, 0.5 * math.hypot(*(each.sigma_m_per_s for each in both)))
 
 
+def believed_drift(
+    loops: Sequence[Loop], found: Drift | None, compliance: Compliance, sources: Sources
+) -> float | None:
+    """The stated standard uncertainty of a drift in m/s; None where nobody states one, or where the
+    cycles, or the holds of one cycle, show more."""
+    stated = sources.travel_drift_m_per_s
+    shown = found or _held(loops, compliance, sources)
+    if stated is None or shown is None:
+        return stated
+    most = SIGMAS * math.hypot(stated, shown.sigma_m_per_s)
+    return stated if abs(shown.rate_m_per_s) <= most else None
+
+
 def largest_in_holds(loops: Sequence[Loop], compliance: Compliance, sources: Sources) -> float:
     """Bound of a drift in the first cycle in m/s; inf without holds.
 

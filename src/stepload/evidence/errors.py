@@ -9,7 +9,7 @@ import numpy as np
 
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.smooth import few_degrees, smooth_correlation
-from stepload.estimators.sources import Sources, linearity_errors
+from stepload.estimators.sources import Sources, linearity_errors, quantum_left
 from stepload.evidence.drift import Drift
 from stepload.evidence.elastic import Elastic
 from stepload.evidence.loops import Branch, Path
@@ -38,15 +38,9 @@ def middle(count: int) -> int:
 def errors_of(
     run: RunData, first: Branch, elastic: Elastic, drift: Drift | None, length_n: float
 ) -> list[Component]:
-    """The covariance of every source along a loading; the list has the same order for every one.
+    """The covariance of every source along a loading, in one order for all.
 
-    Args:
-        run: the run.
-        first: its loading.
-        elastic: the elastic contact, which has its compliance, and its travel without the errors of
-            the sensor.
-        drift: the drift that was taken out.
-        length_n: correlation length of the smooth error.
+    `drift` was taken out; `length_n` is the correlation length of the smooth error.
     """
     path, told, sources = first.path, run.conditions, run.conditions.sources
     force = path.force_n
@@ -122,12 +116,10 @@ def _system_size(sources: Sources) -> str:
 
 
 def _force_variance(path: Path, sources: Sources) -> FloatArray:
-    """Variance (B,) of the mean force of each stretch. Without noise a quantum causes the same
-    error in all its samples."""
-    quantum = sources.force_resolution_n**2 / 12.0
-    broken = sources.force_noise_n >= 0.5 * sources.force_resolution_n
-    noise = sources.force_noise_n**2 / path.count
-    return np.asarray(noise + (quantum / path.count if broken else quantum))
+    """Variance (B,) of the mean force of each stretch."""
+    left_n = quantum_left(sources.force_resolution_n, sources.force_noise_n)
+    each_n2 = sources.force_noise_n**2 + sources.force_resolution_n**2 / 12.0
+    return np.asarray(each_n2 / path.count + left_n**2)
 
 
 def dithered(elastic: Elastic, path: Path, sources: Sources) -> FloatArray:

@@ -23,7 +23,6 @@ from stepload.evidence.loops import Track
 from stepload.evidence.quantity import Quantity
 from stepload.evidence.reading import branch_chord, no_branch, read_of
 from stepload.evidence.run_data import RunData
-from stepload.units import format_quantity
 
 SAMPLES_HZ = 200.0
 """Samples per second. A rig is faster, but averaging of more noise is not counted on."""
@@ -31,10 +30,6 @@ NAMED = 2
 """So many of the largest lines are narrowed."""
 GAINS = 0.99
 """A change that leaves more than this share of the half width gains nothing."""
-LOWER_FORCES, LOWER_GAINS = (0.7, 0.5, 0.35), 0.9
-"""Shares of the top force that are tried, and the share of the half width that one must leave."""
-LEAST_SPAN = 3.0
-"""Least factor of a lower top force above the touch."""
 Tracks = list[tuple[int, Track, Track | None]]
 
 
@@ -154,46 +149,6 @@ def narrowing(run: RunData, now: Quantity | None = None) -> list[Narrowing]:
         if len(found) == NAMED:
             break
     return found
-
-
-def lower_force(run: RunData, now: Quantity) -> Narrowing | None:
-    """A lower top force that narrows the chord of an expected run; None where none does.
-
-    A softer payload counts less of the deflection of the rig, a smaller deformation more of the
-    errors of travel.
-    """
-    found: list[Narrowing] = []
-    forces_n = run.tracks[0][1].force_n
-    for share in LOWER_FORCES:
-        top_n = share * float(forces_n.max())
-        if top_n < LEAST_SPAN * float(forces_n.min()):
-            continue
-        lower = _scaled(run, share)
-        try:
-            half = expected_chord(lower).half_width
-        except DomainError:
-            continue
-        if half < LOWER_GAINS * now.half_width:
-            found.append(Narrowing("top force", f"top force {format_quantity(top_n, 'N')}", half))
-    return min(found, key=lambda each: each.half_width, default=None)
-
-
-def _scaled(run: RunData, share: float) -> RunData:
-    """The same course of an expected run up to this share of its top force, from the same touch."""
-    up = run.tracks[0][1]
-    least_n, top_n = float(up.force_n.min()), float(up.force_n.max())
-    slope = (share * top_n - least_n) / (top_n - least_n)
-    order = np.argsort(up.force_n, kind="stable")
-    known_n, known_m = np.append(0.0, up.force_n[order]), np.append(0.0, up.travel_m[order])
-
-    def scaled(track: Track | None) -> Track | None:
-        if track is None:
-            return None
-        force_n = least_n + slope * (track.force_n - least_n)
-        return replace(track, force_n=force_n, travel_m=np.interp(force_n, known_n, known_m))
-
-    tracks = [(number, scaled(up) or up, scaled(down)) for number, up, down in run.tracks]
-    return replace(run, tracks=tracks)
 
 
 def changed(run: RunData, told: Conditions) -> RunData:

@@ -11,11 +11,11 @@ import numpy as np
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.decide import EXPONENT_HALF_WIDTH
 from stepload.estimators.fit import FloatArray
-from stepload.estimators.smooth import CHI2_95, NORMAL_95
+from stepload.estimators.smooth import NORMAL_95
 from stepload.evidence.chord import Chord, Smooth, chord
 from stepload.evidence.errors import Component, middle, total
-from stepload.evidence.lawfit import CANNOT_TELL, LawFit, Read, at_point, union
-from stepload.evidence.laws import BILINEAR, POWER, ROUGH
+from stepload.evidence.lawfit import CANNOT_TELL, LawFit, Read, at_point, shape_interval, union
+from stepload.evidence.laws import POWER, ROUGH
 from stepload.evidence.loops import Branch, Path
 from stepload.evidence.quantity import (
     Exponent,
@@ -41,6 +41,9 @@ BETTER = 16.0
 UPPER_SHARE = 0.7
 """The upper chord begins at this share of a tangent's force."""
 SEAT = "set at small force"
+FOOT, FOOT_SHARE = "foot below the data", 0.2
+"""A rough surface gives way at forces below the data more than the laws say. Of 11 bodies of
+boundary elements, rough by 2 to 15 µm, it was up to 40 % more than they put there."""
 HOPELESS = 1.0
 """Half width, as a share of the figure, above which it is not identifiable."""
 
@@ -84,7 +87,7 @@ def _shared(run: RunData, read_from: Reading) -> list[Line]:
     bend = float(np.diff(told.bend(np.array([main.from_n, main.to_n])))[0])
     sideways = run.sideways.relative * abs(bend) / main.span_m
     scale = [
-        Line("force calibration", f"{sources.gain_sigma:.2%}", q * sources.gain_sigma),
+        Line("force calibration", f"{percent(sources.gain_sigma, 3)}", q * sources.gain_sigma),
         Line(
             "temperature of the material",
             f"{sources.temperature_sigma_k:.3g} K",
@@ -145,6 +148,7 @@ def quantities(run: RunData, read_from: Reading) -> dict[str, Quantity]:
         return found
     law_blocked = (*doubts, *read_from.law_doubts)
     rough = _as_rough(law_sets[middle(len(law_sets))], told)
+    foot_m = _foot(_believed(law_sets[middle(len(law_sets))], told), read_from.branch.path)
     for kind, read in _readers(at_n, with_plane=rough).items():
         made = _of_laws(read, law_sets, errors, read_from.branch.path, told, at_n)
         if made is None:
@@ -155,6 +159,9 @@ def quantities(run: RunData, read_from: Reading) -> dict[str, Quantity]:
         if read_from.seat_m > 0.0:
             size_m = read_from.seat_m / math.sqrt(3.0)
             rest.append(Line(SEAT, f"{size_m * 1e6:.2g} µm", size_m * stiffness / at_n))
+        if kind == "secant_from_touch" and told.rough_length_m is None:
+            size_m = FOOT_SHARE * foot_m
+            rest.append(Line(FOOT, f"{size_m * 1e6:.2g} µm", size_m * stiffness / at_n))
         whole = math.hypot(math.log(high / low) / 2.0 / NORMAL_95, combined(rest))
         rest += _of_looks(run, whole)
         low, high = wider(stiffness, low, high, NORMAL_95 * combined(rest))
@@ -222,6 +229,12 @@ def _believed(laws: Mapping[str, LawFit], told: Conditions) -> LawFit:
     return min(laws.values(), key=lambda fit: fit.chi2)
 
 
+def _foot(law: LawFit, path: Path) -> float:
+    """The deformation in m that a law puts between touch and the lowest force of the data."""
+    best = law.best
+    return float(law.gradient(best.shape, float(path.force_n.min())) @ best.coefficients)
+
+
 def beaten(fit: LawFit, laws: Mapping[str, LawFit]) -> list[str]:
     """That the data refuse a law because another one fits them better."""
     best = min(laws.values(), key=lambda each: each.chi2, default=fit)
@@ -287,10 +300,10 @@ def _upper(read_from: Reading, smooth: Smooth, at_n: float) -> Line:
     upper = chord(branch, UPPER_SHARE * at_n, at_n)
     weights = smooth.span(upper.from_n, upper.to_n)
     span_m = float(weights @ branch.deformation_m)
-    allowed = combined(_lines(parts, upper.weights - weights, upper.span_m))
+    allowed = NORMAL_95 * combined(_lines(parts, upper.weights - weights, upper.span_m))
     off = math.log(span_m / upper.span_m) if min(span_m, upper.span_m) > 0.0 else math.inf
     beyond = math.sqrt(max(off**2 - allowed**2, 0.0))
-    return Line("shape (upper chord against the curve's)", f"{off:.2%}", beyond)
+    return Line("shape (upper chord against the curve's)", f"{percent(off, 3)}", beyond)
 
 
 def _sensitivity(fit: LawFit, read: Read, path: Path, parts: Sequence[Component]) -> FloatArray:
@@ -346,26 +359,15 @@ def _made(
 
 
 def exponent(read_from: Reading) -> Exponent | None:
-    """n of the power law, widened by other laws that fit as well with their own exponents; None
-    where no figure rests on a power law of free exponent."""
+    """n of the power law that is nearest to the data, weighed with their covariance; None where no
+    figure rests on a power law of free exponent."""
     law_sets = read_from.law_sets
     power = law_sets[middle(len(law_sets))].get(POWER.name) if law_sets else None
     if power is None:
         return None
     value = 1.0 / power.best.shape
-    low = high = value
-    for laws in law_sets:
-        lowest = min(fit.chi2 for fit in laws.values())
-        for name, fit in laws.items():
-            if name == POWER.name:
-                ends = [1.0 / p.shape for p in fit.points if p.chi2 <= fit.chi2 + CHI2_95]
-            elif fit.chi2 <= lowest + CANNOT_TELL:
-                ends = [_own_exponent(fit)]
-            else:
-                continue
-            low, high = min([low, *ends]), max([high, *ends])
-    shift = _evenly(power, read_from.branch) - value
-    low, high = low + min(shift, 0.0), high + max(shift, 0.0)
+    ends = [end for laws in law_sets for end in shape_interval(laws[POWER.name])]
+    low, high = 1.0 / max(ends), 1.0 / min(ends)
     why = [
         *read_from.doubts,
         *read_from.law_doubts,
@@ -376,26 +378,3 @@ def exponent(read_from: Reading) -> Exponent | None:
         why.append(f"this run cannot tell n = {low:.2f} from {high:.2f}")
     verdict = ResultVerdict.MARGINAL if why else ResultVerdict.IDENTIFIED
     return Exponent(value, (low, high), verdict, tuple(why))
-
-
-def _evenly(power: LawFit, branch: Branch) -> float:
-    """n of least squares in which every row weighs the same, by one Gauss–Newton step.
-
-    Data of a power law give the same n whatever they are weighed by; others do not.
-    """
-    q, (zero_m, top_m) = power.best.shape, power.best.coefficients[:2]
-    force = branch.path.force_n / power.top_n
-    shape = force**q
-    columns = np.stack([np.ones_like(shape), shape, top_m * shape * np.log(force)], axis=1)
-    left_m = branch.deformation_m - zero_m - top_m * shape
-    if not (np.isfinite(columns).all() and np.isfinite(left_m).all()):
-        return math.inf
-    step = np.linalg.lstsq(columns, left_m, rcond=None)[0][2]
-    return float(1.0 / (q + step)) if q + step > 0.0 else math.inf
-
-
-def _own_exponent(fit: LawFit) -> float:
-    """The exponent of a law that has a fixed one."""
-    if fit.law.parameters == 1:
-        return 1.0 / fit.best.shape
-    return 1.0 if fit.law is BILINEAR else 1.5

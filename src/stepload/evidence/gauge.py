@@ -19,7 +19,7 @@ from stepload.evidence.chord import Chord
 from stepload.evidence.lateral import GUIDED_COMPLIANCE, TURN_RAD_PER_N, UNKNOWN_FRICTION
 from stepload.evidence.loops import Path, path_of
 from stepload.evidence.run_data import RunData
-from stepload.units import beside_limit, format_quantity
+from stepload.units import beside_limit, format_quantity, percent
 
 SIGMAS = 3.0
 HARMLESS_SCALE = 0.02
@@ -38,13 +38,9 @@ NOT_CHECKED = "the gauge's scale was not checked against the arm's travel: "
 
 
 def against_arm(run: RunData, main: Chord) -> tuple[list[str], list[str]]:
-    """Doubts about the gauge over the first loading, and remarks.
+    """Doubts about the gauge over the first loading, and remarks, by the chord `main`.
 
     Both are empty where no gauge was read beside an arm, and where the system is what is pressed.
-
-    Args:
-        run: the run.
-        main: the chord.
     """
     track, told = run.tracks[0][1], run.conditions
     if track.arm_m is None or told.kind == "system":
@@ -78,7 +74,7 @@ def against_arm(run: RunData, main: Chord) -> tuple[list[str], list[str]]:
         )
     return doubts, [
         "the gauge's scale was checked against the arm's travel less the system's deflection: an "
-        f"error below {share:.1%} would not be seen"
+        f"error below {percent(share, 2)} would not be seen"
     ]
 
 

@@ -115,7 +115,6 @@ def identify(selected: Selected, conditions: Conditions, run: RunData) -> Identi
     fits = fit_all(
         selected,
         secant_force_n=conditions.secant_force_n,
-        elastic_limit_n=conditions.elastic_limit_n,
         sigma_m=sigma_m,
         sigma_n=sigma_n,
     )

@@ -17,7 +17,7 @@ from stepload.estimators.smooth import NORMAL_95, smooth_correlation
 from stepload.evidence.drift import Drift
 from stepload.evidence.elastic import Elastic
 from stepload.evidence.errors import dithered
-from stepload.evidence.inelastic_signs import Sign, rate_sign, signs_of
+from stepload.evidence.inelastic_signs import Sign, lost_work, rate_sign, signs_of
 from stepload.evidence.loops import BETWEEN, Branch, Hold, Loop
 from stepload.evidence.run_data import RunData
 
@@ -46,10 +46,15 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Inelastic:
-    """The signs of a run and its set, in m; `span_m` is the deformation of the chord."""
+    """The signs of a run and its set, in m; `span_m` is the deformation of the chord.
+
+    `loss` is the work that the first cycle lost over that of its loading, with its standard
+    uncertainty; None without an unloading.
+    """
 
     parts: tuple[Part, ...]
     span_m: float
+    loss: tuple[float, float] | None = None
 
     @property
     def share(self) -> float:
@@ -70,22 +75,21 @@ def inelastic_of(
     run: RunData, loops: Sequence[Loop], span_m: float, from_n: float, elastic: Elastic,
     drift: Drift | None,
 ) -> Inelastic:  # fmt: skip
-    """Every sign that these cycles can show.
+    """Every sign that these cycles can show, drift taken out.
 
-    Args:
-        run: the run.
-        loops: its cycles, drift taken out.
-        span_m: deformation of the chord.
-        from_n: its lower force.
-        elastic: the elastic contact with which the cycles are compared.
-        drift: the drift that was taken out.
+    `span_m` is the deformation of the chord, `from_n` its lower force; the cycles are compared with
+    the elastic contact.
     """
     signs = [sign for sign in signs_of(loops, elastic.at) if sign.name != "top_shift"]
     rate = rate_sign(loops, elastic)
     signs += [rate] if rate is not None else []
     parts = [Part(s.name, s.value_m, _sigma(s, run, elastic, drift), s.elapsed_s) for s in signs]
     creep = _creep(run, loops, from_n, elastic, drift)
-    return Inelastic((*parts, *([creep] if creep else [])), span_m)
+    lost = lost_work(loops[0])
+    loss = None if lost is None else (
+        lost[0].value_m / lost[1], _sigma(lost[0], run, elastic, drift) / lost[1]
+    )  # fmt: skip
+    return Inelastic((*parts, *([creep] if creep else [])), span_m, loss)
 
 
 def _sigma(sign: Sign, run: RunData, elastic: Elastic, drift: Drift | None) -> float:

@@ -55,19 +55,18 @@ def signs_of(loops: Sequence[Loop], compliance: Compliance) -> list[Sign]:
     low_n = lowest_common(loops)
     found: list[Sign] = []
     if low_n is not None:
-        gaps = [gap for loop in loops[:2] if (gap := _gap(loop, low_n, compliance)) is not None]
-        found += [gaps[0]] if gaps else []
-        if len(gaps) == 2:
-            found.append(_difference("gap_change", gaps[0], gaps[1]))
-    seat = _seat(loops, compliance)
-    found += [seat] if seat is not None else []
+        found += _gap(first, low_n, compliance)
+    found += _seat(loops, compliance)
     if second is not None:
         tops = [(loop.loading, top_site(loop.loading.path)) for loop in (first, second)]
         shift = _shift("top_shift", tops, compliance)
         found.append(shift)
         at = low_n if low_n is not None else LOWEST_SHARE * tops[0][1].force_n
         lows = [(loop.loading, _low_site(loop.loading, at)) for loop in (first, second)]
-        found.append(_difference("set", _shift("low_shift", lows, compliance), shift))
+        low = _shift("low_shift", lows, compliance)
+        turned = tuple((branch, -weights) for branch, weights in shift.terms)
+        terms = (*low.terms, *turned)
+        found.append(Sign("set", low.value_m - shift.value_m, terms, low.force_n))
         whole = chord(first.loading)
         again = chord(second.loading, whole.from_n, min(whole.to_n, _top(second.loading)))
         same = chord(first.loading, again.from_n, again.to_n)
@@ -82,22 +81,22 @@ def signs_of(loops: Sequence[Loop], compliance: Compliance) -> list[Sign]:
     return found
 
 
-def _seat(loops: Sequence[Loop], compliance: Compliance) -> Sign | None:
+def _seat(loops: Sequence[Loop], compliance: Compliance) -> list[Sign]:
     """Shift at the foot of the first loading: the next branch that comes as low, less the first.
 
-    None where there is none, or where the foot is not below half the force of `LOWEST_SHARE`.
+    Empty where there is none, or where the foot is not below half the force of `LOWEST_SHARE`.
     """
     first = loops[0].loading
     later = loops[1].loading if len(loops) > 1 else loops[0].unloading
     if later is None:
-        return None
+        return []
     top_n = float(first.path.force_n.max())
     reached_n = max(float(branch.path.force_n.min()) for branch in (first, later))
     foot_n = max(FOOT_SHARE * top_n, reached_n)
     if foot_n > 0.5 * LOWEST_SHARE * top_n:
-        return None
+        return []
     feet = [(branch, site(branch.path, foot_n)) for branch in (first, later)]
-    return _shift("seat", feet, compliance)
+    return [_shift("seat", feet, compliance)]
 
 
 def lowest_common(loops: Sequence[Loop]) -> float | None:
@@ -121,13 +120,13 @@ def _low_site(branch: Branch, force_n: float) -> Site:
     return hold_site(branch.path, force_n) or site(branch.path, force_n)
 
 
-def _gap(loop: Loop, low_n: float, compliance: Compliance) -> Sign | None:
-    """Unloading less loading."""
+def _gap(loop: Loop, low_n: float, compliance: Compliance) -> list[Sign]:
+    """Unloading less loading; empty where they have no low force in common."""
     if loop.unloading is None or float(loop.unloading.path.force_n.min()) > 1.05 * low_n:
-        return None
+        return []
     pair = [(loop.loading, _low_site(loop.loading, low_n)),
             (loop.unloading, _low_site(loop.unloading, low_n))]  # fmt: skip
-    return _shift("gap", pair, compliance)
+    return [_shift("gap", pair, compliance)]
 
 
 def _shift(name: str, pair: Sequence[tuple[Branch, Site]], compliance: Compliance) -> Sign:
@@ -139,9 +138,32 @@ def _shift(name: str, pair: Sequence[tuple[Branch, Site]], compliance: Complianc
     return Sign(name, value, ((other, there.weights), (one, -at.weights)), force_n)
 
 
-def _difference(name: str, one: Sign, other: Sign) -> Sign:
-    terms = (*one.terms, *((branch, -weights) for branch, weights in other.terms))
-    return Sign(name, one.value_m - other.value_m, terms, one.force_n)
+def lost_work(loop: Loop) -> tuple[Sign, float] | None:
+    """∮F dδ of a cycle in J, its weights in N in place of a length, and ∫F dδ of the loading.
+
+    Both branches count from the lowest to the highest force that they have in common; None where
+    there is no unloading.
+    """
+    if loop.unloading is None:
+        return None
+    branches = loop.loading, loop.unloading
+    low_n = max(float(branch.path.force_n.min()) for branch in branches)
+    terms, works = [], []
+    for branch, sign in zip(branches, (1.0, -1.0), strict=True):
+        order = np.argsort(branch.path.force_n, kind="stable")
+        order = order[branch.path.force_n[order] >= low_n]
+        if order.size < 2:
+            return None
+        force_n = branch.path.force_n[order]
+        middle_n = 0.5 * (force_n[1:] + force_n[:-1])
+        weights = np.zeros(branch.path.size)
+        weights[order] = np.concatenate([[0.0], middle_n]) - np.concatenate([middle_n, [0.0]])
+        works.append(float(weights @ branch.deformation_m))
+        terms.append((branch, sign * weights))
+    if not works[0] > 0.0:
+        return None
+    top_n = float(loop.loading.path.force_n.max())
+    return Sign("loss", works[0] - works[1], tuple(terms), top_n), works[0]
 
 
 def rate_sign(loops: Sequence[Loop], elastic: Elastic) -> Sign | None:

@@ -12,21 +12,18 @@ from stepload.estimators.fit import FloatArray, Missing
 from stepload.estimators.lateral_effect import CROSS_COMPLIANCE, Across
 from stepload.evidence.inelastic_signs import Compliance
 from stepload.evidence.quantity import Line
-from stepload.units import beside_limit, format_quantity
+from stepload.units import beside_limit, format_quantity, percent
 
 GUIDED_COMPLIANCE = 0.3
 """C_xz/C_zz of a guided axis, or of a rig of unstated structure."""
 LEFT_OVER = 0.05
-"""Standard uncertainty of a correction with three numbers, as a share of the correction. In
-simulation 1/18 to 1/20 of the bias of one number remained where all slides or all sticks, a tenth
-on a plate tilted by 3 degrees: joints turn, and the plate's normal is not the tool's axis."""
+"""Standard uncertainty of a correction with three numbers, as a share of it: in simulation 1/18 to
+1/20 of the bias of one number remained, a tenth on a plate tilted by 3 degrees."""
 UNKNOWN_FRICTION = 0.9 * 0.5 / math.sqrt(3.0)
 """Standard uncertainty of a deflection, as a share of it, on a serial arm where the friction of the
-payload is not known relative to that of the calibration. Coupling C_xz/C_zz of 0.9 (90th percentile
-of poses; median 0.3) times a difference of the lateral shares of up to 0.5 either way, uniformly
-distributed: 0.26. With a difference of 0.3 the 95 % intervals of 128 simulated runs contained the
-truth in 83 %, with 0.5 in 90 %: a tip that sticks, or a dry block and a payload that slides, differ
-more than two contacts that slide (`python -m stepload_verify.trials.coupling`)."""
+payload is not known relative to that of the calibration: coupling C_xz/C_zz of 0.9 (90th percentile
+of poses) times a difference of the lateral shares of up to 0.5 either way, uniformly distributed
+(`python -m stepload_verify.trials.coupling`)."""
 
 STATED_FRICTION = 0.33 * 0.3 / math.sqrt(3.0)
 """The same where a person states K_s for a press without lateral force: the median coupling, and a
@@ -39,16 +36,15 @@ CLIMB = math.tan(TILT_RAD) / math.sqrt(3.0)
 """Slope of the plate along an unknown direction (1 σ)."""
 SIDEWAYS_OVER_ALONG = 3.3
 """Compliance of an arm's tip across the press over that along it: at most this in 90 % of tool-down
-poses of a UR5e (2.9) and a UR10e (3.2); median 1.4 and 1.2, a UR3e 3.0 and 8.1. Joint stiffnesses
-assumed. A guided axis with a stiffness of 2e6 N/m laterally and 3.5e6 N/m axially has 1.7."""
+poses of a UR5e (2.9) and a UR10e (3.2), joint stiffnesses assumed."""
 TANGENTIAL_OVER_NORMAL = 0.8
 """Lateral over axial stiffness of a contact (Mindlin)."""
 UNKNOWN_SHARE = 0.3
 """Lateral over axial force where the data do not give it: sliding with a friction of 0.3."""
 TURN_RAD_PER_N = 3e-5
 """Standard deviation of how far an arm's tool turns about an axis across the press. The size over
-tool-down poses has a median and a 90th percentile of 35 and 69 µrad/N (UR3), 23 and 45 (UR5), 27
-and 47 (UR10); two independent axes with this deviation would have 35 and 64 (six axes, item 1)."""
+tool-down poses has a 90th percentile of 69 µrad/N (UR3), 45 (UR5), 47 (UR10); two independent axes
+with this deviation have 64 (six axes, item 1)."""
 ANY_WAY = math.sqrt(1.0 / 6.0)
 """Standard deviation of the component along a given direction of an angle of up to 1 in an unknown
 direction: sizes uniform (1/3), directions uniform (1/2)."""
@@ -60,15 +56,13 @@ class Sideways:
     """The lateral force of one run.
 
     Attributes:
-        rule: "guided": a guided axis, or a rig of unstated structure; for an arm, "three numbers":
-            the effect was corrected; "one number": the difference of its share from that of the
-            calibration is known; "unknown": it is not.
+        rule: "guided": a guided axis; of an arm "three numbers": the effect was corrected; "one
+            number": the difference of its share from that of the calibration is known; "unknown".
         share: size of lateral over axial force; None where the sensor does not measure it.
         away: the same less the share that K_s was measured at.
         relative: standard uncertainty of the deflection that it leaves, as a share of it.
         taken: the correction by the three numbers, as a share of the deflection.
-        errors: the independent parts of `relative` with their signs, which give the correlation
-            between runs of one rig; empty where they are not known.
+        errors: signed independent parts of `relative`; empty where they are not known.
     """
 
     rule: Rule
@@ -84,11 +78,11 @@ class Sideways:
         if self.rule == "unknown":
             return "friction of the contact, not measured"
         if self.rule == "one number":
-            return f"{self.away:.1%} away from that of K_s"
+            return f"{percent(self.away, 2)} away from that of K_s"
         if self.share is None:
             return "share not known, counted as none"
-        taken = f", {self.taken:.1%} of the deflection taken out"
-        return f"{self.share:.1%}" + (taken if self.rule == "three numbers" else "")
+        taken = f", {percent(self.taken, 2)} of the deflection taken out"
+        return f"{percent(self.share, 2)}" + (taken if self.rule == "three numbers" else "")
 
     @property
     def note(self) -> str:
@@ -133,19 +127,13 @@ def sideways(
             left = math.hypot(*errors)
             return Sideways("three numbers", size, away, left, abs(taken), errors=errors)
         if told.arm and across.at_share is not None:
-            errors = _along(across.away(share))
+            errors = tuple(across.away(share).tolist())
             return Sideways("one number", size, away, CROSS_COMPLIANCE * away, errors=errors)
     if told.arm:
         relative = STATED_FRICTION if across.stated else UNKNOWN_FRICTION
         return Sideways("unknown", size, relative=relative)
-    errors = () if share is None else _along(share)
+    errors = () if share is None else tuple(share.tolist())
     return Sideways("guided", size, relative=GUIDED_COMPLIANCE * (size or 0.0), errors=errors)
-
-
-def _along(share: FloatArray) -> tuple[float, ...]:
-    """Signed errors for shares (2,): the coupling of the rig is not known, but constant between
-    runs."""
-    return tuple(map(float, share))
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,13 +213,14 @@ class ContactAlignment:
     @property
     def notes(self) -> list[str]:
         """Remarks for the reader of the figures; empty where there are none."""
-        if isinstance(self.quality, Missing):
+        place = self.quality if isinstance(self.quality, Missing) else self.quality.place
+        if isinstance(place, Missing):
             return []
-        point = self.quality.eccentric
-        if point is None:
+        allowed_m = OFF_AXIS_M + 2.0 * place.sigma_m
+        if place.size_m <= allowed_m:
             return []
-        allowed_m = OFF_AXIS_M + 2.0 * point.sigma_m
-        return [_off(point.size_m, allowed_m)] if point.size_m > allowed_m else []
+        size, limit = beside_limit(place.size_m, allowed_m, "m")
+        return [f"the plate is touched {size} beside the force sensor's axis (allowed {limit})"]
 
 
 def alignment_of(
@@ -254,8 +243,3 @@ def coupling_of(across: Across, yields_m_per_n: float) -> float:
         return CROSS_COMPLIANCE
     whole = math.hypot(*across.per_newton_m, *across.sigma_m_per_n)
     return whole / math.sqrt(2.0) / yields_m_per_n
-
-
-def _off(size_m: float, allowed_m: float) -> str:
-    size, limit = beside_limit(size_m, allowed_m, "m")
-    return f"the plate is touched {size} beside the force sensor's axis (allowed {limit})"

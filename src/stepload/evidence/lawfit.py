@@ -199,6 +199,23 @@ def _profile(fit: LawFit, read: Read) -> tuple[float, float] | None:
     return low, high
 
 
+def shape_interval(fit: LawFit) -> tuple[float, float]:
+    """The profile-likelihood interval (95 %) of the shape parameter of a law; between two points of
+    the profile χ² is taken as straight."""
+    shape = np.array([point.shape for point in fit.points])
+    beyond = np.array([point.chi2 - fit.chi2 - CHI2_95 for point in fit.points])
+    inside = np.flatnonzero(beyond <= 0.0)
+
+    def end(last: int, out: int) -> float:
+        if not 0 <= out < shape.size:
+            return float(shape[last])
+        share = beyond[last] / (beyond[last] - beyond[out])
+        return float(shape[last] + share * (shape[out] - shape[last]))
+
+    first, last = int(inside[0]), int(inside[-1])
+    return end(first, first - 1), end(last, last + 1)
+
+
 def at_point(fit: LawFit, point: Point, read: Read) -> tuple[float, float] | None:
     """Logarithm of a length at one point of a law, and its standard uncertainty."""
     gradient = read(fit, point.shape)

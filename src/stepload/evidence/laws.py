@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stepload.contact.law_names import LAW_NAMES
 from stepload.contact.plastic import (
     EARLY_EXPONENT,
     EARLY_FACTOR,
@@ -23,6 +22,7 @@ from stepload.contact.plastic import (
     LATE_FACTOR,
     LATE_MEETS_FORCE,
 )
+from stepload.contact.power_law import LAW_NAMES
 from stepload.contact.rough import P0_BRANCH
 from stepload.estimators.fit import FloatArray
 

@@ -1,9 +1,7 @@
 """The cycles of a run as means over stretches of time, the deflection of the system taken out.
 
-Noise of the force makes every fit of deformation over force wrong where samples are sorted or
-weighed by the noisy force itself. Means over time are not: the same weights act on force and on
-travel, so a mean lies on a straight relation whatever the noise. A stretch ends where the force
-has moved by a small share of itself, or where a shorter one would only show noise.
+Samples sorted or weighed by a noisy force bias every fit; means over time do not. A stretch ends
+where the force has moved by a small share of itself, or where a shorter one would only show noise.
 """
 
 from __future__ import annotations
@@ -77,13 +75,7 @@ class Path:
 
 
 def path_of(track: Track, top_n: float, force_noise_n: float) -> Path:
-    """Reduce a branch.
-
-    Args:
-        track: the branch, at least one sample.
-        top_n: the largest force of the run in N.
-        force_noise_n: standard deviation of one force sample in N.
-    """
+    """Reduce a branch of at least one sample; `top_n` is the largest force of the run."""
     sums = [np.concatenate([[0.0], np.cumsum(values - values[0])]) for values in (
         track.time_s, track.force_n, track.travel_m)]  # fmt: skip
     edges = np.concatenate([[0], np.flatnonzero(np.diff(track.held)) + 1, [track.force_n.size]])
@@ -142,15 +134,8 @@ def _extent(
 
 @dataclass(frozen=True, slots=True)
 class Hold:
-    """One hold: the change of the deformation in it.
-
-    Attributes:
-        force_n: mean force in N.
-        lasted_s: its length.
-        crept_m: deformation in its last half less that in its first eighth.
-        eased_n: the same of the force; negative where it relaxed.
-        samples: number of samples in the first eighth.
-    """
+    """One hold: mean force, length, and deformation and force (`eased_n`) in its last half less
+    those in its first eighth, which has `samples`."""
 
     force_n: float
     lasted_s: float
@@ -184,13 +169,7 @@ class Loop:
 def loops_of(
     tracks: Sequence[tuple[int, Track, Track | None]], deflection: Deflection, force_noise_n: float
 ) -> tuple[Loop, ...]:
-    """Reduce the cycles of a run.
-
-    Args:
-        tracks: number, loading and unloading of each cycle, the first one first.
-        deflection: the system's part of the travel.
-        force_noise_n: standard deviation of one force sample.
-    """
+    """Reduce the cycles of a run: number, loading and unloading of each, the first one first."""
     top_n = max(float(loading.force_n.max()) for _, loading, _ in tracks)
 
     def branch(track: Track) -> Branch:

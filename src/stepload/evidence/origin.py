@@ -1,9 +1,7 @@
 """Which errors two runs have in common: by rig, calibration, sensor and place.
 
-An error that two runs share has the same value in both: it shows in neither their spread nor, where
-it acts equally on both, in their difference. Whether it is shared follows from the devices named in
-the records. What the records do not state is not guessed: it stays open, and both cases have to be
-considered.
+Whether an error is shared follows from the devices named in the records; what these do not state
+stays open.
 """
 
 from __future__ import annotations
@@ -14,13 +12,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 REPEATS = 0.9
-"""Correlation of the smooth error at the same place. It is never counted as fully repeatable: gear
-play and lubricant are part of it and differ from run to run."""
+"""Correlation of the smooth error at the same place: gear play and lubricant differ from run to
+run."""
 
 ACROSS_ALIKE = 0.9
 """Correlation of the errors that friction leaves in two runs of one lateral share. Never counted as
 fully repeatable: the compliance of an arm is not exactly one number where one payload sticks and
-another slides (`python -m stepload_verify.trials.coupling.compared`)."""
+another slides."""
 OF_CALIBRATION = 0.5
 """Correlation of the errors that unknown friction leaves in two runs of one calibration: half of
 the variance of (share of the run less that of the calibration) is due to the calibration."""
@@ -152,13 +150,9 @@ creep and the choice of the model."""
 def common(source: str, one: Origin, other: Origin, apart_m: float = 0.0) -> Common:
     """Correlation of an error in two runs.
 
-    K_s: the same arm in the same pose and the same calibration. Gain: the same force sensor and
-    axis. Smooth error: the same arm in the same pose, as far as it pressed at the same place of its
-    travel: 0.9 exp(−½ (distance/reach)²). With an unnamed pose K_s still counts as one figure, but
-    the smooth error is open: the same travel may then be another place.
-
-    Friction: as far as the errors that it leaves have the same direction in both, with one
-    calibration; where the shares are not known, at least by half.
+    K_s: same arm, pose and calibration. Gain: same force sensor and axis. Smooth error: same arm
+    and pose, 0.9 exp(−½ (distance/reach)²) of the places of the travel; open with an unnamed pose.
+    Friction: with one calibration, as far as the errors have the same direction; at least by half.
 
     Args:
         source: name of the source in a budget.

@@ -1,14 +1,15 @@
 """Plausibility of units: values of a file are doubted if they cannot be metres and newtons.
 
 A wrong unit is a factor of a thousand, and no fit shows it: the law is a power, and the interval is
-relative. Only outside knowledge does: the payload's law by theory, the stated stiffness of the
-machine, and the possible range of instruments and contacts.
+relative.
 """
 
 from __future__ import annotations
 
+import numpy as np
+
 from stepload.estimators.fit import FloatArray
-from stepload.units import format_quantity
+from stepload.units import format_quantity as f
 
 THEORY_FACTOR = 5.0
 """Largest factor between the deformation and that of the payload's law without a doubt."""
@@ -50,36 +51,29 @@ def plausibility(
         expected_m = (top_n / theory_k) ** (1.0 / theory_n) if top_n > 0.0 else 0.0
         if not expected_m / THEORY_FACTOR <= deformed_m <= expected_m * THEORY_FACTOR:
             found.append(
-                f"{_length(deformed_m)} of deformation at {_force(top_n)}, where the payload's law "
-                f"gives {_length(expected_m)}: is the unit of a column wrong, or the payload?"
+                f"{f(deformed_m, 'm')} of deformation at {f(top_n, 'N')}, where the payload's law "
+                f"gives {f(expected_m, 'm')}: is the unit of a column wrong, or the payload?"
             )
     elif deformed_m > LARGEST_DEFORMATION_M:
         found.append(
-            f"the payload is deformed by {_length(deformed_m)}: are these metres? State the "
+            f"the payload is deformed by {f(deformed_m, 'm')}: are these metres? State the "
             "payload (--payload), if its law gives as much"
         )
-    if travel_m is not None and float(travel_m.max() - travel_m.min()) > LARGEST_TRAVEL_M:
-        found.append(f"a travel of {_length(float(travel_m.max() - travel_m.min()))}: in metres?")
+    span_m = 0.0 if travel_m is None else float(np.ptp(travel_m))
+    if span_m > LARGEST_TRAVEL_M:
+        found.append(f"a travel of {f(span_m, 'm')}: in metres?")
     if top_n > LARGEST_FORCE_N:
-        found.append(f"forces up to {_force(top_n)}: are these newtons?")
+        found.append(f"forces up to {f(top_n, 'N')}: are these newtons?")
     if position_quantum_m >= COARSEST_QUANTUM_M:
-        found.append(f"positions in steps of {_length(position_quantum_m)}: are these metres?")
+        found.append(f"positions in steps of {f(position_quantum_m, 'm')}: are these metres?")
     if force_quantum_n >= COARSEST_QUANTUM_N:
-        found.append(f"forces in steps of {_force(force_quantum_n)}: are these newtons?")
+        found.append(f"forces in steps of {f(force_quantum_n, 'N')}: are these newtons?")
     if system_stiffness_n_per_m is not None and theory_k is None:
         bent_m = top_n / system_stiffness_n_per_m
         share = bent_m / (bent_m + deformed_m) if deformed_m > 0.0 else 1.0
         if share < LEAST_SYSTEM_SHARE:
             found.append(
-                f"K_s takes {_length(bent_m)} of {_length(bent_m + deformed_m)} of travel: is the "
+                f"K_s takes {f(bent_m, 'm')} of {f(bent_m + deformed_m, 'm')} of travel: is the "
                 "unit of a column wrong? A machine so much stiffer need not be stated"
             )
     return tuple(found)
-
-
-def _length(value_m: float) -> str:
-    return format_quantity(value_m, "m")
-
-
-def _force(value_n: float) -> str:
-    return format_quantity(value_n, "N")

@@ -11,7 +11,7 @@ from stepload.estimators.conditions import BRANCHES
 from stepload.estimators.smooth import smooth_lengths
 from stepload.evidence import figures
 from stepload.evidence.chord import Chord, chord, smooth_of, smoothed
-from stepload.evidence.drift import Drift, drift_of, largest_in_holds, without_drift
+from stepload.evidence.drift import Drift, believed_drift, drift_of, largest_in_holds, without_drift
 from stepload.evidence.elastic import Elastic, elastic_of
 from stepload.evidence.errors import SYSTEM, errors_of, middle, total
 from stepload.evidence.inelastic import Inelastic, inelastic_of
@@ -114,7 +114,7 @@ def _reading(
     errors = [errors_of(run, branch, elastic, drift, length_n) for length_n in lengths]
     # The shape of the fit must not tell K_s: its error is not among those that weigh the data.
     weighing = total([part for part in errors[middle(len(lengths))] if part.source != SYSTEM])
-    smooth = smooth_of(local, branch.path, weighing, elastic.q)
+    smooth = smooth_of(branch.path, weighing, elastic.q)
     main = smoothed(local, branch, weighing, smooth)
     return figures.Reading(
         main=main,
@@ -175,6 +175,8 @@ def _own_lines(
     )  # fmt: skip
     gap = inelastic.of("gap")
     most_m = abs(elapsed_s) * largest_in_holds(loops, elastic.at, sources)
+    stated = believed_drift(loops, drift, elastic.at, sources)
+    stated_m = math.inf if stated is None else stated * abs(elapsed_s)
     if drift is not None:
         # A shift from top to top may have come at once, at a time outside this loading.
         taken_m = abs(drift.rate_m_per_s * elapsed_s)
@@ -182,10 +184,10 @@ def _own_lines(
         again = inelastic.of("reload")
         if again is not None and again.shown_m > 0.0:
             uneven_m = math.hypot(uneven_m, min(abs(again.value_m) / math.sqrt(3.0), most_m))
+        uneven_m = min(uneven_m, stated_m)
         found += length(OF_SIGNS[0], format_quantity(uneven_m, "m"), uneven_m)
-    elif sources.travel_drift_m_per_s is not None:
-        drift_m = sources.travel_drift_m_per_s * abs(elapsed_s)
-        found += length("drift as stated", format_quantity(drift_m, "m"), drift_m)
+    elif stated is not None:
+        found += length("drift as stated", format_quantity(stated_m, "m"), stated_m)
     elif gap is not None:
         # One cycle: what lies between loading and unloading may be a drift.
         share = min(abs(elapsed_s) / max(gap.elapsed_s, 1e-12), 1.0)

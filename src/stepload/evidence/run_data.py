@@ -4,24 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 from stepload.estimators.conditions import Conditions
 from stepload.evidence.lateral import ContactAlignment, Sideways
 from stepload.evidence.loops import Track
-
-
-class Touch(NamedTuple):
-    """One point of touch: when, at which travel in m, at which force in N.
-
-    `blur_m` is the arm's travel between two samples: force and travel of a touch may be that much
-    apart in time.
-    """
-
-    time_s: float
-    travel_m: float
-    force_n: float
-    blur_m: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +18,6 @@ class RunData:
         tracks: number, loading and unloading (or None) of each cycle in the order of time; one
             zero of travel for all.
         conditions: what is known besides the data.
-        touches: the first point of touch and the last; None without two.
         zero_step_n: largest change of the force's zero from one tare to the next; None without two.
         sideways: the lateral force, and the uncertainty that it causes.
         alignment: how the contact was made, and how well rig and plate are aligned.
@@ -50,7 +35,6 @@ class RunData:
 
     tracks: Sequence[tuple[int, Track, Track | None]]
     conditions: Conditions
-    touches: tuple[Touch, Touch] | None = None
     zero_step_n: float | None = None
     sideways: Sideways = field(default_factory=lambda: Sideways("guided"))
     alignment: ContactAlignment = field(default_factory=ContactAlignment)

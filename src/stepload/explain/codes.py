@@ -25,7 +25,8 @@ GROUPS = {
 }
 """Meaning of each group of codes."""
 KEY, THRESHOLD = "key", "threshold"
-"""Group names of keys and thresholds, which are no codes."""
+OTHERS = {KEY: "a key of a plan", THRESHOLD: "a threshold of a run", "word": "the glossary"}
+"""What else can be explained."""
 
 
 @dataclass(frozen=True, slots=True)

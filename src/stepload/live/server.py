@@ -21,8 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 from stepload.errors import SteploadError
 from stepload.live.messages import POSE, TARED, pose_message, wrench_message
-from stepload.live.schema import LIVE, LIVE_SCHEMA
-from stepload.live.state import State
+from stepload.live.state import LIVE, LIVE_SCHEMA, State
 from stepload.live.tail import Message, Tail
 from stepload.record.scan import DamageError
 
@@ -101,17 +100,6 @@ class Publisher:
         )
 
 
-def _first_line(fd: int) -> str:
-    """The first line of a pipe; "" where it ends before."""
-    text = b""
-    while not text.endswith(b"\n"):
-        byte = os.read(fd, 1)
-        if not byte:
-            return ""
-        text += byte
-    return text.decode().rstrip("\n")
-
-
 def _quiet() -> None:
     """Keep standard error for our own words: the SDK logs there what any viewer makes it say."""
     words, nothing = os.dup(2), os.open(os.devnull, os.O_WRONLY)
@@ -140,7 +128,7 @@ def main(host: str, port: int) -> int:
         return 1
     print(READY, server.port, flush=True)
     try:
-        if path := _first_line(0):
+        if path := sys.stdin.readline().rstrip("\n"):
             _follow(Path(path))
     finally:
         server.stop()
@@ -148,9 +136,8 @@ def main(host: str, port: int) -> int:
 
 
 def _follow(path: Path) -> None:
-    tail = Tail(path)
-    publisher = Publisher(tail)
     try:
+        publisher = Publisher(Tail(path))
         while True:
             began_s = time.monotonic()
             publisher.publish()
@@ -161,8 +148,6 @@ def _follow(path: Path) -> None:
                 return
     except (OSError, DamageError) as error:
         print(f"the live view ends: {error}", file=sys.stderr, flush=True)
-    finally:
-        tail.close()
 
 
 if __name__ == "__main__":

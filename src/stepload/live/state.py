@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from stepload.engine.margins import margins
+from stepload.engine.margins import MEANING, margins
 from stepload.engine.replay import Replayer, group_by_tick
 from stepload.engine.replayed import changed_limits, limits_from, zero_of
 from stepload.engine.watch import wrench_axis
@@ -21,16 +21,46 @@ from stepload.results.press_data import LOADING, UNLOADING
 from stepload.rig.samples import ArmSample, ForceSample
 
 LONGEST_TARE_S = 60.0
-TRACE_S = 0.05
-MOST_POINTS = 10_000
-Point = tuple[float, float, float | None]
-"""Time in s, force in N, and deformation in µm where something is pressed, else None."""
+LIVE = "/live"
+"""Topic of `State.told`."""
+
+
+def _number(meaning: str) -> dict[str, Any]:
+    return {"type": ["number", "null"], "description": meaning}
+
+
+LIVE_SCHEMA: dict[str, Any] = {
+    "title": "stepload.Live",
+    "type": "object",
+    "properties": {
+        "time_s": _number("the run's clock"),
+        "phase": {"type": "string"},
+        "cycle": {"type": "integer"},
+        "step": {"type": "integer"},
+        "level_n": _number("load level aimed at"),
+        "force_n": _number("tared contact force, positive when pressing"),
+        "largest_force_n": _number("largest since the last message"),
+        "second_force_n": _number("the second channel, tared"),
+        "predicted_peak_n": _number("as R2 predicts it"),
+        "force_limit_n": _number("F_lim"),
+        "elastic_limit_n": _number("F_c"),
+        "counted_limit_n": _number("what of F_c is counted on"),
+        "target_um": _number("commanded travel from the start pose"),
+        "deformation_um": _number("of the payload since the first touch"),
+        "margins": {
+            "type": "object",
+            "description": "share of its limit that each rule has used; 1 stops the run",
+            "properties": {rule: _number(meaning) for rule, meaning in MEANING.items()},
+        },
+    },
+}
+"""Content of `State.told`, as JSON Schema."""
 
 
 class State:
     """Follows a run's rows and events; `told` is the state after the newest tick, for viewers.
 
-    `taken` are the ticks of the last update.
+    `taken` says whether there was a tick in the last update.
 
     Streams are written one after the other, so the samples of the newest ticks may come with the
     next ticks: they wait for those, or for the end.
@@ -51,16 +81,14 @@ class State:
         self._replayer = Replayer(limits, axis, metadata.get("second_force_axis", ""))
         self._index, self._sign = wrench_axis(axis)
         self._conditions = from_attachments(attachments)
-        self._force: deque[ForceSample] = deque()
-        self._arm: deque[ArmSample] = deque()
-        self._second: deque[ForceSample] = deque()
+        self._force: list[ForceSample] = []
+        self._arm: list[ArmSample] = []
+        self._second: list[ForceSample] = []
         self._recent: deque[ForceSample] = deque()
         self._zero = (0.0,) * 6
         self._touch_m = math.nan
         self._rows: list[TickRow] = []
-        self.taken: list[TickRow] = []
-        self._trace: deque[Point] = deque(maxlen=MOST_POINTS)
-        self._trace_s = -math.inf
+        self.taken = False
         self._limits_seen = 0
         self._largest_n = 0.0
         self.row: TickRow | None = None
@@ -95,21 +123,17 @@ class State:
         else:
             rows, self._rows = (self._rows, new) if new else ([], self._rows)
         self._largest_n = max((row.force_n for row in rows), key=abs, default=self._largest_n)
-        force_, arm_, second_ = list(self._force), list(self._arm), list(self._second)
-        self.taken = rows
-        for tick in group_by_tick(rows, force_, arm_, second_):
+        self.taken = bool(rows)
+        left = list(self._force), list(self._arm), list(self._second)
+        for tick in group_by_tick(rows, *left):
             self._replayer.judge(tick)
             self._replayer.follow(tick.row)
             self.force = tick.force[-1] if tick.force else self.force
             self.arm = tick.arm[-1] if tick.arm else self.arm
             self.row = tick.row
-            if tick.row.time_s >= self._trace_s:
-                self._trace_s = tick.row.time_s + TRACE_S
-                deformation_um = self._deformation_um(tick.row.force_n)
-                self._trace.append((tick.row.time_s, tick.row.force_n, deformation_um))
-            _drop(self._force, len(tick.force))
-            _drop(self._arm, len(tick.arm))
-            _drop(self._second, len(tick.second))
+            del self._force[: len(tick.force)]
+            del self._arm[: len(tick.arm)]
+            del self._second[: len(tick.second)]
 
     def _hear(self, event: Event) -> None:
         told: Any = event.data
@@ -132,12 +156,6 @@ class State:
         mean[self._index] = self._sign * zero_n
         self._zero = tuple(mean)
         self.tared = True
-
-    def trace(self) -> list[Point]:
-        """Points at 20 Hz of the run's time, since the last call."""
-        found = list(self._trace)
-        self._trace.clear()
-        return found
 
     @property
     def tared_wrench(self) -> tuple[float, ...] | None:
@@ -178,8 +196,3 @@ class State:
             return None
         bent_m = float(self._conditions.bend(np.array([force_n]))[0])
         return finite((self.arm.position_m - self._touch_m - bent_m) * 1e6)
-
-
-def _drop(samples: deque[Any], count: int) -> None:
-    for _ in range(count):
-        samples.popleft()

@@ -1,4 +1,4 @@
-"""Starts and ends the processes that display a run: for viewers, and in the terminal."""
+"""Starts and ends the process that shows a run to viewers."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import ipaddress
 import select
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
@@ -67,53 +67,10 @@ class LiveView:
 
     def follow(self, record: Path) -> None:
         """Show the run recorded there; a server that has failed shows nothing."""
-        _tell(self._process, str(record.absolute()))
-
-
-class DrawnScreen:
-    """The terminal's screen; lines for it go to `say`, and to `line` while it is not drawn.
-
-    Args:
-        process: that draws it.
-        line: prints a line itself.
-    """
-
-    def __init__(self, process: subprocess.Popen[str], line: Callable[[str], None]) -> None:
-        self._process = process
-        self._line = line
-        self._drawing = False
-
-    def follow(self, record: Path) -> None:
-        """Draw the run that is recorded there."""
-        self._drawing = _tell(self._process, str(record.absolute()))
-
-    def say(self, text: str) -> None:
-        """Show a line above the drawing."""
-        if not (self._drawing and self._process.poll() is None and _tell(self._process, text)):
-            self._line(text)
-
-
-def _tell(process: subprocess.Popen[str], line: str) -> bool:
-    """Send one line to a process; False if it takes none any more."""
-    assert process.stdin is not None
-    try:
-        process.stdin.write(line + "\n")
-        process.stdin.flush()
-    except (OSError, ValueError):
-        return False
-    return True
-
-
-@contextlib.contextmanager
-def screen(line: Callable[[str], None]) -> Iterator[DrawnScreen]:
-    """A drawing of the run on standard error, until the end of the block."""
-    process = subprocess.Popen(
-        [sys.executable, "-P", "-m", "stepload.live.screen"], stdin=subprocess.PIPE, text=True
-    )
-    try:
-        yield DrawnScreen(process, line)
-    finally:
-        _end(process)
+        assert self._process.stdin is not None
+        with contextlib.suppress(OSError, ValueError):
+            self._process.stdin.write(f"{record.absolute()}\n")
+            self._process.stdin.flush()
 
 
 @contextlib.contextmanager
@@ -130,11 +87,19 @@ def live_view(address: Address) -> Iterator[LiveView]:
         text=True,
         start_new_session=True,
     )
+    assert process.stdin is not None
     assert process.stdout is not None
     try:
         yield LiveView(_bound(address, process.stdout), process)
-    finally:
-        _end(process)
+    finally:  # it holds nothing to be saved
+        with contextlib.suppress(OSError):
+            process.stdin.close()
+        try:
+            process.wait(END_TIMEOUT_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+        process.stdout.close()
 
 
 def _bound(address: Address, answer: IO[str]) -> Address:
@@ -147,17 +112,3 @@ def _bound(address: Address, answer: IO[str]) -> Address:
             hint="another port: --live-address 127.0.0.1:8766; or run without --live",
         )
     return Address(address.host, int(told))
-
-
-def _end(process: subprocess.Popen[str]) -> None:
-    """Let the process end by itself, or kill it after a time; it holds nothing to be saved."""
-    assert process.stdin is not None
-    with contextlib.suppress(OSError):
-        process.stdin.close()
-    try:
-        process.wait(END_TIMEOUT_S)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()
-    if process.stdout is not None:
-        process.stdout.close()

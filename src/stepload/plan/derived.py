@@ -3,75 +3,71 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 from stepload.contact.elastic import law_for
 from stepload.contact.material_range import softest
-from stepload.declaration.sections import DERIVED, UnknownError, known, put
+from stepload.declaration.sections import DERIVED, Contradiction, key_of, put
 from stepload.errors import DomainError, printable
-from stepload.plan.model import Plan
+from stepload.plan.model import MAX_LEVELS, Plan
 
-MAX_LEVELS = 1000
 RAMP_S = 1.0
 """Time over which the largest load step is applied where the plan does not say."""
 
 
-def fill(plan: Plan) -> None:
-    """Fill derived values into a draft where they were not given."""
+def fill(plan: Plan) -> Iterator[Contradiction]:
+    """Fill values that were left out into a plan that is read; yields those that do not follow."""
     for section, field, rule in RULES:
-        with suppress(UnknownError):
-            part = getattr(plan, section) if section else plan
-            if getattr(part, field) is DERIVED:
-                put(part, field, rule(plan))
+        part = getattr(plan, section) if section else plan
+        if getattr(part, field) is DERIVED and (value := rule(plan)) is not DERIVED:
+            put(part, field, value)
+        elif getattr(part, field) is DERIVED:
+            name = key_of(field)
+            hint = "it does not follow from the other keys here: write it"
+            yield f"{section}.{name}", f"missing key {name!r}", hint
 
 
 def elastic_travel(plan: Plan) -> float:
     """Travel in m of the arm from first contact to the top force, lost motion included.
 
-    Raises:
-        UnknownError: a value that it needs is not known, or it is too large to compute with.
+    Infinite where it cannot be computed.
     """
     return _travel(plan, plan.procedure.top_force_n)
 
 
 def _travel(plan: Plan, force_n: float) -> float:
-    stiffness, lost_m = plan.rig.system_stiffness.stiffness_n_per_m, plan.rig.arm.lost_motion_m
+    payload, stiffness = plan.payload, plan.rig.system_stiffness.stiffness_n_per_m
     try:
-        payload = plan.payload
-        shape, body, plate = known(payload.geometry, payload.material, payload.plate)
-        law = law_for(shape, softest(body), softest(plate))
-        travel_m = force_n / stiffness + law.deformation(force_n) + lost_m
+        law = law_for(payload.geometry, softest(payload.material), softest(payload.plate))
+        deformation_m = law.deformation(force_n)
     except (DomainError, ArithmeticError):
-        raise UnknownError from None
-    if not math.isfinite(travel_m):
-        raise UnknownError
-    return travel_m
+        return math.inf
+    return force_n / stiffness + deformation_m + plan.rig.arm.lost_motion_m
 
 
-def _levels(plan: Plan) -> tuple[float, ...]:
+def _levels(plan: Plan) -> Any:
     """Every step up to the top force; what is left over makes a last, smaller one.
 
     Levels that do not exceed the touch force are left out: they would be passed before loading.
     """
     step, top = plan.procedure.step_n, plan.procedure.top_force_n
     if step > top or top / step > MAX_LEVELS:
-        raise UnknownError
+        return DERIVED
     count = math.floor(top / step * (1.0 + 1e-9))
     levels = [step * (i + 1) for i in range(count)]
     if top - levels[-1] > 0.01 * step:
         levels.append(top)
-    touch = 0.0
-    with suppress(UnknownError):
-        touch = plan.procedure.touch_force_n
+    touch = plan.procedure.touch_force_n
     return (*(level for level in levels[:-1] if level > touch), top)
 
 
-def _largest_step(plan: Plan) -> float:
+def _largest_step(plan: Plan) -> Any:
     levels = plan.procedure.levels_n
-    if not levels:
-        raise UnknownError
+    if levels is DERIVED:
+        return DERIVED
     return max(high - low for low, high in pairwise((0.0, *levels)))
 
 
@@ -89,9 +85,8 @@ def _touch_force(plan: Plan) -> float:
     top_n = plan.procedure.top_force_n
     touch_n = max(0.01 * top_n, 1.0, 2.0 * force.resolution_n, 6.0 * scatter_n)
     least_n = max(force.resolution_n, 6.0 * scatter_n)
-    first_n = top_n
-    with suppress(UnknownError, IndexError):
-        first_n = plan.procedure.levels_n[0]
+    levels = plan.procedure.levels_n
+    first_n = top_n if levels is DERIVED else levels[0]
     return touch_n if touch_n < first_n else max(least_n, TOUCH_SHARE * first_n)
 
 
@@ -100,14 +95,14 @@ def _max_drift(plan: Plan) -> float:
 
 
 def _search_distance(plan: Plan) -> float:
-    pressed_m = 0.0
-    with suppress(UnknownError):
-        pressed_m = _travel(plan, plan.procedure.touch_force_n)
-    return 3.0 * plan.procedure.surface_uncertainty_m + 2.0 * pressed_m
+    pressed_m = _travel(plan, plan.procedure.touch_force_n)
+    extra_m = 2.0 * pressed_m if math.isfinite(pressed_m) else 0.0
+    return 3.0 * plan.procedure.surface_uncertainty_m + extra_m
 
 
-def _retract(plan: Plan) -> float:
-    return max(5e-4, 2.0 * elastic_travel(plan))
+def _retract(plan: Plan) -> Any:
+    travel_m = elastic_travel(plan)
+    return max(5e-4, 2.0 * travel_m) if math.isfinite(travel_m) else DERIVED
 
 
 RULES: tuple[tuple[str, str, Callable[[Plan], object]], ...] = (
@@ -126,8 +121,19 @@ RULES: tuple[tuple[str, str, Callable[[Plan], object]], ...] = (
 
 def follows(plan: Plan, section: str, field: str) -> bool:
     """Whether a value equals the one that is derived from others where a plan leaves it out."""
-    for of, name, rule in RULES:
-        if (of, name) == (section, field):
-            with suppress(UnknownError):
-                return bool(getattr(getattr(plan, of), name) == rule(plan))
-    return False
+    rule = next((rule for of, name, rule in RULES if (of, name) == (section, field)), None)
+    return rule is not None and bool(getattr(getattr(plan, section), field) == rule(plan))
+
+
+def rederived(before: Plan, after: Plan) -> Plan:
+    """`after`, a changed `before`, with the values derived anew that were derived in `before`.
+
+    Values that were changed themselves are kept.
+    """
+    for section, field, rule in RULES:
+        if section and follows(before, section, field):
+            part = getattr(after, section)
+            same = getattr(getattr(before, section), field) == getattr(part, field)
+            if same and (value := rule(after)) is not DERIVED:
+                after = replace(after, **{section: replace(part, **{field: value})})
+    return after

@@ -6,12 +6,12 @@ import json
 from collections.abc import Sequence as SequenceABC
 from pathlib import Path
 
-from stepload.declaration.sections import UNKNOWN, keys
+from stepload.declaration.sections import keys
 from stepload.errors import BadInputError
 from stepload.plan.problems import PlanError, Problem
-from stepload.plan.reader import expected, read_section
+from stepload.plan.reader import expected, in_words, validated
 from stepload.plan.source import Source, read_source
-from stepload.plan.tree import Broken, Mapping, Place, parse_tree
+from stepload.plan.tree import Mapping, Node, Place, parse_tree
 from stepload.rig.plugins import load_driver
 
 
@@ -19,7 +19,7 @@ def read_options(
     group: str,
     name: str,
     at: Place,
-    given: object,
+    given: Node | None,
     problems: list[Problem],
     device: str = "",
     missing: list[Problem] | None = None,
@@ -30,7 +30,6 @@ def read_options(
     `device` what errors call the device, such as "rig.arm"; `missing` takes the problems of
     required options that are not given, None: `problems` does.
     """
-    missing = problems if missing is None else missing
     try:
         declared = load_driver(group, name).OPTIONS
     except BadInputError as error:
@@ -39,20 +38,27 @@ def read_options(
     node = given if isinstance(given, Mapping) else Mapping(at)
     place = at if node.place.source.path is None else node.place
     called = f"{device}: driver {name!r}" if device else f"driver {name!r}"
-    told = {each.name: each for each in keys(declared)}
-    absent = [key for key, each in told.items() if each.required and key not in node.entries]
-    whole = Mapping(
-        node.place,
-        {**node.entries, **{key: Broken(place) for key in absent}},
-        {**node.keys, **dict.fromkeys(absent, place)},
-    )
-    section = read_section(declared, whole, at, problems)
+    told = {option.name: option for option in keys(declared)}
+    section, errors = validated(declared, node, problems)
+    absent = [str(each["loc"][-1]) for each in errors if each["type"] == "missing"]
+    for each in errors:
+        if each["type"] != "missing":
+            problems += in_words(declared, node, at, each)
     for key in absent:
-        message = f"{called} needs the option {key!r}"
         hint = f"{device}.options.{key}: " if device else ""
-        missing.append(place.problem(message, hint + expected(told[key])))
-    values = {key: getattr(section, each.field) for key, each in told.items()}
-    return {key: each for key, each in values.items() if each is not None and each is not UNKNOWN}
+        problem = place.problem(f"{called} needs the option {key!r}", hint + expected(told[key]))
+        (problems if missing is None else missing).append(problem)
+    if len(absent) < len(errors):
+        return {}
+    read = {} if section else {
+        key: validated(told[key].hint, inner, problems)[0] for key, inner in node.entries.items()
+    }  # fmt: skip
+    values = {
+        key: getattr(section, option.field) if section else read.get(key, option.info.default)
+        for key, option in told.items()
+        if key not in absent
+    }
+    return {key: value for key, value in values.items() if value is not None}
 
 
 def options_from_words(group: str, name: str, words: SequenceABC[str]) -> dict[str, object]:
@@ -81,7 +87,7 @@ def options_from_words(group: str, name: str, words: SequenceABC[str]) -> dict[s
 def _checked(group: str, name: str, source: Source) -> dict[str, object]:
     start = Place(source, 1, 1)
     problems: list[Problem] = []
-    root: object = Mapping(start)
+    root: Node = Mapping(start)
     if source.text.strip():
         root, problems = parse_tree(source)
         if not isinstance(root, Mapping):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from codecs import BOM_UTF8
-from collections.abc import Iterable
 from collections.abc import Mapping as Keys
 from dataclasses import replace
 from datetime import date
@@ -12,14 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from stepload.errors import BadInputError
+from stepload.plan.compose import at
 from stepload.plan.load import load_plan
-from stepload.plan.model import Plan
-from stepload.plan.places import tree_of
+from stepload.plan.model import Plan, Rig
 from stepload.plan.problems import PlanError
-from stepload.plan.references import names_a_file
-from stepload.plan.source import Source
-from stepload.plan.tree import Mapping, Scalar
-from stepload.plan.whole_file import alone_in, replace_file
+from stepload.plan.references import names_a_file, tree_of
+from stepload.plan.tree import Mapping, Node, Scalar
+from stepload.plan.whole_file import replace_file
 
 PAGE = "docs/risk-assessment.md among the sources of stepload"
 
@@ -60,11 +58,17 @@ def read_words(plan: Plan) -> str:
 
 def rig_argument(plan: Plan) -> str:
     """What `stepload hazards` takes for a plan's rig: profile, rig file, or the plan itself."""
-    node = tree_of(plan.path)
-    rig = node.entries.get("rig") if isinstance(node, Mapping) else None
-    if not (isinstance(rig, Scalar) and isinstance(rig.value, str)):
-        return str(plan.path)
-    return str(plan.path.parent / rig.value) if names_a_file(rig.value) else rig.value
+    path, node = _rig_of(plan.path)
+    return str(node.value) if isinstance(node, Scalar) else str(path)
+
+
+def _rig_of(plan_path: Path) -> tuple[Path, Node | None]:
+    """The file in which a plan's rig stands, its own or the one it names, and its node there."""
+    node = at(tree_of(plan_path), ("rig",))
+    if isinstance(node, Scalar) and names_a_file(str(node.value)):
+        path = plan_path.parent / str(node.value)
+        return path, tree_of(path)
+    return plan_path, node
 
 
 def read_by(name: str, day: date) -> dict[str, str | date]:
@@ -81,77 +85,44 @@ def rows_of(keys: Keys[str, Any]) -> list[str]:
 
 
 def keep(plan: Plan, keys: Keys[str, Any]) -> Path | None:
-    """Write what was confirmed into the file in which the plan's rig stands.
+    """Write what was confirmed into the file in which the plan's rig stands, before its first key.
 
     Returns:
         The file; None where the rig is no block of keys of a file (a profile's name alone, or
         written in braces), or has one of the keys: nothing is changed then.
 
     Raises:
-        BadInputError: the file cannot be written, or the name is no text for a plan; it is as it
+        BadInputError: the file cannot be written, or the plan does not say so then; it is as it
             was.
     """
-    files = plan.path, _rig_file(plan.path)
-    with alone_in(*(path.resolve().parent for path in files)):  # see `_keep`: what it takes back
-        return _keep(plan, keys)
-
-
-def _keep(plan: Plan, keys: Keys[str, Any]) -> Path | None:
-    try:
-        wanted = replace(load_plan(plan.path).rig, **dict(keys))
-    except ValueError:  # pydantic's: a name that is too long, say
-        raise _not_added(plan.path, keys) from None
-    found = _rig_block(plan.path, keys)
-    if found is None:
-        return None
-    source, line, indent = found
-    path = (source.path or plan.path).resolve()
-    at, end = source.start_of(line), "\r\n" if "\r\n" in source.text else "\n"
-    rows = "".join(f"{indent}{row}{end}" for row in rows_of(keys))
-    bom = BOM_UTF8 if source.data.startswith(BOM_UTF8) else b""
-    data = bom + (source.text[:at] + rows + source.text[at:]).encode()
-    _write(path, data)
-    try:
-        sound = load_plan(plan.path).rig == wanted
-    except PlanError:
-        sound = False
-    if not sound:
-        if path.read_bytes() == data:  # else somebody has changed it since
-            _write(path, source.data)
-        raise _not_added(path, keys)
-    return path
-
-
-def _not_added(path: Path, keys: Keys[str, Any]) -> BadInputError:
-    hint = f"write them below `rig:` yourself: {'; '.join(rows_of(keys))}"
-    return BadInputError(f"{path}: the lines could not be added", hint=hint)
-
-
-def _rig_file(plan_path: Path) -> Path:
-    """The file in which a plan's rig stands: its own, or the one it names."""
-    node = tree_of(plan_path)
-    rig = node.entries.get("rig") if isinstance(node, Mapping) else None
-    if isinstance(rig, Scalar) and isinstance(rig.value, str) and names_a_file(rig.value):
-        return plan_path.parent / rig.value
-    return plan_path
-
-
-def _rig_block(plan_path: Path, keys: Iterable[str]) -> tuple[Source, int, str] | None:
-    """File, line of the first key (from 1) and indentation of a plan's rig."""
-    rig_file = _rig_file(plan_path)
-    node = tree_of(rig_file)
-    if rig_file == plan_path and isinstance(node, Mapping):
-        node = node.entries.get("rig", node)
-    if not isinstance(node, Mapping) or not node.keys or any(key in node.keys for key in keys):
+    _, node = _rig_of(plan.path)
+    if not isinstance(node, Mapping) or not node.keys or node.keys.keys() & keys.keys():
         return None
     first = next(iter(node.keys.values()))
-    indent = first.source.lines[first.line - 1][: first.column - 1]
-    return None if indent.strip() else (first.source, first.line, indent)
-
-
-def _write(path: Path, data: bytes) -> None:
-    """Replace a file's content; it is there whole, old or new, whatever happens."""
+    source, indent = first.source, first.source.lines[first.line - 1][: first.column - 1]
+    if indent.strip():
+        return None
+    path = (source.path or plan.path).resolve()
+    at_row, end = source.start_of(first.line), "\r\n" if "\r\n" in source.text else "\n"
+    rows = "".join(f"{indent}{row}{end}" for row in rows_of(keys))
+    bom = BOM_UTF8 if source.data.startswith(BOM_UTF8) else b""
     try:
-        replace_file(path, data)
+        wanted = replace(load_plan(plan.path).rig, **dict(keys))
+        replace_file(path, bom + (source.text[:at_row] + rows + source.text[at_row:]).encode())
+        if _sound(plan.path, wanted):
+            return path
+        replace_file(path, source.data)
     except OSError as error:
         raise BadInputError(f"cannot write {path}: {error.strerror}") from error
+    except ValueError:  # pydantic's: a name that is too long, say
+        pass
+    hint = f"write them below `rig:` yourself: {'; '.join(rows_of(keys))}"
+    raise BadInputError(f"{path}: the lines could not be added", hint=hint)
+
+
+def _sound(path: Path, wanted: Rig) -> bool:
+    """Whether a plan can be read and has this rig."""
+    try:
+        return load_plan(path).rig == wanted
+    except PlanError:
+        return False

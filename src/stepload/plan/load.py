@@ -2,30 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
 from datetime import date
 from operator import attrgetter
 from pathlib import Path
 
-from stepload.declaration.sections import UNKNOWN, UnknownError, put
-from stepload.plan.checks import impossibilities, underivable
-from stepload.plan.checks_between import impossibilities_between
-from stepload.plan.compose import at
+from stepload.declaration.sections import put
+from stepload.plan.checks import contradictions
+from stepload.plan.compose import at, text
 from stepload.plan.derived import fill
 from stepload.plan.driver_options import read_options
-from stepload.plan.impossible import Impossibility
 from stepload.plan.kinematics import settle_kinematics
 from stepload.plan.model import Payload, Plan, SourceFile
 from stepload.plan.problems import PlanError, Problem
 from stepload.plan.reader import read_section
 from stepload.plan.references import References, profiles
-from stepload.plan.rig import DeviceSpec
 from stepload.plan.schema import json_schema
-from stepload.plan.shelf import Disk, Kept, Shelf
-from stepload.plan.source import Source
+from stepload.plan.source import Disk, Kept
 from stepload.plan.stiffness import settle_stiffness
-from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar
+from stepload.plan.tree import Mapping, Node, Place, locate
 
 __all__ = ["json_schema", "load_payload", "load_plan", "profiles"]
 
@@ -74,54 +69,46 @@ def load_payload(path: Path) -> Payload:
     """
     loader = _Loader(Disk())
     source = loader.shelf.file(Path(path))
-    root = loader.references.parse(source)
+    root = loader.parse(source)
     _refuse_whole_plan(root)
     payload = read_section(Payload, root, Place(source, 1, 1), loader.problems)
-    loader.report(root, impossibilities(payload))
     loader.raise_problems()
+    assert payload is not None
     return payload
 
 
-class _Loader:
-    def __init__(self, shelf: Shelf) -> None:
-        self.shelf = shelf
-        self.problems: list[Problem] = []
-        self.missing: list[Problem] = []
-        self.sources: list[Source] = []
-        self.references = References(shelf, self.sources, self.problems)
-
-    def raise_problems(self) -> None:
-        if not self.problems:
-            return
+class _Loader(References):
+    def raise_problems(self, waiting: bool = False) -> None:
+        """Raise the problems found; `waiting`: others can be seen only without these."""
         order = {source.name: index for index, source in enumerate(self.sources)}
-        unique = dict.fromkeys(self.problems)
-        raise PlanError(
-            tuple(sorted(unique, key=lambda p: (order.get(p.file, len(order)), p.line, p.column)))
+        found = sorted(
+            dict.fromkeys(self.problems),
+            key=lambda each: (order.get(each.file, len(order)), each.line, each.column),
         )
+        if found:
+            raise PlanError(tuple(found), waiting)
 
     def plan(self, path: Path, payload: Path | None, today: date) -> Plan:
         source = self.shelf.file(path)
-        parsed = self.references.parse(source)
+        parsed = self.parse(source)
         _refuse_no_plan(parsed)
         root = self._resolved(parsed, payload)
-        if isinstance(self.shelf, Kept):
-            root = _without_empty(root)
         plan = read_section(Plan, root, Place(source, 1, 1), self.problems)
-        put(plan, "path", path)
-        put(plan, "payload_file", payload)
-        self.report(root, impossibilities(plan))
-        with suppress(UnknownError):
-            at = _place(root, ("rig", "system_stiffness", "record"))
-            settle_stiffness(plan, at, today, self.shelf, self.sources, self.problems)
-        with suppress(UnknownError):
-            settle_kinematics(plan, _place(root, ("rig", "arm", "kinematics")), self.problems)
-        self._options(plan, root)
-        fill(plan)
-        self.report(root, impossibilities_between(plan))
-        if not self.problems:
-            self.report(root, underivable(plan))
-        self.raise_problems()
-        put(plan, "missing", tuple(self.missing))
+        missing: list[Problem] = []
+        options = dict(self._options(root, missing))
+        if plan is not None:
+            put(plan, "path", path)
+            put(plan, "payload_file", payload)
+            for device, values in options.items():
+                put(attrgetter(device)(plan.rig), "options", values)
+            settle_stiffness(plan, _place(root, "rig.system_stiffness.record"), today, self)
+            settle_kinematics(plan, _place(root, "rig.arm.kinematics"), self.problems)
+        self.raise_problems(waiting=True)
+        assert plan is not None
+        for found in fill(plan), contradictions(plan):
+            self.problems += [_place(root, key).problem(*told) for key, *told in found]
+            self.raise_problems()
+        put(plan, "missing", tuple(missing))
         put(plan, "sources", tuple(SourceFile(s.name, s.text, s.sha256) for s in self.sources))
         return plan
 
@@ -129,41 +116,33 @@ class _Loader:
         """The tree with every file that it names by path read into it."""
         if not isinstance(root, Mapping):
             return root
-        merged = Mapping(root.place, dict(root.entries), dict(root.keys))
+        entries, keys = dict(root.entries), dict(root.keys)
         if payload is not None:
             source = self.shelf.file(payload)
-            merged.entries["payload"] = self.references.parse(source)
-            merged.keys["payload"] = Place(source, 1, 1)
-        elif "payload" in merged.entries:
-            merged.entries["payload"] = self.references.section(merged.entries["payload"])
-        if "rig" in merged.entries:
-            merged.entries["rig"] = self.references.rig(merged.entries["rig"])
-        if "payload" in merged.entries:
-            _refuse_whole_plan(merged.entries["payload"])
-        if "procedure" in merged.entries:
-            merged.entries["procedure"] = self.references.section(merged.entries["procedure"])
-        return merged
+            entries["payload"], keys["payload"] = self.parse(source), Place(source, 1, 1)
+        for name, read in (
+            ("payload", self.section),
+            ("rig", self.rig),
+            ("procedure", self.section),
+        ):
+            if name in entries:
+                entries[name] = read(entries[name])
+        _refuse_whole_plan(entries.get("payload"))
+        return Mapping(root.place, entries, keys)
 
-    def report(self, root: Node, found: Iterable[Impossibility]) -> None:
-        for path, message, hint in found:
-            self.problems.append(_place(root, path).problem(message, hint))
-
-    def _options(self, plan: Plan, root: Node) -> None:
-        """Check the options of every driver in the draft of a plan against what it declares."""
+    def _options(
+        self, root: Node, missing: list[Problem]
+    ) -> Iterator[tuple[str, dict[str, object]]]:
+        """The options of every device, checked against what its driver declares."""
         for device, group in _DEVICES.items():
-            with suppress(UnknownError):
-                spec: DeviceSpec | None = attrgetter(device)(plan.rig)
-                if spec is not None and spec.driver is not UNKNOWN:
-                    options = read_options(
-                        group,
-                        spec.driver,
-                        _place_for_options(root, device),
-                        at(root, ("rig", *device.split("."), "options")),
-                        self.problems,
-                        f"rig.{device}",
-                        self.missing,
-                    )
-                    put(spec, "options", options)
+            rig = at(root, ("rig", *device.split(".")))
+            if isinstance(rig, Mapping) and isinstance(name := text(rig, "driver"), str):
+                place = _place_for_options(root, f"rig.{device}.driver")
+                given, called = rig.entries.get("options"), f"rig.{device}"
+                yield (
+                    device,
+                    read_options(group, name, place, given, self.problems, called, missing),
+                )
 
 
 _PARTS: dict[str, tuple[set[str], str]] = {
@@ -183,18 +162,6 @@ _PARTS: dict[str, tuple[set[str], str]] = {
 """Parts of a plan, recognised by keys that only they have, and what to do with each."""
 
 
-def _without_empty(node: Node) -> Node:
-    """The tree without keys that have nothing behind them: earlier versions ran such plans."""
-    if not isinstance(node, Mapping):
-        return node
-    kept = {
-        name: _without_empty(entry)
-        for name, entry in node.entries.items()
-        if not (isinstance(entry, Scalar) and entry.value is None)
-    }
-    return Mapping(node.place, kept, {name: node.keys[name] for name in kept})
-
-
 def _refuse_no_plan(root: Node) -> None:
     """Refuse what is one part of a plan only, in one sentence instead of one for every key.
 
@@ -211,7 +178,7 @@ def _refuse_no_plan(root: Node) -> None:
             raise PlanError((source.problem(1, 1, f"this is a {noun}, not a plan", told),))
 
 
-def _refuse_whole_plan(payload: Node) -> None:
+def _refuse_whole_plan(payload: Node | None) -> None:
     """Refuse a plan in the place of a payload file, in one sentence.
 
     Raises:
@@ -223,21 +190,12 @@ def _refuse_whole_plan(payload: Node) -> None:
         raise PlanError((source.problem(1, 1, "this is a plan, not a payload file", hint),))
 
 
-def _place_for_options(root: Node, device: str) -> Place:
+def _place_for_options(root: Node, path: str) -> Place:
     """Where to report what a driver lacks: in the user's file, never in one of the package."""
-    path = ("rig", *device.split("."), "driver")
-    places = (_place(root, path[:end]) for end in range(len(path), 0, -1))
+    keys = path.split(".")
+    places = (_place(root, ".".join(keys[:end])) for end in range(len(keys), 0, -1))
     return next((place for place in places if place.source.path is not None), root.place)
 
 
-def _place(root: Node, path: tuple[str, ...]) -> Place:
-    """Where the value at `path` stands, or the key of the nearest mapping above it."""
-    node, place = root, root.place
-    for depth, key in enumerate(path):
-        if not isinstance(node, Mapping) or key not in node.entries:
-            return place
-        place = node.keys[key]
-        node = node.entries[key]
-        if depth == len(path) - 1 and not isinstance(node, (Mapping, Broken)):
-            return node.place
-    return place
+def _place(root: Node, path: str) -> Place:
+    return locate(root, path.split("."), root.place)

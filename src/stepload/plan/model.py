@@ -5,33 +5,17 @@ Other rooms import every part of a plan from here.
 
 import dataclasses
 import hashlib
+from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated
 
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from stepload.contact.law_names import LAW_NAMES
-from stepload.declaration.quantities import (
-    Accuracy,
-    Choice,
-    Duration,
-    DurationOrZero,
-    FilePath,
-    Flag,
-    Force,
-    ForceRate,
-    Length,
-    Name,
-    Note,
-    Quantity,
-    Remark,
-    Tag,
-    Temperature,
-    Version,
-    number,
-)
-from stepload.declaration.sections import DERIVED, INTERNAL, SECTION, key
+from stepload.contact.power_law import LAW_NAMES
+from stepload.declaration import quantities as q
+from stepload.declaration.sections import CHECKED, DERIVED, INTERNAL, SECTION, Contradiction
 from stepload.estimators.conditions import BRANCHES
 from stepload.plan.aligning import Alignment, Nulling
 from stepload.plan.payload import Payload
@@ -41,15 +25,13 @@ from stepload.plan.rig import (
     DeviceSpec,
     DisplacementSpec,
     ForceSpec,
-    Provenance,
-    RecordPolicy,
     Rig,
     SecondForce,
     SecondForceSource,
     Structure,
-    SystemStiffness,
 )
 from stepload.plan.simulation import Simulation
+from stepload.plan.system_stiffness import Provenance, RecordPolicy, SystemStiffness
 
 __all__ = [
     "Alignment", "ArmSpec", "DeviceSpec", "DisplacementSpec", "ForceSpec", "IdentifyPlan",
@@ -57,155 +39,156 @@ __all__ = [
     "SecondForce", "SecondForceSource", "Simulation", "SourceFile", "Structure", "SystemStiffness",
 ]  # fmt: skip
 
+MAX_LEVELS = 1000
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
 class Procedure:
     """The load steps. Inline, or the path of a file that holds these keys."""
 
-    top_force_n: Annotated[Force, key("Highest load.")]
-    step_n: Annotated[Force, key("Load step; give this or `levels`.")] = DERIVED
-    levels_n: Annotated[
-        tuple[Force, ...], key("All load levels, rising; the last is `top_force`.")
-    ] = DERIVED
-    load_rate_n_per_s: Annotated[
-        ForceRate,
-        key("Largest rate of the force; default: the largest step in one second."),
-    ] = DERIVED
-    until: Annotated[
-        Accuracy | None,
-        key('Half width of the interval at which the first loading may end, as in "±5 %".'),
-    ] = None
-    hold_s: Annotated[Duration, key("Time at each level after it has settled.")] = 3.0
-    unload: Annotated[Flag, key("Whether the levels are also held during unloading.")] = True
-    cycles: Annotated[
-        int,
-        number(1, 1000),
-        key("Number of loadings; the second shows set, creep and drift."),
-    ] = 2
-    lift_off: Annotated[
-        Flag,
-        key("Whether the contact opens between cycles, or unloads to `unload_fraction` only."),
-    ] = True
-    unload_fraction: Annotated[
-        float,
-        Quantity("%", 0.01, 0.5),
-        key("Share of the highest load kept between cycles without `lift_off`."),
-    ] = 0.05
-    surface_distance_m: Annotated[
-        Length, key("Travel from the start pose to the expected surface.")
-    ]
-    surface_uncertainty_m: Annotated[
-        Length, key("Largest error of `surface_distance`, of either sign.")
-    ] = 1e-3
-    search_distance_m: Annotated[
-        Length,
-        key(
-            "Length of the search beyond the nearest possible surface; default: from the "
-            "two keys above."
-        ),
-    ] = DERIVED
-    touch_force_n: Annotated[
-        Force,
-        key(
-            "Force that counts as contact; default: from `top_force`, noise and resolution,"
-            " at least 1 N."
-        ),
-    ] = DERIVED
-    touches: Annotated[int, number(1, 100), key("Number of touches before loading.")] = 3
-    retract_m: Annotated[
-        Length,
-        key("Travel away from the contact; default: 0.5 mm, or twice the elastic travel."),
-    ] = DERIVED
-    tare_s: Annotated[Duration, key("Time over which the force zero is measured.")] = 10.0
-    warm_up_s: Annotated[DurationOrZero, key("Wait before the first tare.")] = 2.0
-    max_drift_n: Annotated[
-        Force,
-        key("Zero shift within a cycle that ends the run; default: at least 1 % of `top_force`."),
-    ] = DERIVED
-    settle_timeout_s: Annotated[Duration, key("Longest wait for a level to settle.")] = 10.0
-    max_lateral_share: Annotated[
-        float,
-        Quantity("%", 0.01, 0.5),
-        key("Largest lateral force, share of the axial force (rule R12)."),
-    ] = 0.3
-    max_eccentricity_m: Annotated[
-        Length,
-        key("Largest distance of the contact from the sensor axis (R14); needs `rig.force.lever`."),
-    ] = 0.01
-    alignment: Annotated[
-        Alignment | None,
-        key("Measures the plate tilt by three touches on a circle; `{}`: all defaults; none: off."),
-    ] = None
-    nulling: Annotated[
-        Nulling | None,
-        key("Removes lateral force before each hold; `{}`: all defaults; none: off."),
-    ] = None
+    top_force_n: q.Force
+    """Highest load."""
+    step_n: q.Force = DERIVED
+    """Load step; give this or `levels`."""
+    levels_n: tuple[q.Force, ...] = DERIVED
+    """All load levels, rising; the last is `top_force`."""
+    load_rate_n_per_s: q.ForceRate = DERIVED
+    """Largest rate of the force; default: the largest step in one second."""
+    until: q.Accuracy | None = None
+    """Half width of the interval at which the first loading may end, as in "±5 %"."""
+    hold_s: q.Duration = 3.0
+    """Time at each level after it has settled."""
+    unload: q.Flag = True
+    """Whether the levels are also held during unloading."""
+    cycles: Annotated[int, q.number(1, 1000)] = 2
+    """Number of loadings; the second shows set, creep and drift."""
+    lift_off: q.Flag = True
+    """Whether the contact opens between cycles, or unloads to `unload_fraction` only."""
+    unload_fraction: Annotated[float, q.Quantity("%", 0.01, 0.5)] = 0.05
+    """Share of the highest load kept between cycles without `lift_off`."""
+    surface_distance_m: q.Length
+    """Travel from the start pose to the expected surface."""
+    surface_uncertainty_m: q.Length = 1e-3
+    """Largest error of `surface_distance`, of either sign."""
+    search_distance_m: q.Length = DERIVED
+    """Length of the search beyond the nearest possible surface; default: from the two keys above.
+    """
+    touch_force_n: q.Force = DERIVED
+    """Force that counts as contact; default: from `top_force`, noise and resolution, at least 1 N.
+    """
+    touches: Annotated[int, q.number(1, 100)] = 3
+    """Number of touches before loading."""
+    retract_m: q.Length = DERIVED
+    """Travel away from the contact; default: 0.5 mm, or twice the elastic travel."""
+    tare_s: q.Duration = 10.0
+    """Time over which the force zero is measured."""
+    warm_up_s: q.DurationOrZero = 2.0
+    """Wait before the first tare."""
+    max_drift_n: q.Force = DERIVED
+    """Zero shift within a cycle that ends the run; default: at least 1 % of `top_force`."""
+    settle_timeout_s: q.Duration = 10.0
+    """Longest wait for a level to settle."""
+    max_lateral_share: Annotated[float, q.Quantity("%", 0.01, 0.5)] = 0.3
+    """Largest lateral force, share of the axial force (rule R12)."""
+    max_eccentricity_m: q.Length = 0.01
+    """Largest distance of the contact from the sensor axis (R14); needs `rig.force.lever`."""
+    alignment: Alignment | None = None
+    """Measures the plate tilt by three touches on a circle; `{}`: all defaults; none: off."""
+    nulling: Nulling | None = None
+    """Removes lateral force before each hold; `{}`: all defaults; none: off."""
+
+    sound = CHECKED
+
+    def contradictions(self) -> Iterator[Contradiction]:
+        yield from self._of_levels()
+        distance, uncertainty = self.surface_distance_m, self.surface_uncertainty_m
+        if uncertainty > distance:
+            yield (
+                "surface_uncertainty",
+                f"{q.metre(uncertainty)} is more than the surface_distance {q.metre(distance)}: "
+                "the payload might touch already at the start",
+                "start farther away, or measure the distance better",
+            )
+        search = self.search_distance_m
+        if search is not DERIVED and search < 2.0 * uncertainty:
+            yield (
+                "search_distance",
+                f"the search ends after {q.metre(search)}, within the uncertain band of "
+                f"2 x {q.metre(uncertainty)}",
+                f"search at least {q.metre(2.0 * uncertainty)}",
+            )
+
+    def _of_levels(self) -> Iterator[Contradiction]:
+        step, levels, top = self.step_n, self.levels_n, self.top_force_n
+        if step is DERIVED and levels is DERIVED:
+            yield "", "missing key 'step'", "give the load step, or every level in `levels`"
+        elif levels is DERIVED and step > top:
+            yield (
+                "top_force",
+                f"top force {q.newton(top)} is below one step of {q.newton(step)}",
+                "raise top_force or lower step",
+            )
+        elif levels is DERIVED and top / step > MAX_LEVELS:
+            hint = f"at most {MAX_LEVELS}: use a larger step"
+            yield "step", f"{top / step:.0f} load levels", hint
+        if levels is DERIVED:
+            return
+        if step is not DERIVED:
+            yield "levels", "both `step` and `levels`", "give one of the two"
+        elif not 1 <= len(levels) <= MAX_LEVELS:
+            yield "levels", f"{len(levels)} levels", f"expected 1 to {MAX_LEVELS} levels"
+        elif bad := next((pair for pair in pairwise(levels) if pair[1] <= pair[0]), None):
+            yield "levels", f"{q.newton(bad[1])} after {q.newton(bad[0])}", "levels must rise"
+        elif levels[-1] != top:
+            yield (
+                "levels",
+                f"the last level {q.newton(levels[-1])} is not the top force {q.newton(top)}",
+                "end the levels with top_force",
+            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
 class IdentifyPlan:
     """How the data become a result."""
 
-    kind: Annotated[
-        str,
-        Choice(("payload", "system")),
-        key("What is identified: the payload (K, n) or the system stiffness."),
-    ] = "payload"
-    secant_force_n: Annotated[
-        Force,
-        key("Force of the secant; default: 300 N or `top_force`."),
-    ] = DERIVED
-    branch: Annotated[
-        str,
-        Choice(BRANCHES),
-        key("Branch whose chord is the result; reloading: the second loading."),
-    ] = "loading"
-    laws: Annotated[
-        tuple[Annotated[str, Choice(tuple(LAW_NAMES))], ...],
-        key("Contact laws that may be fitted; default: all that apply."),
-    ] = ()
-    resolution_multiple_p: Annotated[
-        float,
-        number(1.0, 100.0),
-        key("Multiple of the position resolution lost at the zero (29).", alias="p"),
-    ] = 2.0
-    compensation_quality_s: Annotated[
-        float,
-        number(1.0, 1000.0),
-        key("Quality of the compensation: K_s is known to 1/s (30).", alias="s"),
-    ] = 20.0
-    accuracy_t: Annotated[
-        float,
-        number(1.0, 1000.0),
-        key("Accuracy wanted: deformation to 1/t (31).", alias="t"),
-    ] = 5.0
-    accept_unidentifiable: Annotated[Remark, key("Reason to run a payload stiffer than K_max.")] = (
-        ""
-    )
-    temperature_c: Annotated[
-        Temperature | None,
-        key("Temperature of the run; compared with the calibration record."),
-    ] = None
-    temperature_uncertainty_k: Annotated[
-        float,
-        Quantity("K", 0.0, 20.0),
-        key("Standard uncertainty of the temperature, drift during the run included."),
-    ] = 0.0
+    kind: Annotated[str, q.Choice(("payload", "system"))] = "payload"
+    """What is identified: the payload (K, n) or the system stiffness."""
+    secant_force_n: q.Force = DERIVED
+    """Force of the secant; default: 300 N or `top_force`."""
+    branch: Annotated[str, q.Choice(BRANCHES)] = "loading"
+    """Branch whose chord is the result; reloading: the second loading."""
+    laws: tuple[Annotated[str, q.Choice(tuple(LAW_NAMES))], ...] = ()
+    """Contact laws that may be fitted; default: all that apply."""
+    resolution_multiple_p: Annotated[float, q.number(1.0, 100.0), Field(alias="p")] = 2.0
+    """Multiple of the position resolution lost at the zero (29)."""
+    compensation_quality_s: Annotated[float, q.number(1.0, 1000.0), Field(alias="s")] = 20.0
+    """Quality of the compensation: K_s is known to 1/s (30)."""
+    accuracy_t: Annotated[float, q.number(1.0, 1000.0), Field(alias="t")] = 5.0
+    """Accuracy wanted: deformation to 1/t (31)."""
+    accept_unidentifiable: q.Remark = ""
+    """Reason to run a payload stiffer than K_max."""
+    temperature_c: q.Temperature | None = None
+    """Temperature of the run; compared with the calibration record."""
+    temperature_uncertainty_k: Annotated[float, q.Quantity("K", 0.0, 20.0)] = 0.0
+    """Standard uncertainty of the temperature, drift during the run included."""
 
 
 @dataclass(frozen=True, slots=True, config=SECTION)
 class RecordPlan:
     """Where the record goes and what it says."""
 
-    directory: Annotated[FilePath, key("Directory of the runs, no `..` in it.")] = Path("runs")
-    notes: Annotated[Note, key("Notes to keep with the record.")] = ""
-    operator: Annotated[Remark, key("Who runs it.")] = ""
-    specimen: Annotated[Remark, key("Number or name of the piece.")] = ""
-    batch: Annotated[Remark, key("Batch of the specimen.")] = ""
-    tags: Annotated[
-        tuple[Tag, ...],
-        key("Words to find the run by, such as `surface=polished`; `--tag` adds more."),
-    ] = ()
+    directory: q.FilePath = Path("runs")
+    """Directory of the runs, no `..` in it."""
+    notes: q.Note = ""
+    """Notes to keep with the record."""
+    operator: q.Remark = ""
+    """Who runs it."""
+    specimen: q.Remark = ""
+    """Number or name of the piece."""
+    batch: q.Remark = ""
+    """Batch of the specimen."""
+    tags: tuple[q.Tag, ...] = ()
+    """Words to find the run by, such as `surface=polished`; `--tag` adds more."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -226,16 +209,21 @@ class Plan:
     `missing` are the options, such as addresses, that opening its devices needs and it lacks.
     """
 
-    stepload: Annotated[Version, key("Version of the plan format.")]
-    name: Annotated[Name, key("Name of the experiment; default: the file's name.")] = DERIVED
+    stepload: q.Version
+    """Version of the plan format."""
+    name: q.Name = DERIVED
+    """Name of the experiment; default: the file's name."""
     path: Annotated[Path, INTERNAL] = Path()
-    payload: Annotated[Payload, key("What is pressed: a mapping or a path.")]
-    rig: Annotated[Rig, key("The rig: a mapping, a path or a profile's name.")]
-    procedure: Annotated[Procedure, key("The load steps: a mapping or a path.")]
-    identify: Annotated[IdentifyPlan, key("How the data become a result.")] = Field(
-        default_factory=IdentifyPlan
-    )
-    record: Annotated[RecordPlan, key("Where the record goes.")] = Field(default_factory=RecordPlan)
+    payload: Payload
+    """What is pressed: a mapping or a path."""
+    rig: Rig
+    """The rig: a mapping, a path or a profile's name."""
+    procedure: Procedure
+    """The load steps: a mapping or a path."""
+    identify: IdentifyPlan = Field(default_factory=IdentifyPlan)
+    """How the data become a result."""
+    record: RecordPlan = Field(default_factory=RecordPlan)
+    """Where the record goes."""
     sources: Annotated[tuple[SourceFile, ...], INTERNAL] = ()
     payload_file: Annotated[Path | None, INTERNAL] = None
     missing: Annotated[tuple[Problem, ...], INTERNAL] = ()

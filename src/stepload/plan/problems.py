@@ -42,13 +42,16 @@ class Problem:
 
 
 class PlanError(BadInputError):
-    """A plan, or a file it is made of, that cannot be used; carries every problem found."""
+    """A plan, or a file it is made of, that cannot be used; carries every problem found.
 
-    def __init__(self, problems: tuple[Problem, ...]) -> None:
+    `waiting`: what keys say together was not looked at, since some cannot be read.
+    """
+
+    def __init__(self, problems: tuple[Problem, ...], waiting: bool = False) -> None:
         shown = [str(problem) for problem in problems[:MAX_PROBLEMS]]
         if len(problems) > MAX_PROBLEMS:
             shown.append(f"… and {len(problems) - MAX_PROBLEMS} more")
         count = f"{len(problems)} problem{'s' if len(problems) != 1 else ''}"
+        count += "; what keys say together is checked after that" * waiting
         super().__init__("\n\n".join([*shown, count]))
-        self.problems = problems
         self.problems = problems

@@ -1,78 +1,69 @@
-"""Reads a tree of nodes into sections by pydantic: every problem with its place, all at once."""
+"""Reads a tree of nodes into sections by pydantic: every problem with its place, all at once.
+
+What contradicts itself within a section is found where each of its keys is good.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
 from typing import Any, TypeVar
 
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from stepload.declaration.quantities import REFUSED, WRITTEN, Relative, shown
-from stepload.declaration.sections import (
-    UNKNOWN,
-    Key,
-    Kind,
-    UnknownError,
-    adapter,
-    fields_of,
-    keys,
-    schema_of,
-)
+from stepload.declaration.quantities import REFUSED, WRITTEN, shown
+from stepload.declaration.sections import Key, Kind, adapter, keys, schema_of
 from stepload.declaration.sections import expected as words_for
 from stepload.errors import BadInputError, guess, printable
 from stepload.plan.problems import PlanError, Problem
 from stepload.plan.source import Source
-from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar, Sequence, parse_tree
+from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar, Sequence, locate, parse_tree
 
 T = TypeVar("T")
 SHAPE = "shape"
 """The key that tells sections of one place apart."""
 
 
-def read_file(
-    kind: Callable[..., T], source: Source, impossible: Callable[[Source, T], Iterable[Problem]]
-) -> T:
+def read_file(kind: Callable[..., T], source: Source) -> T:
     """The one section that `source` holds, in which null stands for what is not known.
-
-    Args:
-        impossible: what is wrong with its values together.
 
     Raises:
         PlanError: every problem with its place.
     """
     root, problems = parse_tree(source)
     section = read_section(kind, root, Place(source, 1, 1), problems, null=True)
-    with suppress(UnknownError):
-        problems += impossible(source, section)
-    if problems:
+    if problems or section is None:
         raise PlanError(tuple(problems))
     return section
 
 
 def read_section(
     kind: Callable[..., T], node: Node, at: Place, problems: list[Problem], *, null: bool = False
-) -> T:
-    """The section in `node`; what is wrong with it is added to `problems`.
-
-    A value that is bad is `UNKNOWN` in what is returned.
+) -> T | None:
+    """The section in `node`; None where it is bad, and what is wrong is added to `problems`.
 
     Args:
         at: where a missing key is reported.
         null: whether null may be written.
     """
+    section, errors = validated(kind, node, problems, null=null)
+    for error in errors:
+        problems += in_words(kind, node, at, error)
+    return section
+
+
+def validated(
+    kind: Callable[..., T], node: Node, problems: list[Problem], *, null: bool = False
+) -> tuple[T | None, list[ErrorDetails]]:
+    """The section in `node`, and what pydantic says against it."""
     section_kind: Any = kind
     data = _plain(node, (section_kind,), problems, null)
     try:
-        section: T = adapter(kind).validate_python(
+        return adapter(section_kind).validate_python(
             data, context=WRITTEN, by_alias=True, by_name=False
-        )
+        ), []
     except ValidationError as error:
-        found = (_problem(section_kind, node, at, each) for each in error.errors(include_url=False))
-        problems += [problem for problem in found if problem]
-        section = _partial(section_kind, data)
-    return section
+        return None, error.errors(include_url=False)
 
 
 class _Bad:
@@ -99,31 +90,6 @@ def _plain(node: Node, kinds: tuple[Kind, ...], problems: list[Problem], null: b
         else:
             data[name] = _plain(inner, key.sections if key else (), problems, null)
     return data
-
-
-def _partial(kind: Any, data: Any) -> Any:
-    """A section of which only the good values are known."""
-    made, written = object.__new__(kind), data if isinstance(data, dict) else {}
-    by_field = {key.field: key for key in keys(kind)}
-    for name, info in fields_of(kind).items():
-        value = UNKNOWN
-        if (key := by_field.get(name)) and key.name in written:
-            value = _known(key, written[key.name])
-        elif isinstance(data, dict) and not info.is_required():
-            value = info.default_factory() if info.default_factory else info.default  # type: ignore[call-arg]
-        if isinstance(value, Relative):  # a share of a value that may be bad
-            value = UNKNOWN
-        object.__setattr__(made, name, value)
-    return made
-
-
-def _known(key: Key, data: Any) -> Any:
-    try:
-        return adapter(key.hint).validate_python(
-            data, context=WRITTEN, by_alias=True, by_name=False
-        )
-    except ValidationError:
-        return _partial(key.sections[0], data) if key.is_section else UNKNOWN
 
 
 def unknown_key(place: Place, key: str, known: list[str]) -> Problem:
@@ -154,34 +120,42 @@ def expected(key: Key) -> str:
     return f"{key.meaning}{then} {key.expected}"
 
 
-def _problem(kind: Kind, root: Node, at: Place, error: ErrorDetails) -> Problem | None:
-    """An error of pydantic in our words, at its place; None where it is reported already."""
+def in_words(kind: Any, root: Node, at: Place, error: ErrorDetails) -> Iterator[Problem]:
+    """An error of pydantic in our words, at its place; none where it is reported already."""
     loc, told, value = error["loc"], error["type"], error["input"]
     node, place, section, key = _walk(kind, root, at, loc)
-    if isinstance(value, _Bad) or isinstance(node, Broken):
-        return None
     name = str(loc[-1]) if loc else ""
-    if told == "missing":
-        return place.problem(f"missing key {name!r}", expected(key) if key else "")
-    if told == "unexpected_keyword_argument":
-        return unknown_key(place, name, [each.name for each in keys(section)])
-    if isinstance(node, Mapping) and isinstance(node.entries.get(SHAPE), Broken):
-        return None
-    if key and key.shaped and told in (*_OF_UNIONS, *_NOT_A_MAPPING):
-        return _of_shape(node, place, tuple(map(_shape, key.sections)))
-    if told in _NOT_A_MAPPING:
-        names = [each.name for kind_ in (key.sections if key else (kind,)) for each in keys(kind_)]
-        kinds = key.sections if key else (kind,)
-        needed = [f"{each.name}: …" for k in kinds for each in keys(k) if each.required]
-        hint = f"write {{{', '.join(needed)}}}; " if needed else ""
-        hint += f"keys: {', '.join(names)}" if names else ""
-        return node.place.problem(f"{_shown(node)} where a mapping belongs", hint)
-    if told in _NOT_A_LIST:
+    if isinstance(value, _Bad) or isinstance(node, Broken):
+        return
+    if told == REFUSED and "found" in error["ctx"]:
+        for at_key, message, hint in error["ctx"]["found"]:
+            yield locate(node, [at_key], place).problem(message, hint)
+    elif told == "missing":
+        yield place.problem(f"missing key {name!r}", expected(key) if key else "")
+    elif told == "unexpected_keyword_argument":
+        yield unknown_key(place, name, [each.name for each in keys(section)])
+    elif isinstance(node, Mapping) and isinstance(node.entries.get(SHAPE), Broken):
+        return
+    elif key and key.shaped and told in (*_OF_UNIONS, *_NOT_A_MAPPING):
+        yield _of_shape(node, place, tuple(map(_shape, key.sections)))
+    elif told in _NOT_A_MAPPING:
+        below = [each for of in (key.sections if key else (kind,)) for each in keys(of)]
+        needed = ", ".join(f"{each.name}: …" for each in below if each.required)
+        hint = f"write {{{needed}}}; " if needed else ""
+        hint += f"keys: {', '.join(each.name for each in below)}" if below else ""
+        yield node.place.problem(f"{_shown(node)} where a mapping belongs", hint)
+    elif told in _NOT_A_LIST:
         hint = expected(key) if key else ""
-        return node.place.problem(f"{_shown(node)} where a list belongs", hint)
+        yield node.place.problem(f"{_shown(node)} where a list belongs", hint)
+    elif isinstance(node, Sequence) and key and not key.expected.startswith("a list"):
+        yield node.place.problem("a list where one value belongs", expected(key))
+    else:
+        yield _of_value(node, place, key, error)
+
+
+def _of_value(node: Node, place: Place, key: Key | None, error: ErrorDetails) -> Problem:
+    loc, told = error["loc"], error["type"]
     item = isinstance(loc[-1], int)
-    if isinstance(node, Sequence) and key is not None and not key.expected.startswith("a list"):
-        return node.place.problem("a list where one value belongs", expected(key))
     may = (key.each_expected if item else key.expected) if key else ""
     message, hint = _words(error, may)
     unquoted = told == "string_type" or "is not a text" in message
@@ -190,7 +164,7 @@ def _problem(kind: Kind, root: Node, at: Place, error: ErrorDetails) -> Problem 
         hint += f'; put it in quotes: "{printable(node.text)}"'
     if isinstance(node, Mapping) and key and key.sections:  # of the section as a whole
         return place.problem(message, hint)
-    called = f"{key.name}[{loc[-1]}]" if item and key else name
+    called = f"{key.name}[{loc[-1]}]" if item and key else str(loc[-1])
     return node.place.problem(f"{called}: {message}", hint)
 
 
@@ -228,7 +202,7 @@ def _walk(
 
 
 def _shape(kind: Kind) -> str:
-    return str(fields_of(kind)[SHAPE].annotation.__args__[0])  # type: ignore[union-attr]
+    return str(kind.__pydantic_fields__[SHAPE].annotation.__args__[0])
 
 
 def _of_shape(node: Node, place: Place, shapes: tuple[str, ...]) -> Problem:

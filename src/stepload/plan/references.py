@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from pathlib import Path
 
 from pydantic_core import PydanticCustomError
@@ -10,9 +11,9 @@ from pydantic_core import PydanticCustomError
 from stepload.declaration.quantities import path_of
 from stepload.errors import guess, printable
 from stepload.plan.compose import composed, problems_of, with_data_sheets
+from stepload.plan.model import Plan
 from stepload.plan.problems import PlanError, Problem
-from stepload.plan.shelf import PROFILES, SENSORS, Disk, Shelf, shipped_names
-from stepload.plan.source import Source
+from stepload.plan.source import PROFILES, SENSORS, Disk, Shelf, Source, read_source, shipped_names
 from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar, parse_tree
 
 
@@ -50,10 +51,10 @@ def title(source: Source) -> str:
 class References:
     """Reads referenced files; collects them and what is wrong with them."""
 
-    def __init__(self, shelf: Shelf, sources: list[Source], problems: list[Problem]) -> None:
+    def __init__(self, shelf: Shelf) -> None:
         self.shelf = shelf
-        self.sources = sources
-        self.problems = problems
+        self.sources: list[Source] = []
+        self.problems: list[Problem] = []
 
     def parse(self, source: Source) -> Node:
         """The tree of `source`; Broken where there is none."""
@@ -71,10 +72,7 @@ class References:
         if not (isinstance(node, Scalar) and isinstance(node.value, str)):
             return node
         try:
-            name = path_of(node.value)
-            home = node.place.source.path
-            path = (home.parent if home else Path()) / name
-            source = self.shelf.file(path)
+            source = self.shelf.file(node.place.source.beside(path_of(node.value)))
         except PlanError as error:
             for problem in error.problems:
                 if problem.line:
@@ -134,3 +132,30 @@ class References:
 def names_a_file(text: str) -> bool:
     """Whether a name in a plan is that of a file, not of a profile."""
     return "/" in text or text.lower().endswith((".yaml", ".yml", ".json"))
+
+
+def tree_of(path: Path) -> Node | None:
+    """The nodes of a plan file; None where it cannot be read."""
+    with suppress(PlanError):
+        return parse_tree(read_source(path))[0]
+    return None
+
+
+def place_of(plan: Plan, key: str) -> Place | None:
+    """The place of a key such as `procedure.top_force`, or of the last part of it that is written.
+
+    None where nothing of it is written, or the plan has no file.
+    """
+    home, found = plan.path, None
+    node = tree_of(home)
+    for name in key.split(".") if key else ():
+        if isinstance(node, Scalar) and isinstance(node.value, str) and names_a_file(node.value):
+            home = home.parent / node.value
+            node = tree_of(home)
+        if not isinstance(node, Mapping) or name not in node.entries:
+            break
+        found = node.keys[name]
+        node = node.entries[name]
+        if not isinstance(node, Mapping):
+            found = node.place
+    return found

@@ -26,7 +26,7 @@ def json_schema() -> _Schema:
     schema: _Schema = _tidy(schema_of(Plan))
     definitions = schema.pop("$defs")
     for kind in sections_below(Plan):
-        _write_defaults(schema if kind is Plan else definitions[kind.__name__], kind)
+        _write_words(schema if kind is Plan else definitions[kind.__name__], kind)
     for kind in sections_below(Rig):
         definitions[kind.__name__].pop("required", None)
     for name in ("payload", "rig", "procedure"):
@@ -89,17 +89,19 @@ def _reference(name: str) -> _Schema:
 
 def _options(declared: Any, driver: str) -> _Schema:
     """The options of a driver, none of which is required."""
-    schema: _Schema = _tidy(schema_of(declared)) | {
-        "description": f"Options of the driver {driver}."
-    }
+    schema: _Schema = _tidy(schema_of(declared))
     schema.pop("required", None)
+    _write_words(schema, declared)
     for key in keys(declared):
         schema["properties"][key.name]["description"] += f"; {key.expected}"
-    _write_defaults(schema, declared)
-    return schema
+    return schema | {"description": f"Options of the driver {driver}."}
 
 
-def _write_defaults(schema: _Schema, kind: Kind) -> None:
+def _write_words(schema: _Schema, kind: Kind) -> None:
+    """Put the meaning of every key into a schema, and its default as a plan would write it."""
     for key in keys(kind):
+        found = schema["properties"][key.name]
+        if key.meaning:
+            found["description"] = key.meaning
         if key.default_text is not None:
-            schema["properties"][key.name]["default"] = key.default_text
+            found["default"] = key.default_text

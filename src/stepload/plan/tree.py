@@ -7,19 +7,18 @@ and `1:30` is a text, as YAML 1.2 has it.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
 from ruamel.yaml import YAML
 from ruamel.yaml import events as ev
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.error import YAMLError
 
 from stepload.errors import printable
 from stepload.plan.problems import PlanError, Problem
 from stepload.plan.source import Source
-from stepload.plan.yaml_words import mistake
 
 MAX_DEPTH = 16
 MAX_NODES = 20_000
@@ -75,6 +74,19 @@ class Broken:
 
 Node = Scalar | Sequence | Mapping | Broken
 
+
+def locate(node: Node, path: Iterable[str], place: Place) -> Place:
+    """Where the value at a path of keys stands, or the key of what is nearest above it.
+
+    `place` is that of the key of `node` itself.
+    """
+    for key in path:
+        if not isinstance(node, Mapping) or key not in node.entries:
+            return place
+        place, node = node.keys[key], node.entries[key]
+    return place if isinstance(node, (Mapping, Broken)) else node.place
+
+
 _NULL = frozenset(["", "~", "null", "Null", "NULL"])
 _BOOL = {
     "true": True, "True": True, "TRUE": True,
@@ -100,30 +112,28 @@ def resolve(text: str) -> bool | int | float | str | None:
     return text
 
 
-class _StopError(Exception):
-    """The text is not worth reading on."""
-
-
 class _Builder:
     def __init__(self, source: Source) -> None:
         self.source = source
         self.problems: list[Problem] = []
         self.nodes = 0
 
-    def place(self, mark: object) -> Place:
-        line, column = getattr(mark, "line", 0), getattr(mark, "column", 0)
-        return Place(self.source, line + 1, column + 1)
+    def place(self, mark: Any) -> Place:
+        return Place(self.source, mark.line + 1, mark.column + 1)
 
-    def refuse(self, event: ev.Event, message: str, hint: str) -> None:
+    def refuse(self, event: Any, message: str, hint: str, stop: bool = False) -> None:
+        """Keep a problem; `stop`: the text is not worth reading on."""
         self.problems.append(self.place(event.start_mark).problem(message, hint))
+        if stop:
+            raise PlanError(tuple(self.problems))
 
     def document(self, events: Iterator[ev.Event]) -> Node | None:
         root: Node | None = None
         for event in events:
             if isinstance(event, ev.DocumentStartEvent):
                 if root is not None:
-                    self.refuse(event, "a second document", "one plan per file: remove the `---`")
-                    raise _StopError
+                    hint = "one plan per file: remove the `---`"
+                    self.refuse(event, "a second document", hint, stop=True)
                 if event.version not in (None, (1, 2)) or event.tags:
                     self.refuse(event, "a YAML directive", "plans are YAML 1.2 without directives")
             elif isinstance(event, ev.NodeEvent):
@@ -134,20 +144,20 @@ class _Builder:
         self.nodes += 1
         place = self.place(event.start_mark)
         if depth > MAX_DEPTH:
-            self.refuse(event, f"nested deeper than {MAX_DEPTH} levels", "plans are flat")
-            raise _StopError
+            self.refuse(
+                event, f"nested deeper than {MAX_DEPTH} levels", "plans are flat", stop=True
+            )
         if self.nodes > MAX_NODES:
-            self.refuse(event, f"more than {MAX_NODES} values", "is this the right file?")
-            raise _StopError
+            message = f"more than {MAX_NODES} values"
+            self.refuse(event, message, "is this the right file?", stop=True)
         if isinstance(event, ev.AliasEvent):
             self.refuse(event, f"alias *{printable(event.anchor)}", _NO_ALIAS)
             return Broken(place)
         if event.anchor is not None:
             self.refuse(event, f"anchor &{printable(event.anchor)}", _NO_ALIAS)
         if event.tag is not None:
-            self.refuse(
-                event, f"tag {printable(str(event.tag))}", "plans are plain data: remove the tag"
-            )
+            hint = "plans are plain data: remove the tag"
+            self.refuse(event, f"tag {printable(str(event.tag))}", hint)
         if isinstance(event, ev.MappingStartEvent):
             return self.mapping(place, events, depth)
         if isinstance(event, ev.SequenceStartEvent):
@@ -162,38 +172,26 @@ class _Builder:
         return Scalar(place, value, event.value)
 
     def mapping(self, place: Place, events: Iterator[ev.Event], depth: int) -> Mapping:
-        mapping = Mapping(place)
+        entries: dict[str, Node] = {}
+        keys: dict[str, Place] = {}
         while not isinstance(event := next(events), ev.MappingEndEvent):
-            key = event.value if isinstance(event, ev.ScalarEvent) else None
-            key_place = self.place(event.start_mark)
+            key = event.value if isinstance(event, ev.ScalarEvent) else "\n"
+            at = self.place(event.start_mark)
             self.node(event, events, depth + 1)
             value = self.node(next(events), events, depth + 1)
-            if problem := _bad_key(mapping, key, key_place):
-                self.problems.append(problem)
-            elif isinstance(key, str):
-                mapping.entries[key] = _behind(key, key_place, value)
-                mapping.keys[key] = key_place
-        return mapping
-
-
-def _bad_key(mapping: Mapping, key: str | None, place: Place) -> Problem | None:
-    if key is None or not key.isprintable():
-        return place.problem("a key that is not a word", "write key: value")
-    if key == "<<":
-        return place.problem("merge key <<", _NO_ALIAS)
-    if key in mapping.entries:
-        return place.problem(
-            f"duplicate key {printable(key)!r}",
-            f"it is given already in line {mapping.keys[key].line}; keep one of the two",
-        )
-    return None
-
-
-def _behind(key: str, place: Place, value: Node) -> Node:
-    """`value`; where nothing is written, YAML puts it in a later line: put it behind its key."""
-    if isinstance(value, Scalar) and value.value is None and value.place.line > place.line:
-        return Scalar(Place(place.source, place.line, place.column + len(key) + 1), None)
-    return value
+            if not key.isprintable():
+                self.refuse(event, "a key that is not a word", "write key: value")
+            elif key == "<<":
+                self.refuse(event, "merge key <<", _NO_ALIAS)
+            elif key in keys:
+                hint = f"it is given already in line {keys[key].line}; keep one of the two"
+                self.refuse(event, f"duplicate key {printable(key)!r}", hint)
+            else:
+                if isinstance(value, Scalar) and value.value is None and value.place.line > at.line:
+                    # Nothing is written, which YAML puts in a later line: it stands behind its key.
+                    value = Scalar(Place(self.source, at.line, at.column + len(key) + 1), None)
+                entries[key], keys[key] = value, at
+        return Mapping(place, entries, keys)
 
 
 _NO_ALIAS = "plans have no anchors, aliases or merge keys: write the value where it is used"
@@ -220,8 +218,8 @@ def _parsed(source: Source) -> tuple[Node, tuple[Problem, ...]]:
         raise PlanError((source.problem_at(at, "a NUL character", "plans are text"),))
     try:
         root = builder.document(iter(YAML(typ="safe", pure=True).parse(source.text)))
-    except _StopError:
-        raise PlanError(tuple(builder.problems)) from None
+    except PlanError:
+        raise
     except (YAMLError, ValueError, IndexError, AttributeError, TypeError, AssertionError) as error:
         raise PlanError((*builder.problems, _syntax(source, error))) from None
     if root is None:
@@ -231,24 +229,51 @@ def _parsed(source: Source) -> tuple[Node, tuple[Problem, ...]]:
 
 def _syntax(source: Source, error: Exception) -> Problem:
     """What the YAML parser complains about, in our words where we know better."""
-    mark = None
-    if isinstance(error, MarkedYAMLError):
-        mark = error.problem_mark or error.context_mark
+    mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
     text = str(getattr(error, "problem", "") or "cannot be read as YAML")
+    position = getattr(error, "position", None)
+    if mark is None and isinstance(position, int):
+        code = ord(source.text[position]) if position < len(source.text) else 0
+        message = f"character U+{code:04X} is not allowed in YAML"
+        return source.problem_at(position, message, "remove it")
     if mark is None:
-        position = getattr(error, "position", None)
-        if isinstance(position, int):
-            code = ord(source.text[position]) if position < len(source.text) else 0
-            message = f"character U+{code:04X} is not allowed in YAML"
-            return source.problem_at(position, message, "remove it")
         return source.problem(1, 1, printable(text, 200), "check the file with a YAML editor")
     line, column = mark.line + 1, mark.column + 1
     shown = source.lines[line - 1] if line <= len(source.lines) else ""
     if "\t" in shown[:column]:
         column = shown.index("\t") + 1
         return source.problem(line, column, "a tab", "indent with spaces; YAML allows no tabs here")
-    hint = str(getattr(error, "context", "") or "")
-    if found := mistake(text, hint, mark, getattr(error, "context_mark", None)):
-        line, column = found.mark.line + 1, found.mark.column + 1
-        return source.problem(line, column, found.message, found.hint)
-    return source.problem(line, column, f"not YAML: {printable(text, 200)}", printable(hint, 200))
+    context, opened = str(getattr(error, "context", "") or ""), getattr(error, "context_mark", None)
+    for sign, message, hint, at_start in _MISTAKES:
+        if sign in text or sign in context:
+            mark = opened if at_start and opened else mark
+            start = f"line {opened.line + 1}, column {opened.column + 1}" if opened else "its start"
+            hint = hint.format(start=start)
+            return source.problem(mark.line + 1, mark.column + 1, message, hint)
+    return source.problem(
+        line, column, f"not YAML: {printable(text, 200)}", printable(context, 200)
+    )
+
+
+_COLUMN = "keys of one section begin in the same column, those of a section inside it further right"
+_MISTAKES = (
+    (
+        "mapping values are not allowed", "this key stands where none may stand",
+        f"{_COLUMN}; or the line above lacks the space behind its colon; or a text with a colon in"
+        " it needs quotes", False,
+    ),
+    ("found '<block mapping start>'", "this line is indented otherwise than the keys above it",
+     _COLUMN, False),
+    ("<block end>", "this line is indented otherwise than the keys above it", _COLUMN, False),
+    ("could not find expected ':'", "a key without its colon",
+     "write `key: value`, with a space behind the colon", True),
+    ("expected ',' or ']'", "a comma is missing before this, or the [ of its list is never closed",
+     "the [ stands at {start}", False),
+    ("expected ',' or '}'",
+     "a comma is missing before this, or the { of its mapping is never closed",
+     "the {{ stands at {start}", False),
+    ("quoted scalar", "a quote that is never closed", "put the same quote behind the text", True),
+    ("cannot start any token", "no value begins with this letter",
+     "put the whole value in quotes", False),
+)  # fmt: skip
+"""What the parser says of blocks and tokens, in plain words, what to do, whether it began there."""

@@ -1,8 +1,7 @@
 """Where to put the plate and how to hold the arm: a ranking of poses, never a calibration.
 
 `chain` has the joints' geometry, `inverse` the joint angles of a pose, `compliance` the compliance
-at the tip, `clear` the collision check, `load` the push that the joints can exert. `search`
-evaluates every pose of a grid and takes the best, `doubt` estimates the effect of wrong joint
-stiffness, `measured` uses calibrations instead, `gain` computes the benefit for a payload. `make`
-combines all; `tables`, `words` and `picture` show the result.
+at the tip, `pose_checks` collisions and push. `search` evaluates every pose of a grid and takes the
+best, `joint_calibration` scales the joints by calibrations, `gain` computes the benefit for a
+payload. `rig_search` combines all; `tables`, `text` and `picture` show the result.
 """

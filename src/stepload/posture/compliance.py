@@ -11,7 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from stepload.estimators.fit import FloatArray, IntArray
+from stepload.plan.kinematics import JOINTS
 
+WRONG_BY = 2.0
+"""Factor by which every joint may be softer or stiffer than assumed, independently."""
+DRAWS = 4000
+UPPER = 97.5
+"""Percentile: the upper end of a 95 % interval."""
 _SOFTEST = 1e-12
 _FLATTEST = 1e-9
 """Sideways compliance below this share of the largest counts as zero: no motion that way."""
@@ -60,11 +66,8 @@ class GivesWay:
         return GivesWay(*(np.asarray(getattr(self, name))[index] for name in self.__slots__))
 
 
-def gives_way(c: FloatArray, press: FloatArray, *, flat: bool = True) -> GivesWay:
-    """The figures of compliance matrices (..., 6, 6) for a press along the unit vector (3,).
-
-    Without `flat` those of a flat contact are NaN: they take as long as all others together.
-    """
+def gives_way(c: FloatArray, press: FloatArray) -> GivesWay:
+    """The figures of compliance matrices (..., 6, 6) for a press along the unit vector (3,)."""
     across = _across(press)
     linear = c[..., :3, :3]
     axial = np.einsum("i,...ij,j->...", press, linear, press)
@@ -75,7 +78,7 @@ def gives_way(c: FloatArray, press: FloatArray, *, flat: bool = True) -> GivesWa
     return GivesWay(
         free_n_per_m=1.0 / axial,
         stuck_n_per_m=1.0 / (axial - np.einsum("...k,...k->...", coupled, held)),
-        flat_n_per_m=_held_whole(c, press) if flat else np.full_like(axial, np.nan),
+        flat_n_per_m=_held_whole(c, press),
         sideways=np.linalg.norm(coupled, axis=-1) / axial,
         tilt_rad_per_n=np.linalg.norm(tipped, axis=-1),
         stuck_share=np.linalg.norm(held, axis=-1),
@@ -104,3 +107,31 @@ def _solved(lateral: FloatArray, coupled: FloatArray) -> FloatArray:
     stiff = values < _FLATTEST * values[..., -1:]
     share = np.where(stiff, 0.0, seen / np.where(stiff, 1.0, values))
     return np.asarray(np.einsum("...kl,...l->...k", vectors, share))
+
+
+def factors(draws: int, seed: int = 1) -> FloatArray:
+    """Random factors of the joint stiffnesses, (draws, 6): independent, log-uniform."""
+    most = np.log(WRONG_BY)
+    return np.exp(np.random.default_rng(seed).uniform(-most, most, (draws, JOINTS)))
+
+
+@dataclass(frozen=True, slots=True)
+class Largest:
+    """Upper ends of the 95 % intervals of the stiffening by a held contact, over joint stiffnesses.
+
+    Attributes:
+        stuck_ratio: K_stuck/K_zz, a tip held sideways.
+        flat_ratio: K_flat/K_zz, a flat contact whose rotation is held too.
+    """
+
+    stuck_ratio: float
+    flat_ratio: float
+
+
+def largest(jacobian: FloatArray, stiffness: FloatArray, press: FloatArray) -> Largest:
+    """The ratios of a pose (6, 6) with assumed joint stiffness (6,)."""
+    drawn = gives_way(compliance(jacobian, stiffness * factors(DRAWS)), press)
+    return Largest(
+        float(np.percentile(drawn.stuck_ratio, UPPER)),
+        float(np.percentile(drawn.flat_ratio, UPPER)),
+    )

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from stepload.errors import BadInputError
 from stepload.estimators.fit import FloatArray
@@ -21,8 +20,8 @@ FACTOR = 2.0
 """Factor within which assumed joint stiffness is expected to be right."""
 SAME_WAY_DEG = 5.0
 """Largest difference of tool and press directions to those of a calibration."""
-PRIOR = 0.35
-"""Prior σ of the logarithm of a factor: a factor of 2 is two σ."""
+LEAST_SIGMA = 0.01
+"""No arm is known to less than 1 % from its joints alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,57 +121,16 @@ class JointStiffness:
 
 
 def fitted(values: FloatArray, calibrations: Sequence[Held]) -> JointStiffness:
-    """Assumed joint stiffness (6,) scaled to the stiffness measured by calibrations.
-
-    One calibration gives one factor for all joints. With two and more, each kind of gear (joints of
-    one assumed stiffness) has its own factor, between 1/2 and 2, by least squares of the logarithm;
-    kinds that the poses do not distinguish stay near the assumed values.
-    """
-    if len(calibrations) == 1:
-        (one,) = calibrations
-        factor = one.measured_n_per_m / one.by(values)
-        source = f"assumed, times {factor:.3g} by {one.name}"
-        return JointStiffness(values * factor, source, _doubtful(factor, one.name))
-    kinds, kind = np.unique(values, return_inverse=True)
-
-    def misfit(logs: FloatArray) -> FloatArray:
-        scaled = values * np.exp(logs)[kind]
-        off = [
-            np.log(each.by(scaled) / each.measured_n_per_m) / _relative(each)
-            for each in calibrations
-        ]
-        return np.array([*off, *(logs / PRIOR)])
-
-    most = np.log(FACTOR)
-    found = np.exp(least_squares(misfit, np.zeros(len(kinds)), bounds=(-most, most)).x)
-    scaled = values * found[kind]
-    told = ", ".join(
-        f"{factor:.3g} for {stiffness:.2g} N m/rad"
-        for factor, stiffness in zip(found, kinds, strict=True)
-    )
-    remarks = [
-        f"{each.name}: K_s was measured as {each.measured_n_per_m:.3g} N/m, and these joints give "
-        f"{each.by(scaled):.3g} N/m"
-        for each in calibrations
-    ]
-    if np.any(np.abs(np.log(found)) > 0.999 * most):
-        remarks.append(
-            "A factor is at the end of what is believed (1/2 to 2): something else than the joints "
-            "gives way, or a calibration is of another arm."
-        )
+    """Assumed joint stiffness (6,) times the factor that calibrations measured, a weighted mean."""
+    factors = np.array([each.measured_n_per_m / each.by(values) for each in calibrations])
+    sigmas = np.array([each.sigma_n_per_m / each.measured_n_per_m for each in calibrations])
+    weights = np.maximum(sigmas, LEAST_SIGMA) ** -2.0
+    factor = float(np.exp(np.average(np.log(factors), weights=weights)))
     names = ", ".join(each.name for each in calibrations)
-    return JointStiffness(scaled, f"assumed, times {told} by {names}", tuple(remarks))
-
-
-def _relative(each: Held) -> float:
-    """σ of the logarithm; no arm is known to less than 1 % from its joints alone."""
-    return max(each.sigma_n_per_m / each.measured_n_per_m, 0.01)
-
-
-def _doubtful(factor: float, name: str) -> tuple[str, ...]:
-    if 1.0 / FACTOR <= factor <= FACTOR:
-        return ()
-    return (
-        f"{name}: K_s is {factor:.3g} times what the assumed joints give, more than a factor of "
-        f"{FACTOR:g} away: something else than the joints gives way, or it is of another arm.",
+    remarks = tuple(
+        f"{each.name}: K_s is {own:.3g} times what the assumed joints give, more than a factor of "
+        f"{FACTOR:g} away: something else than the joints gives way, or it is of another arm."
+        for each, own in zip(calibrations, factors, strict=True)
+        if not 1.0 / FACTOR <= own <= FACTOR
     )
+    return JointStiffness(values * factor, f"assumed, times {factor:.3g} by {names}", remarks)

@@ -10,14 +10,14 @@ import numpy as np
 
 from stepload.envelope.draft_plan import plan_of
 from stepload.envelope.map_grid import PROBE_N
-from stepload.errors import BadInputError, RefusedError
+from stepload.errors import RefusedError
 from stepload.estimators.fit import FloatArray
 from stepload.plan.calibration import read_calibration
-from stepload.plan.kinematics import JOINTS, ArmKinematics, arms, read_arm
+from stepload.plan.kinematics import ArmKinematics, arms, read_arm
 from stepload.plan.rig import Rig
 from stepload.plan.shipped import payload_folder
 from stepload.posture.chain import Tool, reach_m
-from stepload.posture.compliance import GivesWay
+from stepload.posture.compliance import GivesWay, Largest, largest
 from stepload.posture.gain import Press, press_of
 from stepload.posture.joint_calibration import (
     Held,
@@ -27,7 +27,6 @@ from stepload.posture.joint_calibration import (
     read_held,
     why_not,
 )
-from stepload.posture.ranking_uncertainty import Largest, Ranking, largest, ranking
 from stepload.posture.search import (
     HIGHEST,
     LARGEST_RADIUS,
@@ -36,9 +35,9 @@ from stepload.posture.search import (
     Poses,
     Task,
     best,
+    changes,
     search,
 )
-from stepload.posture.stiffness_gradient import changes
 
 TOOL_M = 0.12
 """Assumed distance from flange to contact where none is stated."""
@@ -84,8 +83,6 @@ class Posture:
         best: the best of them, each of another place.
         calibrated: the poses of the calibrations.
         median_n_per_m: K_zz of the median pose; `median_k_max_n_per_m` is (34) there.
-        ranking: reliability of the order for uncertain joints.
-        typical_changes: of C_zz over 2 mm and 20 mm, medians and 90th percentiles, (2, 2).
         remarks: further remarks.
     """
 
@@ -100,8 +97,6 @@ class Posture:
     calibrated: Sequence[Row]
     median_n_per_m: float
     median_k_max_n_per_m: float
-    ranking: Ranking | None
-    typical_changes: FloatArray
     remarks: Sequence[str]
 
 
@@ -115,7 +110,6 @@ def make(
     radius_m: tuple[float, float] | None,
     height_m: tuple[float, float] | None,
     travel_m: float,
-    joint_stiffness: Sequence[float] | None,
     calibrations: Sequence[Path],
 ) -> Posture:
     """Search poses for a rig.
@@ -127,7 +121,6 @@ def make(
         tool_m: flange to contact along the flange's axis; None: the TCP of a calibration, or
             `TOOL_M`.
         radius_m, height_m: where the contact may be; None: all of it.
-        joint_stiffness: six numbers in place of the assumed ones.
 
     Raises:
         BadInputError: one of these is invalid.
@@ -147,7 +140,8 @@ def make(
         travel_m,
         asked.top_n,
     )
-    joints = _joints(chain, joint_stiffness, known)
+    assumed = np.array(chain.joint_stiffness_n_m_per_rad)
+    joints = fitted(assumed, known) if known else JointStiffness(assumed, chain.stiffness_source)
     poses = search(chain, joints.values_n_m_per_rad, tool, task)
     values, figures = joints.values_n_m_per_rad, poses.figures
     median = float(np.median(figures.free_n_per_m))
@@ -163,8 +157,7 @@ def make(
     return Posture(
         own.name, chain, tool, task, asked, joints, poses, rows,
         [_calibrated(chain, values, asked, each) for each in known],
-        median, asked.k_max(median), ranking(poses, values, press),
-        np.nanpercentile(poses.changes, (50, 90), axis=0).T, [*remarks, *joints.remarks],
+        median, asked.k_max(median), [*remarks, *joints.remarks],
     )  # fmt: skip
 
 
@@ -216,16 +209,3 @@ def _tool(tool_m: float | None, known: Sequence[Held]) -> Tool:
     if known:
         return known[0].tool
     return Tool((0.0, 0.0, TOOL_M, 0.0, 0.0, 0.0), "assumed")
-
-
-def _joints(
-    chain: ArmKinematics, given: Sequence[float] | None, known: Sequence[Held]
-) -> JointStiffness:
-    if given is not None:
-        if len(given) != JOINTS:
-            raise BadInputError(
-                f"--joint-stiffness has {len(given)} numbers, expected {JOINTS}, one for each joint"
-            )
-        return JointStiffness(np.array(given), "--joint-stiffness")
-    assumed = np.array(chain.joint_stiffness_n_m_per_rad)
-    return fitted(assumed, known) if known else JointStiffness(assumed, chain.stiffness_source)

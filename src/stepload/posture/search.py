@@ -18,11 +18,9 @@ from stepload.posture.chain import (
     jacobian,
     reach_m,
 )
-from stepload.posture.collision import clear, mobile
 from stepload.posture.compliance import GivesWay, compliance, gives_way
 from stepload.posture.inverse import BRANCHES, check_closed_form, inverse
-from stepload.posture.load import push_n
-from stepload.posture.stiffness_gradient import MOST, changes
+from stepload.posture.pose_checks import clear, mobile, push_n
 from stepload.units import format_quantity
 
 STEP = 0.05
@@ -40,6 +38,10 @@ ALIKE = 1.1
 APART = 0.15
 """Places nearer than this share of the reach count as one place."""
 BEST = 5
+TRAVELS_M = (2e-3, 2e-2)
+"""Travel of a press, and of a start pose that is off."""
+MOST = 0.01
+"""Largest acceptable change over the first of them: a good calibration knows K_s as well."""
 TWINS = 1e-7
 """Figures that differ by less belong to one arm configuration and its mirror image."""
 
@@ -252,3 +254,35 @@ def best(poses: Poses, reach: float, many: int = BEST) -> list[int]:
         found.append(index)
         left &= np.linalg.norm(poses.tip_m - poses.tip_m[index], axis=1) > APART * reach
     return found
+
+
+def changes(
+    arm: ArmKinematics, stiffness: FloatArray, tool: Tool, joints_rad: FloatArray
+) -> FloatArray:
+    """Relative change of C_zz of poses (N, 6) when they draw back by each of `TRAVELS_M`: (N, 2).
+
+    Along the tool's own axis, in the same arm configuration.
+    """
+    placed = frames(arm, joints_rad)
+    contact = placed[:, -1] @ tool.matrix
+    press = contact[:, :3, 2]
+    here = _axial(arm, stiffness, tool, joints_rad)
+    found = []
+    for travel in TRAVELS_M:
+        moved = placed[:, -1].copy()
+        moved[:, :3, 3] -= travel * press
+        ways = inverse(arm, moved)
+        away = np.nan_to_num(np.max(np.abs(ways - joints_rad[:, None]), axis=-1), nan=np.inf)
+        nearest = ways[np.arange(len(ways)), np.argmin(away, axis=1)]
+        found.append(np.abs(_axial(arm, stiffness, tool, nearest) / here - 1.0))
+    return np.stack(found, axis=-1)
+
+
+def _axial(
+    arm: ArmKinematics, stiffness: FloatArray, tool: Tool, joints_rad: FloatArray
+) -> FloatArray:
+    """C_zz (N,) along the tool's own axis."""
+    placed = frames(arm, joints_rad)
+    contact = placed[:, -1] @ tool.matrix
+    lever = np.einsum("nij,ni->nj", jacobian(placed, contact[:, :3, 3])[:, :3], contact[:, :3, 2])
+    return np.asarray(np.sum(lever**2 / stiffness, axis=-1))

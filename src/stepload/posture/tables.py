@@ -9,9 +9,9 @@ import numpy as np
 
 from stepload.estimators.fit import FloatArray
 from stepload.posture.chain import reach_m
-from stepload.posture.ranking_uncertainty import WRONG_BY
+from stepload.posture.compliance import WRONG_BY
 from stepload.posture.rig_search import Posture, Row
-from stepload.posture.stiffness_gradient import TRAVELS_M
+from stepload.posture.search import TRAVELS_M
 from stepload.posture.text import sentences, up
 from stepload.results.model import Table
 from stepload.units import format_quantity
@@ -55,7 +55,7 @@ def stiffness_table(found: Posture) -> Table:
             f"{np.median(figures.stuck_ratio):.2f}", "", f"{np.median(figures.stuck_share):.2f}",
             f"{np.median(figures.sideways):.2f}",
             f"{np.median(figures.tilt_rad_per_n) * 1e6:.3g}",
-            format_quantity(found.median_k_max_n_per_m, "N/m"), 
+            format_quantity(found.median_k_max_n_per_m, "N/m"),
             _newton(float(np.median(found.poses.push_n))),
         )
     )  # fmt: skip
@@ -93,7 +93,6 @@ def degrees(joints_rad: FloatArray) -> str:
 
 def data(found: Posture) -> dict[str, Any]:
     """The JSON object of a search."""
-    doubt = found.ranking
     return {
         "rig": found.rig,
         "arm": found.arm.name,
@@ -115,16 +114,7 @@ def data(found: Posture) -> dict[str, Any]:
         "median_k_max_n_per_m": found.median_k_max_n_per_m,
         "best": [_row(each) for each in found.best],
         "calibrated": [_row(each) for each in found.calibrated],
-        "ranking": None if doubt is None else {
-            "wrong_by": WRONG_BY,
-            "k_zz_rank_correlation": doubt.stiffness,
-            "k_zz_rank_correlation_5_percent": doubt.stiffness_worst,
-            "stuck_share_rank_correlation": doubt.share,
-            "k_zz_off_by": list(doubt.off_by),
-            "top_tenth_over_median": doubt.top_tenth,
-        },
         "travels_m": list(TRAVELS_M),
-        "typical_changes": found.typical_changes.tolist(),
         "remarks": list(found.remarks),
         "answers": sentences(found),
         "places": [

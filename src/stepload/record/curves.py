@@ -13,7 +13,6 @@ from stepload.errors import BadInputError
 from stepload.record.curve_header import (
     HINT,
     LATERAL,
-    Column,
     Header,
     HeaderError,
     delimiter_of,
@@ -23,7 +22,7 @@ from stepload.record.curve_header import (
 )
 from stepload.record.curve_rows import MAX_LINE, FloatArray, RowError, Table, read_rows
 
-MAX_BYTES = 1 << 28
+MAX_BYTES = 1 << 26
 MIN_ROWS = 3
 MAX_PREAMBLE = 400
 """Lines that an instrument may write before the names of the columns."""
@@ -176,16 +175,16 @@ def _read(path: Path, encoding: str) -> Curve:
 
 
 def _curve(path: Path, head: _Head, table: Table) -> Curve:
-    rows, total = len(table.values), len(table.values) + table.missing
-    last = int(table.line[-1]) if rows else head.read
-    if table.first_missing is not None and table.missing > MISSING_SHARE * total:
-        line, at, text = table.first_missing
-        share = f"{table.missing} of {total} rows lack a number"
+    rows, missing = len(table.values), len(table.missing)
+    if missing > MISSING_SHARE * (rows + missing):
+        line, at, text = table.missing[0]
+        share = f"{missing} of {rows + missing} rows lack a number"
         _fail(
             path, line, at, f"{text[:40]!r} is not a finite number; {share}",
             f"at most {MISSING_SHARE:.0%} may be missing: cut the file to what was measured",
         )  # fmt: skip
     if rows < MIN_ROWS:
+        last = table.line[-1] if rows else head.read
         _fail(path, last, 1, f"{rows} rows, at least {MIN_ROWS} are needed")
     found: dict[str, list[FloatArray]] = {}
     for column, values in zip(head.header.columns, table.values.T, strict=True):
@@ -209,7 +208,7 @@ def _in_order(path: Path, table: Table, time_s: FloatArray) -> None:
     if back.size:
         at = int(back[0])
         _fail(
-            path, int(table.line[at + 1]), 1,
+            path, table.line[at + 1], 1,
             f"time_s goes back from {time_s[at]:.12g} to {time_s[at + 1]:.12g}",
             "one test in one file: cut it where the next begins",
         )  # fmt: skip
@@ -218,18 +217,14 @@ def _in_order(path: Path, table: Table, time_s: FloatArray) -> None:
 def _notes(head: _Head, table: Table) -> Iterator[str]:
     if head.at > 1:
         yield f"the columns are named in line {head.at}; what stands above was skipped"
-    converted = [c for c in head.header.columns if c.name != c.role]
-    for column in converted:
-        yield f"the column {_shown(column)} is read as {column.role}"
-    if table.first_missing is not None:
-        line, _, text = table.first_missing
-        total = len(table.values) + table.missing
-        rows = "row" if table.missing == 1 else "rows"
+    for column in head.header.columns:
+        if column.name != column.role:
+            unit = column.unit or "SI"
+            yield f"the column {column.name[:60]!r} in {unit} is read as {column.role}"
+    if missing := len(table.missing):
+        line, _, text = table.missing[0]
+        rows = "row" if missing == 1 else "rows"
         yield (
-            f"{table.missing} of {total} {rows} dropped: a number is missing "
+            f"{missing} of {len(table.values) + missing} {rows} dropped: a number is missing "
             f"(first in line {line}: {text[:20]!r})"
         )
-
-
-def _shown(column: Column) -> str:
-    return f"{column.name[:60]!r} in {column.unit or 'SI'}"

@@ -62,8 +62,8 @@ KINDS: Mapping[object, Kind] = {
     Number: Kind("float64", "<f8", "d"),
     Six: Kind("float64[6]", "(6,)<f8", "6d"),
 }
-_KIND_NAMED = {kind.ros: kind for kind in KINDS.values()}
-_MOST_FIELDS = 256
+_LONGEST = 1 << 13
+"""Characters of a message definition."""
 Fields = Mapping[str, Kind]
 """Fields in the order of their bytes, by name."""
 
@@ -85,13 +85,12 @@ def read_definition(definition: str) -> Fields:
     Raises:
         ValueError: it has others, no fields, or more than any message of ours.
     """
-    fields: dict[str, Kind] = {}
-    for line in definition.splitlines():
-        if declared := line.partition("#")[0].split():
-            kind, name = declared
-            if kind not in _KIND_NAMED or name in fields or len(fields) == _MOST_FIELDS:
-                raise ValueError(f"field {name[:80]!r} of type {kind[:80]!r}")
-            fields[name] = _KIND_NAMED[kind]
+    named = {kind.ros: kind for kind in KINDS.values()}
+    lines = [line.partition("#")[0].split() for line in definition[:_LONGEST].splitlines()]
+    try:
+        fields = {name: named[kind] for kind, name in filter(None, lines)}
+    except KeyError as error:
+        raise ValueError(f"type {str(error)[:80]}") from error
     if not fields:
         raise ValueError("no fields")
     return fields
@@ -155,8 +154,11 @@ def _record_dtype(fields: Fields, frame: str | None) -> np.dtype[np.void]:
     return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": body + at})
 
 
-def _define(row: type, about: str = "", without: str = "", last: str = "") -> str:
-    """The message definition of a row type: one line a field, with its comment.
+def _rows(
+    channel: int, name: str, schema: str, row: type, about: str = "", without: str = "",
+    last: str = "",
+) -> Topic:  # fmt: skip
+    """A topic of a row type; its message definition has one line a field, with its comment.
 
     Args:
         about: a comment in front of all.
@@ -164,17 +166,13 @@ def _define(row: type, about: str = "", without: str = "", last: str = "") -> st
         last: a field that stands behind those declared after it.
     """
     declared = get_type_hints(row, include_extras=True)
+    fields = dict(sorted(fields_of(row).items(), key=lambda field: field[0] == last))
+    fields.pop(without, None)
     lines = [f"# {about}\n"] if about else []
-    for name, kind in sorted(fields_of(row).items(), key=lambda field: field[0] == last):
-        if name != without:
-            comment = "".join(f"  # {text}" for text in getattr(declared[name], "__metadata__", ()))
-            lines.append(f"{kind.ros} {name}{comment}\n")
-    return "".join(lines)
-
-
-def _rows(channel: int, name: str, schema: str, definition: str) -> Topic:
-    fields = read_definition(definition)
-    return Topic(channel, name, f"stepload_msgs/msg/{schema}", definition, fields)
+    for field_name, kind in fields.items():
+        texts = getattr(declared[field_name], "__metadata__", ())
+        lines.append(f"{kind.ros} {field_name}{''.join(f'  # {text}' for text in texts)}\n")
+    return Topic(channel, name, f"stepload_msgs/msg/{schema}", "".join(lines), fields)
 
 
 class Stream(NamedTuple):
@@ -186,19 +184,20 @@ class Stream(NamedTuple):
 
 def _force(first: int, name: str) -> Stream:
     about = "How the wrench with the same place in the stream was taken"
-    definition = _define(ForceSample, about, without="wrench", last="status")
     wrench = {"wrench": KINDS[Six]}
     return Stream(
         ForceSample,
         (
             Topic(first, f"/{name}", "geometry_msgs/msg/WrenchStamped", _WRENCH, wrench, name),
-            _rows(first + 1, f"/{name}/sample", "ForceSample", definition),
+            _rows(
+                first + 1, f"/{name}/sample", "ForceSample", ForceSample, about, "wrench", "status"
+            ),
         ),
     )
 
 
 def _stream(channel: int, name: str, schema: str, row: type) -> Stream:
-    return Stream(row, (_rows(channel, name, schema, _define(row)),))
+    return Stream(row, (_rows(channel, name, schema, row),))
 
 
 STREAMS: Mapping[str, Stream] = {

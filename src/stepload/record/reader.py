@@ -228,7 +228,7 @@ class Reading:
         numbers = {}
         for topic in STREAMS[name].topics:
             part = self._columns.get(topic.name, _Columns(topic, 1)).columns()
-            number = numbers[topic.name] = len(next(iter(part.values())))
+            numbers[topic.name] = len(next(iter(part.values())))
             found |= part
         if len(set(numbers.values())) > 1:
             told = ", ".join(f"{count} messages on {topic}" for topic, count in numbers.items())
@@ -236,16 +236,17 @@ class Reading:
                 f"{path}: {told}; they belong together",
                 hint="use the file as stepload wrote it, or `stepload recover` it",
             )
+        number = next(iter(numbers.values()))
         fields = layout.fields_of(STREAMS[name].row)
         for field in fields.keys() - found.keys():  # declared after the file was made
-            column = found[field] = np.empty(number, fields[field].numpy)
-            column[:] = np.nan if column.dtype.kind == "f" else 0
+            value = 0 if fields[field].numpy == "<i8" else np.nan
+            found[field] = np.full(number, value, fields[field].numpy)
         return COLUMNS[name](**{field: found[field] for field in fields})
 
 
 def _as_defined(at: int, known: Topic, definition: bytes) -> Topic:
     """The topic with its fields as the file's own message definition has them."""
-    if known.frame is not None or not known.fields:  # of a standard type, which does not change
+    if not known.schema.startswith("stepload"):  # a standard type, which does not change
         return known
     try:
         fields = layout.read_definition(definition.decode())

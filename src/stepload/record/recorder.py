@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import fcntl
 import hashlib
 import json
@@ -12,6 +11,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Mapping
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import NoReturn
 
@@ -23,7 +23,7 @@ from stepload.record.recovery import PART_SUFFIX
 from stepload.record.ring import RINGS, Shared, State, capacities
 from stepload.record.rows import TickRow
 from stepload.record.scan import count_messages
-from stepload.record.writer_process import FRAME, Kind
+from stepload.record.writer_process import Start
 from stepload.rig.clock import Clock
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 
@@ -83,7 +83,11 @@ class Recorder:
         attachments: Mapping[str, bytes],
         lossless: bool,
     ) -> None:
-        _check_rates(rates_hz)
+        for name, rate_hz in rates_hz.items():
+            if not 0.0 < rate_hz <= MAX_RATE_HZ:
+                raise BadInputError(
+                    f"rate of {name}: {rate_hz} Hz, must be within 0 … {MAX_RATE_HZ}"
+                )
         self.path = directory / NAME
         self.part_path = directory / (NAME + PART_SUFFIX)
         self._lossless = lossless
@@ -93,28 +97,22 @@ class Recorder:
         self._closed = False
         wall_ns = time.time_ns()
         offset_ns = wall_ns - round(clock.now_s() * 1e9)
-        start = {
-            "rates_hz": dict(rates_hz),
-            "offset_ns": offset_ns,
-            "wall_ns": wall_ns,
-            "directory": str(directory),
-            "attachments": len(attachments),
-            "metadata": {
-                **metadata,
-                "clock": "virtual" if clock.virtual else "monotonic",
-                "clock_offset_ns": str(offset_ns),
-                "rates_hz": json.dumps(dict(rates_hz)),
-                **{
-                    f"sha256 {name}": hashlib.sha256(data).hexdigest()
-                    for name, data in attachments.items()
-                },
-            },
+        checksums = {
+            f"sha256 {name}": hashlib.sha256(data).hexdigest() for name, data in attachments.items()
         }
+        told = {
+            **metadata,
+            "clock": "virtual" if clock.virtual else "monotonic",
+            "clock_offset_ns": str(offset_ns),
+            "rates_hz": json.dumps(dict(rates_hz)),
+            **checksums,
+        }
+        start = Start(dict(rates_hz), offset_ns, wall_ns, directory, told, dict(attachments))
         self._file_fd = file_fd = _open_locked(self.part_path, self.path)
         try:
             self._shared, memory_fd = Shared.create(capacities(rates_hz))
             try:
-                self._process = _spawn(file_fd, memory_fd)
+                self._process, self._control = _spawn(file_fd, memory_fd)
             except OSError:
                 self._shared.close()
                 raise
@@ -125,16 +123,11 @@ class Recorder:
             os.close(file_fd)
             raise RecordingFailedError(f"cannot start the record writer: {error}") from error
         self._counters = self._shared.counters
-        for name in STREAMS:
-            absent = f"the recorder was made without a rate for {name!r}"
-            known = name in rates_hz
-            push = self._shared.producer(name, self._wait_for_room) if known else _refuse(absent)
-            setattr(self, name, push)
+        for name in rates_hz:
+            setattr(self, name, self._shared.producer(name, self._wait_for_room))
         self._push_event = self._shared.event_producer(self._wait_for_room)
         try:
-            self._send(Kind.START, json.dumps(start).encode())
-            for name, data in attachments.items():
-                self._send(Kind.ATTACHMENT, name.encode() + b"\x00" + data)
+            self._control.send(start)
             self._wait_until_running()
         except BaseException as error:
             self.abandon()
@@ -202,7 +195,7 @@ class Recorder:
                 repaired.
         """
         try:
-            self._send(Kind.FINISH, verdict.encode() + b"\x00" + to_json(results, indent=1))
+            self._control.send((verdict, to_json(results, indent=1)))
             self._process.wait(FINISH_TIMEOUT_S)
         except (OSError, subprocess.TimeoutExpired) as error:
             self._fail(f"the record writer does not answer: {error}")
@@ -229,17 +222,14 @@ class Recorder:
             return
         self.problem()
         self._closed = True
-        assert self._process.stdin is not None
-        with contextlib.suppress(OSError):
-            self._process.stdin.close()
+        self._control.close()
         try:
             self._process.wait(FINISH_TIMEOUT_S)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
-        for name in STREAMS:
-            setattr(self, name, _refuse("the recorder is closed"))
-        self._push_event = _refuse("the recorder is closed")
+        for name in (*STREAMS, "_push_event"):
+            setattr(self, name, _closed)
         self._shared.close()
         os.close(self._file_fd)
 
@@ -250,11 +240,6 @@ class Recorder:
             f"{self.part_path}: {why}",
             hint="free disk space if it is full, then `stepload recover` the file",
         )
-
-    def _send(self, kind: Kind, payload: bytes = b"") -> None:
-        assert self._process.stdin is not None
-        self._process.stdin.write(FRAME.pack(kind, len(payload)) + payload)
-        self._process.stdin.flush()
 
     def _wait_until_running(self) -> None:
         give_up_at = time.monotonic() + START_TIMEOUT_S
@@ -267,11 +252,7 @@ class Recorder:
 
     def _wait_for_room(self, has_room: Callable[[], bool]) -> bool:
         """Called with a full ring: whether there is room now. Waits for it when lossless."""
-        if not self._lossless or self.problem():
-            return False
-        try:
-            self._send(Kind.DRAIN)
-        except OSError:
+        if not self._lossless:
             return False
         while not has_room():
             if self.problem():
@@ -280,19 +261,8 @@ class Recorder:
         return True
 
 
-def _refuse(why: str) -> Callable[..., None]:
-    def refuse(*_: object) -> None:
-        raise RuntimeError(why)
-
-    return refuse
-
-
-def _check_rates(rates_hz: Mapping[str, float]) -> None:
-    for name, rate_hz in rates_hz.items():
-        if name not in STREAMS:
-            raise BadInputError(f"no stream named {name!r} (known: {', '.join(STREAMS)})")
-        if not 0.0 < rate_hz <= MAX_RATE_HZ:
-            raise BadInputError(f"rate of {name}: {rate_hz} Hz, must be within 0 … {MAX_RATE_HZ}")
+def _closed(*_: object) -> NoReturn:
+    raise RuntimeError("the recorder is closed")
 
 
 def _open_locked(part: Path, final: Path) -> int:
@@ -313,24 +283,24 @@ def _open_locked(part: Path, final: Path) -> int:
     return fd
 
 
-def _spawn(file_fd: int, memory_fd: int) -> subprocess.Popen[bytes]:
+def _spawn(file_fd: int, memory_fd: int) -> tuple[subprocess.Popen[bytes], Connection]:
     """Start the writer with signals blocked, so that Ctrl+C never reaches it."""
     blocked = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
+    program = [sys.executable, "-P", "-m", "stepload.record.writer_process"]
+    theirs, ours = os.pipe()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, blocked)
     try:
-        return subprocess.Popen(
-            [
-                sys.executable,
-                "-P",
-                "-m",
-                "stepload.record.writer_process",
-                str(file_fd),
-                str(memory_fd),
-            ],
-            stdin=subprocess.PIPE,
+        process = subprocess.Popen(
+            [*program, str(file_fd), str(memory_fd)],
+            stdin=theirs,
             stdout=subprocess.DEVNULL,
             pass_fds=(file_fd, memory_fd),
             env={**os.environ, **_WRITER_ENVIRONMENT},
         )
+    except OSError:
+        os.close(ours)
+        raise
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        os.close(theirs)
+    return process, Connection(ours, readable=False)

@@ -24,7 +24,6 @@ from stepload.record.scan import (
     RawRecord,
     Run,
     count_messages,
-    fingerprint,
     open_scan,
     parse,
     parse_attachment,
@@ -50,13 +49,15 @@ class Recovered:
 
 
 def is_being_written(path: Path) -> bool:
-    """Whether a living writer process has this file open."""
-    with path.open("rb") as file:
-        try:
+    """Whether a living writer process has this file open; not said where we may not read it."""
+    try:
+        with path.open("rb") as file:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
-        except BlockingIOError:
-            return True
-        return False
+    except BlockingIOError:
+        return True
+    except PermissionError:
+        pass
+    return False
 
 
 def find_unfinished(directory: Path) -> list[Path]:
@@ -70,16 +71,9 @@ def find_unfinished(directory: Path) -> list[Path]:
             linked = path.parent != directory and path.parent.is_symlink()
             with contextlib.suppress(FileNotFoundError, PermissionError):  # finished, or not ours
                 about = path.lstat()
-                if stat.S_ISREG(about.st_mode) and not linked and not _is_busy(path):
+                if stat.S_ISREG(about.st_mode) and not linked and not is_being_written(path):
                     found.append((about.st_mtime, path))
     return [path for _, path in sorted(found)]
-
-
-def _is_busy(path: Path) -> bool:
-    try:
-        return is_being_written(path)
-    except PermissionError:
-        return False
 
 
 class _Repair:
@@ -89,9 +83,6 @@ class _Repair:
         self._out = out
         self._topics: dict[int, str] = {}
         self._schemas: set[int] = set()
-        self._alike: dict[tuple[tuple[int, int], ...], tuple[tuple[int, int], ...]] = {}
-        self.checked: dict[bytes, tuple[tuple[int, int], ...]] = {}
-        """(Channel, messages) of each chunk that was taken, by its fingerprint."""
         self.cut_bytes = 0
         self.damage = ""
         out.start()
@@ -164,8 +155,6 @@ class _Repair:
             uncompressed_size=len(chunk.raw),
         )
         self._out.append_chunk(record.encoded(), entry, indexes)
-        inside = tuple((channel, number) for channel, (number, _) in indexes.items())
-        self.checked[fingerprint(record)] = self._alike.setdefault(inside, inside)
 
     def finish(self, source: str, damage: str) -> None:
         """Note the repair in the file and close it."""
@@ -236,7 +225,7 @@ def recover(path: Path, out: Path | None = None) -> Recovered:
             raise
         finally:
             os.close(fd)
-    counts = count_messages(unverified, repair.checked)
+    counts = count_messages(unverified)
     if counts != repair.counts:
         raise BadInputError(f"{unverified}: read back {counts}, written {repair.counts}")
     os.rename(unverified, target)

@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepload.record.layout import KINDS, STREAMS, fields_of, row_dtype
-from stepload.rig.samples import Six
+from stepload.record.layout import STREAMS, fields_of, row_dtype
 
 CONTROL_BYTES = 4096
 TEXT_AT = 2048
@@ -145,10 +144,6 @@ class Shared:
             head += 1
             counters[i_head] = head
 
-        def push_nested(row: tuple[Any, ...]) -> None:
-            groups = (value if isinstance(value, tuple) else (value,) for value in row)
-            push_flat(tuple(number for group in groups for number in group))
-
         # The busiest rows spelled out: unpacking into names is the fastest way to flatten.
         def push_force(row: Any) -> None:
             nonlocal head
@@ -180,9 +175,8 @@ class Shared:
             head += 1
             counters[i_head] = head
 
-        any_row = push_nested if KINDS[Six].packed in packed else push_flat
         known = {"qddq6dd": push_force, "qddqdd6d6d": push_arm, 9 * "d" + 3 * "q": push_tick}
-        return known.get(packed, any_row)
+        return known.get(packed, push_flat)
 
     def event_producer(self, wait_for_room: WaitForRoom) -> Callable[[float, bytes], None]:
         """A function that pushes one text with its time."""

@@ -8,9 +8,8 @@ from __future__ import annotations
 import os
 import struct
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from hashlib import blake2b
 from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO, NamedTuple, TypeVar
@@ -89,13 +88,6 @@ class Run(NamedTuple):
         return self.at + self.stride * self.number
 
 
-class RecordHead(NamedTuple):
-    """What a record is, and where in the data at hand it ends."""
-
-    opcode: int
-    end: int
-
-
 def parse(kind: type[R], record: RawRecord) -> R:
     """The content of a small record.
 
@@ -117,8 +109,10 @@ def parse_attachment(record: RawRecord) -> records.Attachment:
     return parse(records.Attachment, record)
 
 
-def record_head(data: bytes, at: int, base: int = 0, room: int = MAX_RECORD_BYTES) -> RecordHead:
-    """The head of the record at a place of `data`; opcode 0 where it is not whole yet.
+def record_head(
+    data: bytes, at: int, base: int = 0, room: int = MAX_RECORD_BYTES
+) -> tuple[int, int]:
+    """Opcode of the record at a place of `data`, 0 where its head is not whole yet, and its end.
 
     Args:
         base: where in the file `data` begins, for errors.
@@ -128,7 +122,7 @@ def record_head(data: bytes, at: int, base: int = 0, room: int = MAX_RECORD_BYTE
         DamageError: no record begins so, or it is longer than the file or than any of ours.
     """
     if at + RECORD_HEAD > len(data):
-        return RecordHead(0, at + RECORD_HEAD)
+        return 0, at + RECORD_HEAD
     opcode, length = _RECORD_HEAD.unpack_from(data, at)
     if not 1 <= opcode <= 0x0F:
         raise DamageError(base + at, f"no record begins with opcode {opcode}")
@@ -136,7 +130,7 @@ def record_head(data: bytes, at: int, base: int = 0, room: int = MAX_RECORD_BYTE
         raise DamageError(base + at, f"a record of {length} bytes goes beyond the file's end")
     if length > MAX_RECORD_BYTES:
         raise DamageError(base + at, f"a record of {length} bytes, limit {MAX_RECORD_BYTES}")
-    return RecordHead(opcode, at + RECORD_HEAD + length)
+    return opcode, at + RECORD_HEAD + length
 
 
 class Scan:
@@ -164,23 +158,15 @@ class Scan:
             )
         base, at, crc = 0, len(MAGIC), 0
         while True:
-            opcode = end = 0
-            if at + RECORD_HEAD <= len(data):
-                opcode, length = _RECORD_HEAD.unpack_from(data, at)
-                end = at + RECORD_HEAD + length
-            if not 1 <= opcode <= 0x0F or end > len(data):  # else it is whole, and here already
-                room = self._size - base - at - RECORD_HEAD
-                opcode, end = record_head(data, at, base, room)
+            opcode, end = record_head(data, at, base, self._size - base - at - RECORD_HEAD)
             if end > len(data):
                 crc = zlib.crc32(memoryview(data)[:at], crc)
                 data = data[at:] + self._file.read(max(_BLOCK_BYTES, end - len(data)))
                 base, at, end = base + at, 0, end - at
-                if min(end, RECORD_HEAD) > len(data):
+                if end > len(data):
                     raise DamageError(base, "the file ends before its DataEnd record")
                 if opcode == 0:
                     continue
-                if end > len(data):
-                    raise DamageError(base, "the file shrank while it was read")
             if opcode != Opcode.MESSAGE_INDEX:
                 record = RawRecord(base + at, opcode, data[at + RECORD_HEAD : end])
                 if opcode == Opcode.DATA_END:
@@ -296,32 +282,12 @@ def open_scan(path: Path) -> tuple[BinaryIO, Scan]:
         raise BadInputError(f"{path}: {error.strerror}") from error
 
 
-def _counted(chunk: RawRecord, scan: Scan) -> Iterator[tuple[int, int]]:
-    """(Channel, messages) of each run of messages in a chunk, decompressed and checked."""
-    for run in runs(chunk.at, scan.chunk(chunk).raw):
-        if run.opcode == MESSAGE_OPCODE:
-            yield run.channel, run.number
-
-
-def fingerprint(chunk: RawRecord) -> bytes:
-    """Fingerprint of a chunk: 16 bytes of BLAKE2b over the content of its record."""
-    return blake2b(chunk.body, digest_size=16).digest()
-
-
-def count_messages(
-    path: Path, known: Mapping[bytes, Sequence[tuple[int, int]]] | None = None
-) -> dict[str, int]:
+def count_messages(path: Path) -> dict[str, int]:
     """Messages per topic of a file that must be whole, every checksum checked.
-
-    Args:
-        path: the file.
-        known: by `fingerprint`, (channel, messages) of chunks that were decompressed and checked
-            before: the same bytes are not decompressed again. Others are.
 
     Raises:
         BadInputError: damaged, with the place.
     """
-    known = known or {}
     counts: dict[int, int] = {}
     topics: dict[int, str] = {}
     file, scan = open_scan(path)
@@ -332,9 +298,9 @@ def count_messages(
                     channel = parse(records.Channel, record)
                     topics[channel.id] = channel.topic
                 elif record.opcode == Opcode.CHUNK:
-                    inside = known.get(fingerprint(record)) if known else None
-                    for channel_id, number in inside or _counted(record, scan):
-                        counts[channel_id] = counts.get(channel_id, 0) + number
+                    for run in runs(record.at, scan.chunk(record).raw):
+                        if run.opcode == MESSAGE_OPCODE:
+                            counts[run.channel] = counts.get(run.channel, 0) + run.number
         except DamageError as damage:
             raise BadInputError(f"{path}: {damage}") from damage
         file.seek(-len(MAGIC), os.SEEK_END)

@@ -19,7 +19,6 @@ from stepload.evidence.identification import Identification, identify
 from stepload.record.outcome import RunOutcome
 from stepload.record.reader import Event, Recording
 from stepload.results.conditions import measured, planned
-from stepload.results.hysteresis import Hysteresis, hysteresis_of
 from stepload.results.levels import Level, levels_of
 from stepload.results.press_data import LOADING, UNLOADING, PressData, event_number, press_data
 from stepload.results.run_data import pressed
@@ -40,7 +39,6 @@ class Evaluation:
     identification: Identification | None = None
     system: SystemStiffnessFit | None = None
     run_in: RunIn | None = None
-    hysteresis: Hysteresis | None = None
     levels: tuple[Level, ...] = ()
     problem: str = ""
 
@@ -196,7 +194,6 @@ def evaluate(run: Evaluation, conditions: Conditions | None = None) -> Evaluatio
             return replace(run, system=identify_system(data, conditions))
         found = identify_payload(data, conditions)
         run = replace(run, identification=found)
-        run = replace(run, hysteresis=hysteresis_of(data, found))
         before = touched_before(run.recording.metadata)
         run_in = cycles_of_run(data, found, run.recording.events, touched_before=before)
         return replace(run, run_in=run_in)

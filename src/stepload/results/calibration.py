@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import timedelta
 from typing import Any
@@ -12,25 +13,21 @@ from pydantic import ValidationError
 
 import stepload
 from stepload.errors import BadInputError
-from stepload.estimators.fit import FloatArray
+from stepload.estimators.lateral_effect import CROSS_COMPLIANCE, Across
+from stepload.estimators.lateral_effect_fit import MIN_FORCE, AcrossFit, fit_across
 from stepload.estimators.pool import PooledStiffness, pool
 from stepload.estimators.smooth_length import SmoothLength, measure_length
-from stepload.estimators.system import SystemStiffnessFit
-from stepload.estimators.table import MeasuredTable, measured_table
-from stepload.estimators.two_spheres import TwoSphereFit, two_sphere_difference
+from stepload.estimators.system import Cells, SystemStiffnessFit, gather
+from stepload.estimators.table import measured_table
 from stepload.plan.calibration import TEMPERATURE_BAND_K, CalibrationRecord
-from stepload.plan.model import Structure
-from stepload.results.analyse import identify_system, series_contact
-from stepload.results.lateral_effect_runs import NOT_KNOWN, across_of_runs
+from stepload.results.analyse import identify_system, pieces, series_contact
+from stepload.results.press_data import LOADING, UNLOADING
 from stepload.results.run_record import SavedRun, labelled
 from stepload.rig.pose import differences
+from stepload.units import percent
 
 VALID_DAYS = 180
 _KEYS = ("stiffness_n_per_m", "sigma_n_per_m", "msde_m", "smooth_error_m")
-_LEVELS = 200
-"""Number of common forces of the two runs in the difference method."""
-_LEAST_SHARE = 0.05
-"""Forces below this share of the top are left out there: the touch dominates."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +42,6 @@ class Calibration:
     runs: tuple[SavedRun, ...]
     fits: tuple[SystemStiffnessFit, ...] = ()
     pooled: PooledStiffness | None = None
-    spheres: TwoSphereFit | None = None
     length: SmoothLength | None = None
     table_problem: str = ""
 
@@ -63,22 +59,21 @@ def from_system_runs(runs: Sequence[SavedRun], *, valid_days: int = VALID_DAYS) 
                 f"{run.path}: a payload run; K_s and the payload's law share its data",
                 hint="press a stiff flat contact with a plan that has `identify: {kind: system}`",
             )
-    sideways = across_of_runs(runs)
-    runs = sideways.taken_out(runs)
+    runs, across = across_of_runs(runs)
     fits, length = _fits(runs)
     pooled = pool(fits)
-    made = _table(runs, fits, pooled)
+    rows, problem = _table(runs, fits, pooled)
     record = _record(
         **origin,
         **_figures(pooled),
         smooth_length_n=length.length_n if length else runs[0].conditions.sources.smooth_length_n,
-        **_rows(made),
-        **sideways.keys(),
+        **rows,
+        **across,
         damping_n_s_per_m=pooled.damping_lower_bound_n_s_per_m,
         force_from_n=pooled.force_range_n[0],
         force_to_n=pooled.force_range_n[1],
     )
-    return Calibration(record, tuple(runs), fits, pooled, length=length, table_problem=made.problem)
+    return Calibration(record, tuple(runs), fits, pooled, length=length, table_problem=problem)
 
 
 def _fits(
@@ -104,67 +99,21 @@ def _fits(
 
 def _table(
     runs: Sequence[SavedRun], fits: Sequence[SystemStiffnessFit], pooled: PooledStiffness
-) -> MeasuredTable:
-    """The table δ_s(F) of the runs' loadings, from the fits of K_s."""
+) -> tuple[dict[str, Any], str]:
+    """The table δ_s(F) of the runs' loadings as keys of the record; without one the reason."""
     for run in runs:
         if series_contact(run.conditions) is None:
-            return MeasuredTable(None, 0.0, f"{run.path.name} does not tell its contact")
+            return {}, f"{run.path.name} does not tell its contact"
     resolution_m = max(run.conditions.sources.position_resolution_m for run in runs)
-    return measured_table(fits, pooled, resolution_m=resolution_m)
-
-
-def _rows(made: MeasuredTable) -> dict[str, Any]:
-    """The keys of the record that describe a table; none without one."""
+    made = measured_table(fits, pooled, resolution_m=resolution_m)
     if made.table is None:
-        return {}
+        return {}, made.problem
     return {
         "deflection_force_n": made.table.force_n,
         "deflection_m": made.table.deflection_m,
         "deflection_sigma_m": made.table.sigma_m,
         "deflection_common": made.common,
-    }
-
-
-def from_two_spheres(
-    first: SavedRun, second: SavedRun, *, valid_days: int = VALID_DAYS
-) -> Calibration:
-    """K_s from two reference spheres of known radii and materials: the difference method.
-
-    Raises:
-        BadInputError: runs without a known contact, too small a common range of force, or spheres
-            too similar.
-    """
-    origin = _origin((first, second), valid_days)
-    first, second = labelled((first, second))
-    contacts = []
-    for run in (first, second):
-        contact = series_contact(run.conditions)
-        if contact is None or run.data.gauge:
-            what = "measured across the contact" if run.data.gauge else "without a contact law"
-            raise BadInputError(f"{run.path}: a run {what}: the difference method needs both")
-        contacts.append(contact)
-    branches = [_loading(run) for run in (first, second)]
-    top_n = min(float(force.max()) for force, _ in branches)
-    low_n = max(_LEAST_SHARE * top_n, *(float(force.min()) for force, _ in branches))
-    grid = np.linspace(low_n, 0.99 * top_n, _LEVELS)
-    one, other = (_at(force, travel, grid) for force, travel in branches)
-    fit = two_sphere_difference(
-        one, other, grid, first_contact=contacts[0], second_contact=contacts[1],
-        length_n=first.conditions.sources.smooth_length_n,
-    )  # fmt: skip
-    record = _record(
-        **origin,
-        **_figures(fit),
-        smooth_length_n=first.conditions.sources.smooth_length_n,
-        damping_n_s_per_m=0.0,
-        force_from_n=float(grid[0]),
-        force_to_n=float(grid[-1]),
-        across_told=f"two spheres tell K_s alone: {NOT_KNOWN}" if first.conditions.arm else "",
-    )
-    return Calibration(
-        record, (first, second), spheres=fit,
-        table_problem="two spheres tell K_s, and no table of the deflection",
-    )  # fmt: skip
+    }, made.problem
 
 
 def _record(**values: Any) -> CalibrationRecord:
@@ -180,7 +129,7 @@ def _record(**values: Any) -> CalibrationRecord:
         ) from None
 
 
-def _figures(fit: PooledStiffness | TwoSphereFit) -> dict[str, Any]:
+def _figures(fit: PooledStiffness) -> dict[str, Any]:
     """The keys of the record that say K_s and its errors."""
     degrees = fit.smooth_degrees
     return {
@@ -199,17 +148,16 @@ def _origin(runs: Sequence[SavedRun], valid_days: int) -> dict[str, Any]:
         raise BadInputError("there is no run to calibrate from")
     if valid_days < 1:
         raise BadInputError(f"a validity of {valid_days} days; it must be at least 1 day")
-    names: Mapping[str, Callable[[SavedRun], str]] = {
-        "rig": lambda run: run.metadata.get("rig", ""),
-        "pose": lambda run: run.conditions.pose,
-        "direction": lambda run: run.metadata.get("force_axis", ""),
-        "structure": _structure,
-        "dry run": lambda run: str(run.simulated),
-    }
     common = {}
-    for what, of in names.items():
-        found = sorted({of(run) for run in runs})
-        if len(found) > 1:
+    every_of: dict[str, list[str]] = {
+        "rig": [run.metadata.get("rig", "") for run in runs],
+        "pose": [run.conditions.pose for run in runs],
+        "direction": [run.metadata.get("force_axis", "") for run in runs],
+        "structure": ["arm" if run.conditions.arm else "machine" for run in runs],
+        "dry run": [str(run.simulated) for run in runs],
+    }
+    for what, every in every_of.items():
+        if len(found := sorted(set(every))) > 1:
             raise BadInputError(
                 f"the runs differ in their {what}: {', '.join(map(repr, found))}",
                 hint="one record is for one rig in one pose; calibrate each by itself",
@@ -231,9 +179,7 @@ def _origin(runs: Sequence[SavedRun], valid_days: int) -> dict[str, Any]:
         )
     days = [run.day for run in runs]
     return {
-        "rig": common["rig"],
-        "pose": common["pose"],
-        "direction": common["direction"],
+        **{key: common[key] for key in ("rig", "pose", "direction")},
         "temperature_c": float(np.mean(temperatures)) if temperatures else None,
         "measured_on": max(days),
         "valid_until": min(days) + timedelta(days=valid_days),
@@ -242,10 +188,6 @@ def _origin(runs: Sequence[SavedRun], valid_days: int) -> dict[str, Any]:
         "simulated": runs[0].simulated,
         **common_pose(runs),
     }
-
-
-def _structure(run: SavedRun) -> str:
-    return str(Structure.ARM if run.conditions.arm else Structure.MACHINE)
 
 
 def common_pose(runs: Sequence[SavedRun]) -> dict[str, Any]:
@@ -274,23 +216,95 @@ def common_pose(runs: Sequence[SavedRun]) -> dict[str, Any]:
     }
 
 
-def _loading(run: SavedRun) -> tuple[FloatArray, FloatArray]:
-    """Force and travel of the first loading."""
-    loading = run.data.first_loading()
-    if not loading.any():
-        raise BadInputError(f"{run.path}: the run ended before its first load step")
-    return run.data.force_n[loading], run.data.travel_m[loading]
+TYPICAL_SHARE = 0.3
+"""Lateral share of a payload for which the uncertainty of the correction is reported."""
+NOT_KNOWN = "under which friction K_s was measured is not known"
 
 
-def _at(force_n: FloatArray, travel_m: FloatArray, grid_n: FloatArray) -> FloatArray:
-    """Travel on a grid of forces, averaged over a grid step, so that a hold counts once."""
-    step = float(grid_n[1] - grid_n[0])
-    index = np.round((force_n - grid_n[0]) / step).astype(np.intp)
-    inside = (index >= 0) & (index < grid_n.size)
-    count = np.bincount(index[inside], minlength=grid_n.size)
-    used = count > 0
-    if np.count_nonzero(used) < 10:
-        raise BadInputError("the two runs have fewer than 10 forces in common")
-    force = np.bincount(index[inside], force_n[inside], grid_n.size)[used] / count[used]
-    travel = np.bincount(index[inside], travel_m[inside], grid_n.size)[used] / count[used]
-    return np.asarray(np.interp(grid_n, force, travel))
+def across_of_runs(runs: Sequence[SavedRun]) -> tuple[tuple[SavedRun, ...], dict[str, Any]]:
+    """The effect of lateral force in K_s runs of one arm in one pose, against a block.
+
+    Returns:
+        The runs corrected for it, so that all have the mean lateral share, and the keys of a
+        calibration record.
+
+    Raises:
+        DomainError: a run has too little force.
+        BadInputError: some runs recorded the lateral force and others did not.
+    """
+    runs = tuple(runs)
+    if not all(run.conditions.arm for run in runs):
+        return runs, {"across_told": ""}
+    if silent := [str(run.path) for run in runs if run.data.across_n is None]:
+        if len(silent) < len(runs):
+            raise BadInputError(
+                f"{', '.join(silent)}: no lateral force is told there, as it is in the "
+                "others; with them under which friction K_s was measured would be lost",
+                hint="leave these runs out, or press again with a six-axis force sensor",
+            )
+        return runs, {"across_told": f"the force sensor tells no lateral force: {NOT_KNOWN}"}
+    fit = fit_across(
+        [_cells(run) for run in runs],
+        contacts=[series_contact(run.conditions) for run in runs],
+        length_n=runs[0].conditions.sources.smooth_length_n,
+    )
+    across = fit.across
+    return tuple(_without(run, across) for run in runs), {
+        "across_m_per_n": across.per_newton_m or (),
+        "across_sigma_m_per_n": () if across.per_newton_m is None else across.sigma_m_per_n,
+        "across_correlation": across.correlation,
+        "at_share": across.at_share or (),
+        "share_reach": across.reach,
+        "across_told": _told(fit),
+    }
+
+
+def _cells(run: SavedRun) -> Cells:
+    data = run.data
+    mask = data.branch((*LOADING, *UNLOADING))
+    time_s, first = np.unique(data.time_s[mask], return_index=True)
+    force_n = data.force_n[mask][first]
+    assert data.across_n is not None
+    return gather(
+        time_s, data.travel_m[mask][first], force_n, force_n >= 0.5 * MIN_FORCE * force_n.max(),
+        pieces(data)[mask][first], data.branch(LOADING)[mask][first], data.across_n[mask][first],
+    )  # fmt: skip
+
+
+def _without(run: SavedRun, across: Across) -> SavedRun:
+    data = run.data
+    assert data.across_n is not None
+    travel_m = data.travel_m - across.taken_m(data.force_n, data.across_n)
+    return replace(run, data=replace(data, travel_m=travel_m))
+
+
+def _told(fit: AcrossFit) -> str:
+    """Uncertainty of the correction, in words."""
+    sizes = np.linalg.norm(fit.shares, axis=1)
+    span = f"shares of {percent(sizes.min(), 2)} to {percent(sizes.max(), 2)} across"
+    of_any = CROSS_COMPLIANCE * TYPICAL_SHARE
+    if not len(fit.directions):
+        return (
+            f"one number: {span} are too much alike, for errors as large as those of these runs, "
+            "to tell what the force across does; K_s holds for payloads of the same share, within "
+            "5 % (press the block dry, and greased, harder and more often)"
+        )
+    along = [
+        f"({d[0]:+.2f}, {d[1]:+.2f}) to {percent(fit.stiffness_n_per_m * sigma * TYPICAL_SHARE, 2)}"
+        for d, sigma in zip(fit.directions, fit.sigma_m_per_n, strict=True)
+    ]
+    c = np.array(fit.across.per_newton_m) * fit.stiffness_n_per_m
+    text = (
+        f"lateral force: {span}; per newton across {c[0]:+.3f} and {c[1]:+.3f} of what one "
+        f"along does; at a share of {percent(TYPICAL_SHARE, 2)} beside the calibrated one "
+        f"known along "
+        f"{' and '.join(along)} of the deflection (standard uncertainty)"
+    )
+    if len(fit.directions) == 1:
+        text += f"; at right angles to it nothing is claimed ({percent(of_any, 2)})"
+    beyond = 1.5 * fit.across.reach
+    return (
+        text + f"; beyond {percent(beyond, 2)} from it it costs width"
+        if math.isfinite(beyond)
+        else text
+    )

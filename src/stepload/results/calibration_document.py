@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from stepload.estimators.smooth import NORMAL_95
 from stepload.plan.calibration import CalibrationRecord
-from stepload.results import fields
+from stepload.results import fields, figures
 from stepload.results.calibration import Calibration
-from stepload.results.calibration_figures import SHEET, figures_of
-from stepload.results.certificate import NOT_STATED, Facts, few, shared, short, stated
+from stepload.results.certificate import NOT_STATED, few, shared_facts, short, stated
 from stepload.results.data import system_data
-from stepload.results.equations import equation_table
 from stepload.results.model import (
     Certificate,
     Document,
@@ -27,41 +27,19 @@ from stepload.results.model import (
     table,
 )
 from stepload.results.provenance import runs_table
+from stepload.results.run_figures import misfit_figure
 from stepload.units import format_quantity as f
+from stepload.units import percent
 
 
 def calibration_document(found: Calibration, file: Path) -> Document:
     """A calibration whose record was written to `file`, for people."""
-    record, reasons = found.record, []
-    if found.pooled is not None and found.pooled.runs > 1:
-        pooled = found.pooled
-        reasons.append(
-            f"{pooled.runs} runs count as {pooled.independent_runs:.1f}: their misfits correlate "
-            f"by {pooled.misfit_correlation:+.2f}; they scatter {pooled.scatter:.2f} times as "
-            "much as their uncertainties say"
-        )
-    if found.pooled is not None:
-        reasons.append(_length_told(found))
-    reasons.append(_table_told(found))
-    if record.across_told:
-        reasons.append(record.across_told)
-    if found.spheres is not None:
-        reasons.append(
-            f"the contacts deform {found.spheres.contact_scale:.3f} ± "
-            f"{found.spheres.contact_scale_sigma:.3f} times as much as theory says"
-        )
-    reasons.append(
-        f"for {record.rig}, pose {record.pose or 'not stated'!r}, direction {record.direction}, "
-        f"valid until {record.valid_until}"
-    )
-    if record.simulated:
-        reasons.append("made in a dry run: good for dry runs only")
+    record, reasons = found.record, _reasons(found)
     rows = [(run.name, fit) for run, fit in zip(found.runs, found.fits, strict=False)]
     known = fields.smooth_error(record.smooth_error_m or 0.0, record.smooth_degrees)
     reasons.append(f"calibration record: {file}")
     shown = [table("System stiffness (26)", by_name("run", fields.SYSTEM), rows)] if rows else []
-    pictures = figures_of(found)
-    document = Document(
+    return Document(
         title="Calibration",
         subtitle=f"{record.rig} · {record.measured_on} · {record.run}",
         verdict=Verdict(
@@ -71,51 +49,70 @@ def calibration_document(found: Calibration, file: Path) -> Document:
             f"(standard uncertainty), smooth position error {known}",
         ),
         reasons=reasons,
-        tables=shown,
-        figures=[each for each in pictures if each.name != SHEET],
+        tables=[*shown, runs_table(found.runs)],
+        figures=_figures(found),
         texts=[(file.name, file.read_text(encoding="utf-8"))] if file.is_file() else (),
         simulated=record.simulated,
-        certificate=_sheet(found, reasons, shown, pictures[0]),
+        certificate=_sheet(found, reasons, shown),
     )
-    return replace(document, tables=[*shown, runs_table(found.runs), equation_table(document)])
 
 
-def _sheet(
-    found: Calibration, reasons: Sequence[str], tables: Sequence[Table], figure: Figure
-) -> Certificate:
+def _reasons(found: Calibration) -> list[str]:
+    """What the runs say of their K_s, and where the record is valid."""
+    record, told = found.record, list[str]()
+    if (pooled := found.pooled) is not None:
+        if pooled.runs > 1:
+            told.append(
+                f"{pooled.runs} runs count as {pooled.independent_runs:.1f}: their misfits "
+                f"correlate by {pooled.misfit_correlation:+.2f}; they scatter {pooled.scatter:.2f} "
+                "times as much as their uncertainties say"
+            )
+        told.append(_length_told(found))
+    told.append(_table_told(found))
+    if record.across_told:
+        told.append(record.across_told)
+    told.append(
+        f"for {record.rig}, pose {record.pose or 'not stated'!r}, direction {record.direction}, "
+        f"valid until {record.valid_until}"
+    )
+    if record.simulated:
+        told.append("made in a dry run: good for dry runs only")
+    return told
+
+
+def _sheet(found: Calibration, reasons: Sequence[str], tables: Sequence[Table]) -> Certificate:
     """The first sheet of a calibration."""
     record = found.record
     celsius = record.temperature_c
-    where: Facts = [
-        ("Rig", short(record.rig)),
-        ("Pose", stated(record.pose)),
-        ("Direction", record.direction),
-        ("Temperature", NOT_STATED if celsius is None else f"{celsius:.4g} °C"),
-        ("Measured on", f"{record.measured_on}"),
-        ("Valid until", f"{record.valid_until}"),
-    ]
-    told = [run.metadata for run in found.runs]
-
-    def common(key: str) -> str:
-        return shared(each.get(key, "") for each in told)
-
-    what: Facts = [
-        ("Pressed on", common("payload")),
-        ("Arm", common("arm")),
-        ("Force sensor", common("force_sensor")),
-        ("Forces", f"{f(record.force_from_n, 'N')} to {f(record.force_to_n, 'N')}"),
-        ("Runs", f"{len(found.runs)}"),
-        ("Operator", common("operator")),
-    ]
+    stiffness = record.stiffness_n_per_m
     return Certificate(
         heading="Calibration of the system stiffness of a rig",
-        facts=(where, what),
+        facts=(
+            [
+                ("Rig", short(record.rig)),
+                ("Pose", stated(record.pose)),
+                ("Direction", record.direction),
+                ("Temperature", NOT_STATED if celsius is None else f"{celsius:.4g} °C"),
+                ("Measured on", f"{record.measured_on}"),
+                ("Valid until", f"{record.valid_until}"),
+            ],
+            [
+                *shared_facts(found.runs, "payload", "arm", "force_sensor", "operator"),
+                ("Forces", f"{f(record.force_from_n, 'N')} to {f(record.force_to_n, 'N')}"),
+                ("Runs", f"{len(found.runs)}"),
+            ],
+        ),
         tables=[_figures_table(record), *(first_rows(each) for each in tables)],
-        figure=figure,
+        figure=Figure(
+            "travel", "Force against travel",
+            f"First loading of every run, and the line of K_s = {f(stiffness, 'N/m')} through the "
+            "middle of the first one.",
+            "force over travel of every run", partial(_travel, found),
+        ),
         remarks=few(reasons),
         signatures=(("Calibrated by", ""), ("Checked by", "")),
         foot=f"{record.software} · calibration of {short(record.rig)}",
-    )
+    )  # fmt: skip
 
 
 def _figures_table(record: CalibrationRecord) -> Table:
@@ -157,8 +154,75 @@ def _table_told(found: Calibration) -> str:
     return (
         f"table of the deflection in {len(rows)} rows from {f(rows[0], 'N')} to "
         f"{f(rows[-1], 'N')}, each ± {f(max(record.deflection_sigma_m), 'm')} (standard "
-        f"uncertainty), {record.deflection_common:.1%} common to all"
+        f"uncertainty), {percent(record.deflection_common, 2)} common to all"
     )
+
+
+def _travel(found: Calibration) -> str:
+    """First loading of every run, and the line of K_s."""
+    curves = list[figures.Line]()
+    for index, run in enumerate(found.runs):
+        loading = run.data.first_loading()
+        if loading.any():
+            travel_m, force_n = run.data.travel_m[loading], run.data.force_n[loading]
+            step = max(1, len(found.runs) * len(force_n) // figures.MOST_DOTS)
+            name = figures.plain(run.name)
+            style = {"ms": 2.0, "color": figures.colour(index), "alpha": 0.6, "label": name}
+            curves.append((travel_m[::step] * 1e6, force_n[::step], ".", style))
+            if len(curves) == 1:
+                ends_n = np.array([0.0, float(force_n.max())])
+                slope = found.record.stiffness_n_per_m
+                middle_m, middle_n = float(np.median(travel_m)), float(np.median(force_n))
+                ends_m = middle_m + (ends_n - middle_n) / slope
+    if curves:
+        curves.append((ends_m * 1e6, ends_n, "--", {"color": figures.INK, "label": "K_s"}))
+    few_runs = len(found.runs) <= figures.MOST_NAMES
+    return figures.lines(
+        curves, "travel since touch [µm]", "force [N]", height=3.4, legend=few_runs
+    )
+
+
+def _figures(found: Calibration) -> list[Figure]:
+    """The other figures of a calibration, drawn on demand."""
+    made, record = list[Figure](), found.record
+    fits = list(zip(found.runs, found.fits, strict=False))
+    if fits:
+        misfits = [(run.name, fit.misfit_force_n, fit.misfit_m) for run, fit in fits]
+        made.append(misfit_figure(misfits))
+    if found.pooled is not None and len(fits) > 1:
+        every = [(run.name, fit.stiffness_n_per_m, fit.sigma_n_per_m) for run, fit in fits]
+        every.append(("all", found.pooled.stiffness_n_per_m, found.pooled.sigma_n_per_m))
+        rows = [(name, k, k - NORMAL_95 * u, k + NORMAL_95 * u) for name, k, u in every]
+        made.append(
+            Figure(
+                "stiffness", "K_s of every run",
+                "With its 95 % interval; the last one is what the record says.",
+                "system stiffness of every run with intervals",
+                partial(figures.intervals, rows, "K_s [N/µm]"),
+            )
+        )  # fmt: skip
+    if record.deflection_force_n:
+        made.append(
+            Figure(
+                "deflection", "Table of the deflection less the line",
+                "Deflection of the table less F/K_s, with ± 1.96 of the standard uncertainty of "
+                "each row; what all rows have in common is not in it.",
+                "deflection of the system less its line over force", partial(_deflection, record),
+            )
+        )  # fmt: skip
+    return made
+
+
+def _deflection(record: CalibrationRecord) -> str:
+    force_n = np.array(record.deflection_force_n)
+    bend = (np.array(record.deflection_m) - force_n / record.stiffness_n_per_m) * 1e6
+    half = NORMAL_95 * np.array(record.deflection_sigma_m) * 1e6
+    curves = [
+        (force_n, bend, ".-", {"color": figures.BLUE}),
+        (force_n, bend - half, ":", {"color": figures.BLUE}),
+        (force_n, bend + half, ":", {"color": figures.BLUE}),
+    ]
+    return figures.lines(curves, "force [N]", "deflection − F/K_s [µm]", zero=True)
 
 
 def calibration_data(found: Calibration) -> dict[str, Any]:
@@ -171,5 +235,4 @@ def calibration_data(found: Calibration) -> dict[str, Any]:
             for run, fit in zip(found.runs, found.fits, strict=False)
         ],
         "pooled": found.pooled,
-        "two_spheres": found.spheres,
     }

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from datetime import date, datetime
+from dataclasses import replace
+from datetime import date
 
 from stepload.contact.materials import (
     BluntTip,
@@ -19,12 +20,14 @@ from stepload.envelope.stiffness import known_stiffness
 from stepload.evidence.identification import Identification
 from stepload.plan.model import Payload, Plan, SystemStiffness
 from stepload.record.reader import Recording
-from stepload.results import fields
 from stepload.results.analyse import Evaluation
 from stepload.results.levels import Level, sheet_table
 from stepload.results.model import Certificate, Figure, Table
 from stepload.results.quality import summary
+from stepload.results.run_record import SavedRun, started_on
+from stepload.results.tables import stiffness_table
 from stepload.units import format_quantity as f
+from stepload.units import percent
 
 NOT_STATED = "not stated"
 LONGEST = 100
@@ -51,9 +54,17 @@ def stated(text: str) -> str:
     return short(text) or NOT_STATED
 
 
-def shared(texts: Iterable[str]) -> str:
-    """The value that several runs have in common, or all their values, each once."""
-    return stated(", ".join(dict.fromkeys(filter(None, texts))))
+_NAMES = {"force_sensor": "Force sensor", "calibration": "K_s from"}
+
+
+def shared_facts(runs: Iterable[SavedRun], *keys: str) -> Facts:
+    """What several runs have in common by keys of their metadata, or all their values."""
+    facts, told = Facts(), [{**run.metadata, "day": run.metadata.get("started", "")[:10]}
+                            for run in runs]  # fmt: skip
+    for key in keys:
+        every = dict.fromkeys(filter(None, (each.get(key, "") for each in told)))
+        facts.append((_NAMES.get(key, key.capitalize()), stated(", ".join(every))))
+    return facts
 
 
 def other_elastic_limit(envelope: Envelope, found: Identification | None) -> float | None:
@@ -94,9 +105,12 @@ def rig_facts(
 ) -> Facts:
     """Rig and operator; `found` provides the K_s that was subtracted, the plan's or another."""
     plan, told = envelope.plan, recording.metadata
-    devices = (("Arm", "arm"), ("Force sensor", "force_sensor"))
     facts = [("Rig", short(plan.rig.name))]
-    facts += [(name, short(told[role])) for name, role in devices if told.get(role)]
+    facts += [
+        (name, short(told[role]))
+        for name, role in (("Arm", "arm"), ("Force sensor", "force_sensor"))
+        if told.get(role)
+    ]
     facts += _stiffness_facts(plan, told, found)
     if plan.identify.temperature_c is not None:
         facts.append(("Temperature", f"{plan.identify.temperature_c:g} °C"))
@@ -128,14 +142,6 @@ def _stiffness_facts(plan: Plan, told: Mapping[str, str], found: Identification 
     return [("K_s", size), ("K_s from", origin)]
 
 
-def started_on(text: str) -> date | None:
-    """The day of a time stamp of a record; None where it is invalid."""
-    try:
-        return datetime.fromisoformat(text).date()
-    except ValueError:
-        return None
-
-
 def source_of(stiffness: SystemStiffness, day: date | None) -> str:
     """Origin of K_s, and its age on the day of the run."""
     told = [str(stiffness.provenance)]
@@ -145,8 +151,9 @@ def source_of(stiffness: SystemStiffness, day: date | None) -> str:
         told.append("day of the measurement not stated, so its age is not known")
     else:
         told.append(f"measured on {measured}")
-        if day is not None:
-            told.append(_age((day - measured).days))
+        if day is not None and (days := (day - measured).days) != 0:
+            number, when = abs(days), "before" if days > 0 else "after"
+            told.append(f"{number} day{'s' if number > 1 else ''} {when} the run")
     if stiffness.valid_until is not None:
         told.append(f"valid until {stiffness.valid_until}")
     if stiffness.simulated:
@@ -156,14 +163,6 @@ def source_of(stiffness: SystemStiffness, day: date | None) -> str:
     return short(", ".join(told))
 
 
-def _age(days: int) -> str:
-    if days == 0:
-        return "on the day of the run"
-    number = abs(days)
-    when = "before" if days > 0 else "after"
-    return f"{number} day{'s' if number > 1 else ''} {when} the run"
-
-
 def _pm(value: float, sigma: float | None, unit: str) -> str:
     text = f(value, unit)
     return text if sigma is None else f"{text} ± {f(sigma, unit)}"
@@ -171,34 +170,29 @@ def _pm(value: float, sigma: float | None, unit: str) -> str:
 
 def geometry(shape: Geometry) -> str:
     """The shape with its sizes."""
-    if isinstance(shape, Sphere):
-        text = f"sphere, radius {_pm(shape.radius_m, shape.radius_sigma_m, 'm')}"
-        if shape.counter_radius_m is not None:
-            other = _pm(shape.counter_radius_m, shape.counter_radius_sigma_m, "m")
-            text += f", on a sphere of radius {other}"
-        return text
-    if isinstance(shape, BluntTip):
-        return f"{shape.kind}, radius of the tip {_pm(shape.radius_m, shape.radius_sigma_m, 'm')}"
     if isinstance(shape, SharpCone):
         return f"sharp cone, {f(shape.slope_rad, 'rad')} between flank and plate"
-    if isinstance(shape, FlatPunch):
-        return f"flat punch, radius {_pm(shape.radius_m, shape.radius_sigma_m, 'm')}"
-    return f"gap in proportion to r^{shape.exponent:g}"
+    if not isinstance(shape, Sphere | BluntTip | FlatPunch):
+        return f"gap in proportion to r^{shape.exponent:g}"
+    radius = _pm(shape.radius_m, shape.radius_sigma_m, "m")
+    if isinstance(shape, BluntTip):
+        return f"{shape.kind}, radius of the tip {radius}"
+    text = f"{'sphere' if isinstance(shape, Sphere) else 'flat punch'}, radius {radius}"
+    if isinstance(shape, Sphere) and shape.counter_radius_m is not None:
+        other = _pm(shape.counter_radius_m, shape.counter_radius_sigma_m, "m")
+        text += f", on a sphere of radius {other}"
+    return text
 
 
 def material(body: Material) -> str:
     """A material with the numbers that theory takes."""
-    text = f"{short(body.name)}: E "
+    modulus = _pm(body.youngs_modulus_pa, body.youngs_modulus_sigma_pa, "Pa")
     if ends_pa := body.youngs_modulus_ends_pa:
-        text += f"{f(ends_pa[0], 'Pa')} to {f(ends_pa[1], 'Pa')}, not known better"
-    else:
-        text += _pm(body.youngs_modulus_pa, body.youngs_modulus_sigma_pa, "Pa")
-    if ratios := body.poisson_ratio_ends:
-        text += f", ν {ratios[0]:g} to {ratios[1]:g}"
-    else:
-        text += f", ν {body.poisson_ratio:g}"
+        modulus = f"{f(ends_pa[0], 'Pa')} to {f(ends_pa[1], 'Pa')}, not known better"
+    ratio = " to ".join(f"{x:g}" for x in body.poisson_ratio_ends or (body.poisson_ratio,))
     if body.poisson_ratio_sigma is not None:
-        text += f" ± {body.poisson_ratio_sigma:g}"
+        ratio += f" ± {body.poisson_ratio_sigma:g}"
+    text = f"{short(body.name)}: E {modulus}, ν {ratio}"
     if body.yield_strength_pa is not None:
         text += f", Y {_pm(body.yield_strength_pa, body.yield_strength_sigma_pa, 'Pa')}"
     return text
@@ -235,7 +229,7 @@ def run_certificate(
     envelope, recording = run.envelope, run.recording
     tables = []
     if run.identification is not None:
-        tables.append(numbers_table(run.identification))
+        tables.append(replace(stiffness_table(run.identification), notes=()))
     if system is not None:
         tables.append(system)
     beside = None
@@ -244,36 +238,34 @@ def run_certificate(
         resolution_m = gauge.resolution_m if gauge else arm.position_resolution_m
         way = "travel" if run.system is not None else "deformation"
         beside = sheet_table(levels, run.data.touches, resolution_m, way)
-    told = recording.metadata
-    operator = short(told.get("operator", ""))[:60]
+    told, found, peak_n = recording.metadata, run.identification, run.outcome.peak_force_n
+    limit_n = other_elastic_limit(envelope, found) or envelope.theory.counted.lower_n
+    contact = "" if found is None else summary(found.run.alignment.quality)
+    system_run = envelope.plan.identify.kind == "system"
     return Certificate(
         heading="Test report: system stiffness of a rig"
-        if envelope.plan.identify.kind == "system"
+        if system_run
         else "Test report: contact stiffness of a payload",
         facts=(
-            [*specimen_facts(envelope, recording, run.identification), _largest(run)],
-            [*rig_facts(envelope, recording, run.identification), *_contact(run.identification)],
+            [
+                *specimen_facts(envelope, recording, found),
+                (
+                    "Largest force",
+                    f"{f(peak_n, 'N')}, {percent(peak_n / limit_n, 2)} of the F_c used",
+                ),
+            ],
+            [
+                *rig_facts(envelope, recording, found),
+                *([("Contact", contact.removeprefix("contact: "))] if contact else []),
+            ],
         ),
         tables=tables,
         levels=beside,
         figure=law,
         remarks=few(reasons),
-        signatures=(("Operator", operator), ("Checked by", "")),
+        signatures=(("Operator", short(told.get("operator", ""))[:60]), ("Checked by", "")),
         foot=f"stepload {told.get('stepload', '')} · run {told.get('run_id') or 'without an id'}",
     )
-
-
-def _largest(run: Evaluation) -> tuple[str, str]:
-    """The largest measured force, also as a share of the F_c of the result."""
-    peak_n, limit_n = run.outcome.peak_force_n, run.envelope.theory.counted.lower_n
-    used_n = other_elastic_limit(run.envelope, run.identification) or limit_n
-    return "Largest force", f"{f(peak_n, 'N')}, {peak_n / used_n:.0%} of the F_c used"
-
-
-def _contact(found: Identification | None) -> Facts:
-    """How the contact was made, where the run recorded it."""
-    line = "" if found is None else summary(found.run.alignment.quality).removeprefix("contact: ")
-    return [("Contact", line)] if line else []
 
 
 def few(reasons: Sequence[str]) -> list[str]:
@@ -285,19 +277,3 @@ def few(reasons: Sequence[str]) -> list[str]:
         more = f"{left} more" if left else "In full"
         shown.append(f"{more} below, under what is to be said about this result.")
     return shown
-
-
-def numbers_table(found: Identification) -> Table:
-    """Every stiffness with its interval, and the exponent."""
-    columns = ("result", "from", "to", "value", "95 % interval", "half width", "verdict")
-    shown = [each for each in fields.QUANTITY if each.label]
-    rows = [[each.text(item) for each in shown] for item in found.quantities.values()]
-    evidence = found.evidence
-    if evidence is not None and (n := evidence.exponent) is not None:
-        low, high = n.interval
-        known = math.isfinite(low) and math.isfinite(high)
-        rows.append(
-            ["exponent n (2)", "touch", rows[0][2] if rows else "", f"{n.value:.2f}",
-             f"[{low:.2f}, {high:.2f}]" if known else "none", "", n.verdict.value]
-        )  # fmt: skip
-    return Table("Result, secants by (28)", columns, rows)

@@ -15,7 +15,6 @@ from stepload.evidence.origin import Origin
 from stepload.evidence.quantity import Line, Quantity
 from stepload.record.curves import Curve
 from stepload.results.comparison_runs import ComparedRun
-from stepload.results.origins import origin_of
 
 CHORD_SHARE = 0.1
 """A chord begins at this share of its highest force."""
@@ -88,15 +87,11 @@ def against_curve(each: ComparedRun, given: CurveGiven, tolerance: float) -> Aga
     """Compare a run with a curve.
 
     Raises:
-        BadInputError: the curve has no deformation, fewer than three usable points, or its modulus
-            cannot be corrected for.
+        BadInputError: the curve has fewer than three usable points, or its modulus cannot be
+            corrected for.
     """
     curve, correction = given.curve, _correction(each, given)
-    if curve.displacement_m is None:
-        raise BadInputError(
-            "the curve has no column displacement_m",
-            hint="its system stiffness must be out of it: columns displacement_m, force_n",
-        )
+    assert curve.displacement_m is not None  # see `deformation_curve`
     peak = int(np.argmax(curve.force_n)) + 1
     deformation_m, force_n = curve.displacement_m[:peak], curve.force_n[:peak]
     usable = (force_n > 0.0) & (deformation_m > 0.0)
@@ -188,7 +183,7 @@ def _against(
         return None
     imported = replace(figure, value_n_per_m=(top_n - low_n) / span_m, lines=(EXACT,))
     return difference(
-        [Measured(each.run.name, figure, origin_of(each.run))],
+        [each.measured(figure)],
         [Measured(EXACT.source, imported, Origin())],
         tolerance=tolerance,
     )

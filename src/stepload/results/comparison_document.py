@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
-from dataclasses import replace
+from functools import partial
 from typing import Any
 
+import numpy as np
+
 import stepload
-from stepload.estimators.compare import Spread
 from stepload.evidence.difference import Agreement, Difference, DifferenceLine
-from stepload.results import fields
-from stepload.results.certificate import Facts, few, shared
-from stepload.results.comparison import Comparison, Pair
+from stepload.results import fields, figures
+from stepload.results.certificate import few, shared_facts
+from stepload.results.comparison import Comparison
 from stepload.results.comparison_curve import AgainstCurve
-from stepload.results.comparison_figures import LAWS, figures_of
 from stepload.results.data import fits_data
-from stepload.results.equations import equation_table
 from stepload.results.model import (
     NOTHING,
-    Card,
     Certificate,
     Document,
     Field,
@@ -26,22 +25,17 @@ from stepload.results.model import (
     Mood,
     Table,
     Verdict,
-    by_name,
     data,
     first_rows,
-    interval,
     named,
-    number,
     quantity,
     table,
 )
 from stepload.results.provenance import runs_table
-from stepload.results.table_one import correction_notes, table_one
 from stepload.units import change, changes, percent
 from stepload.units import format_quantity as f
 
 LONGEST_TITLE = 200
-
 NAMES = {
     "chord": "chord stiffness",
     "unloading_chord": "chord stiffness of the unloading",
@@ -49,7 +43,8 @@ NAMES = {
     "secant_from_touch": "secant stiffness",
 }
 """Displayed name of what is compared."""
-
+COLUMNS = {"rs_btls": "RS-BTLS", "rs_rtls": "RS-RTLS"}
+"""The paper's two estimators; the table shows the chord as well."""
 _MOODS: dict[Agreement, Mood] = {
     Agreement.AGREE: "good",
     Agreement.DIFFER: "bad",
@@ -57,105 +52,73 @@ _MOODS: dict[Agreement, Mood] = {
 }
 
 
-PAIR: tuple[Field[Pair], ...] = (
-    Field(lambda pair: f"{pair.first} → {pair.second}", label="runs"),
-    Field(lambda pair: pair.estimator, label="fit"),
-    Field(lambda pair: pair.change.secant_change, "", "secant changes by", change),
-    Field(lambda pair: pair.change.n_change, "", "n changes by", number("+.3f")),
-    Field(lambda pair: pair.change.k_ratio, "", "ratio of K", number(".3g")),
-)
+def _part(of: str, name: str, key: str, label: str, show: Any) -> Field[AgainstCurve]:
+    """A figure of the difference of a curve from a run's chord or secant."""
 
-_AGAINST: tuple[Field[Difference], ...] = (
-    named("relative", "change", change),
-    named("interval", "95 % interval", changes),
-    named("smallest_detectable", "could show", percent),
-    named("verdict", "verdict"),
-)
+    def value(row: AgainstCurve) -> Any:
+        part = getattr(row, of)
+        return None if part is None else getattr(part, name)
 
-
-def _part(of: str, field: Field[Difference], key: str = "", label: str = "") -> Field[Any]:
-    """A field of the difference of a curve from a run's chord or secant."""
-    part: Field[AgainstCurve] = field.of(lambda row: getattr(row, of))
-    return replace(part, key=key, label=label)
+    return Field(value, key, label, show)
 
 
 CURVE: tuple[Field[AgainstCurve], ...] = (
     named("run", "run"),
     Field(lambda row: row.from_n, "chord_from_n", "chord from", quantity("N")),
     Field(lambda row: row.to_n, "secant_force_n", "to", quantity("N")),
-    _part("chord", _AGAINST[0], "chord_change", "chord"),
-    _part("chord", _AGAINST[1], "chord_interval", "95 % interval"),
-    _part("secant", _AGAINST[0], "secant_change", "secant"),
-    _part("secant", _AGAINST[1], "secant_interval", "95 % interval"),
-    _part("judged", _AGAINST[2], "smallest_detectable", "could show"),
+    _part("chord", "relative", "chord_change", "chord", change),
+    _part("chord", "interval", "chord_interval", "95 % interval", changes),
+    _part("secant", "relative", "secant_change", "secant", change),
+    _part("secant", "interval", "secant_interval", "95 % interval", changes),
+    _part("judged", "smallest_detectable", "smallest_detectable", "could show", percent),
     named("verdict", "verdict"),
     named("secant_n_per_m"),
     *map(named, ("estimator", "force_rms_n", "deformation_rms_m", "correction")),
     Field(lambda row: len(row.force_n), "points"),
     Field(lambda row: row.left_out, "points_beyond"),
 )  # fmt: skip
-
-
-def _two_digits(share: float) -> str:
-    return percent(share, 2)
-
-
+_two_digits = partial(percent, digits=2)
 DIFFERENCE_LINE: tuple[Field[DifferenceLine], ...] = (
     named("source", "source"),
     named("first", "group 1", _two_digits),
     named("second", "group 2", _two_digits),
     named("common", "shared"),
-    named("own", "own", _two_digits),
-    named("shared", "not cancelled", _two_digits),
     named("left", "in all", _two_digits),
 )
 DIFFERENCE: tuple[Field[Difference], ...] = (
-    Field(lambda each: NAMES[each.kind], "quantity"),
-    *map(named, ("from_n", "to_n", "first", "second", "relative", "interval")),
-    *map(named, ("smallest_detectable", "tolerance", "verdict", "why")),
-    *map(named, ("scatter", "scatter_degrees", "scatter_expected", "open_sources")),
+    Field(lambda each: " + ".join(each.first), label="group 1"),
+    Field(lambda each: " + ".join(each.second), label="group 2"),
+    Field(lambda each: NAMES[each.kind], "quantity", "of"),
+    Field(lambda each: each.from_n or None, label="from", show=quantity("N")),
+    named("from_n"),
+    named("to_n", "to", quantity("N")),
+    *map(named, ("first", "second")),
+    named("relative", "2 against 1", change),
+    named("interval", "95 % interval", changes),
+    named("smallest_detectable", "could show", percent),
+    named("tolerance"),
+    named("verdict", "verdict"),
+    *map(named, ("why", "scatter", "scatter_degrees", "scatter_expected", "open_sources")),
     Field(lambda each: [data(DIFFERENCE_LINE, line) for line in each.lines], "lines"),
-)  # fmt: skip
+)
 
 
 def comparison_document(found: Comparison) -> Document:
     """A comparison for people."""
-    at = f(found.secant_force_n, "N")
-    fits = [(each.run.name, row) for each in found.runs for row in fields.fits_of(each.found)]
-    shown = [field for field in fields.FIT if field.label != "rms residual"]
-    title = f"Fits of the virgin contact (* believed), secants at {at}"
-    tables = [table_one(found), table(title, by_name("run", shown), fits)]
-    tables += [_difference_table(each) for each in found.differences]
-    if found.pairs:
-        note = "Differences of the fits have no interval; the verdict is that of the chords."
-        tables.append(table("Against the first run, by fit", PAIR, found.pairs, [note]))
-    if found.spreads:
-        tables.append(_spread_table(found))
+    tables = [_differences(found), table_one(found), *map(_difference_table, found.differences)]
     if found.curve:
         tables.append(table("Against the curve", CURVE, found.curve, correction_notes(found.curve)))
-    judged, pictures = verdict(found), figures_of(found)
     reasons = [*_reasons(found), *found.notes]
-    laws = next((each for each in pictures if each.name == LAWS), None)
-    document = Document(
+    return Document(
         title="Comparison",
         subtitle=_named(found),
-        verdict=judged,
+        verdict=verdict(found),
         reasons=reasons,
-        tables=tables,
-        cards=[
-            Card(
-                each.run.name,
-                f(chord.value_n_per_m, "N/m"),
-                f"chord, 95 % {interval('N/m')(chord.interval_n_per_m)}",
-            )
-            for each, chord in zip(found.runs, found.chords, strict=False)
-        ],
-        figures=[each for each in pictures if each is not laws],
+        tables=[*tables, runs_table([each.run for each in found.runs])],
+        figures=_chords(found),
         simulated=any(each.run.simulated for each in found.runs),
-        certificate=_sheet(found, reasons, laws),
+        certificate=_sheet(found, reasons),
     )
-    runs = runs_table([each.run for each in found.runs])
-    return replace(document, tables=[*document.tables, runs, equation_table(document)])
 
 
 def _named(found: Comparison) -> str:
@@ -165,14 +128,13 @@ def _named(found: Comparison) -> str:
     return text if len(text) <= LONGEST_TITLE else f"{text[: LONGEST_TITLE - 1]}…"
 
 
+def _differences(found: Comparison) -> Table:
+    return table("Differences", DIFFERENCE, found.differences)
+
+
 def _difference_table(each: Difference) -> Table:
     notes = [
-        "Standard uncertainties. Of a single run of each group; then what the difference keeps: of "
-        "errors of a run's own, averaged, and of shared ones, after cancelling.",
-        f"Group 2 against group 1: {change(each.relative)}, 95 % interval "
-        f"{changes(each.interval)}. Smallest difference that these runs "
-        f"could have shown (in 80 of 100 tries, at 5 % false alarms): "
-        f"{percent(each.smallest_detectable)}.",
+        "Standard uncertainties: of a single run of each group, and of the difference.",
     ]
     if each.scatter is not None:
         expected = each.scatter_expected or 0.0
@@ -193,24 +155,92 @@ def _reasons(found: Comparison) -> list[str]:
     return [f"{' + '.join(each.second)}: {each.verdict}, {each.why}" for each in found.differences]
 
 
-def _spread_table(found: Comparison) -> Table:
-    def row(name: str, of: str, each: Spread) -> tuple[str, ...]:
-        def size(sd: float | None) -> str:
-            if sd is None:
-                return NOTHING
-            return f"{sd:.4f}" if of == "n" else percent(sd / each.mean)
+def table_one(found: Comparison) -> Table:
+    """K, n, secant by fit as in the paper's Table I, and the chord: one row for every run, as test
+    1, 2 … of its payload; and one for the curve, corrected."""
+    columns = ["payload", "test", "run"]
+    for name in COLUMNS.values():
+        columns += [f"{name}: K [N/mⁿ]", "n", "secant [N/m]"]
+    columns += ["chord [N/m]", "95 % interval"]
+    rows, names = list[list[str]](), list[str]()
+    for place, each in enumerate(found.runs):
+        names.append(each.run.metadata.get("payload", "") or NOTHING)
+        row = [names[-1], f"{names.count(names[-1])}", each.run.name]
+        for fit in map(each.found.fits.get, COLUMNS):
+            row += [NOTHING] * 3 if fit is None else [
+                power_of_ten(fit.k), f"{fit.n:.2f}", power_of_ten(fit.secant_n_per_m)
+            ]  # fmt: skip
+        chord = [NOTHING] * 2
+        if found.chords:
+            low, high = map(power_of_ten, found.chords[place].interval_n_per_m)
+            chord = [power_of_ten(found.chords[place].value_n_per_m), f"[{low}, {high}]"]
+        rows.append([*row, *chord])
+    secants = dict.fromkeys(
+        f"secant {power_of_ten(each.secant_n_per_m)} at {f(each.to_n, 'N')}"
+        for each in found.curve
+        if each.secant_n_per_m is not None
+    )
+    left = [NOTHING] * (len(columns) - 4)
+    rows += [[NOTHING, NOTHING, "imported curve", *left[:-1], NOTHING, each] for each in secants]
+    if len(set(names)) == 1:
+        columns, rows = columns[1:], [row[1:] for row in rows]
+    at = f(found.secant_force_n, "N")
+    notes = [f"Secants (28) at {at}; K and n are not to be read apart: K carries the unit of n."]
+    title = "Results side by side, as Table I of the paper"
+    return Table(title, columns, rows, [*notes, *correction_notes(found.curve)], page_only=True)
 
-        mean = f"{each.mean:.3f}" if of == "n" else f(each.mean, "N/m")
-        odds = NOTHING if each.p_value is None else f"{each.p_value:.2g}"
-        return name, of, mean, size(each.within_sd), size(each.between_sd), odds
 
-    columns = ("fit", "of", "mean", "within a run", "between runs", "odds if alike")
-    rows = [
-        row(name, of, value)
-        for name, each in found.spreads.items()
-        for of, value in (("secant", each.secant), ("n", each.n))
+def power_of_ten(value: float) -> str:
+    """A number as the paper prints it: 4.80e6."""
+    return re.sub(r"e\+?(-?)0*(\d)", r"e\1\2", f"{value:.2e}")
+
+
+def correction_notes(curve: Sequence[AgainstCurve]) -> list[str]:
+    """The factors by which the forces of the curve were multiplied; nothing where they were not."""
+    factors = {f"{each.correction:.4f}" for each in curve if each.correction != 1.0}
+    return [
+        f"The curve's forces are multiplied by {factor}, the ratio of the equivalent moduli (4): "
+        "its secant, its chord and the picture are those of the corrected curve."
+        for factor in sorted(factors)
     ]
-    return Table("Spread", columns, rows)
+
+
+def _chords(found: Comparison) -> list[Figure]:
+    """The chord of every run with its interval."""
+    if not found.chords:
+        return []
+    rows = [
+        (each.run.name, chord.value_n_per_m, *chord.interval_n_per_m)
+        for each, chord in zip(found.runs, found.chords, strict=True)
+    ]
+    spans = f"{f(found.chords[0].from_n, 'N')} to {f(found.chords[0].to_n, 'N')}"
+    return [
+        Figure(
+            "chords", f"Chord stiffness, {spans}",
+            "With its 95 % interval, which holds what all runs have in common.",
+            "chord stiffness of every run with intervals",
+            partial(figures.intervals, rows, "chord stiffness [N/µm]"),
+        )
+    ]  # fmt: skip
+
+
+def _laws(found: Comparison) -> str:
+    """Measured points with the believed laws, and an imported curve as larger points."""
+    lines = list[figures.Line]()
+    total = sum(each.found.force_n.size for each in found.runs)
+    for index, each in enumerate(found.runs):
+        fit, force_n = each.found.fit, each.found.force_n
+        colour, step = figures.colour(index), max(1, total // figures.MOST_DOTS)
+        deformation_m = (each.found.deformation_m - fit.zero_m)[::step]
+        lines.append((deformation_m * 1e6, force_n[::step], ".", {"color": colour, "ms": 2.0}))
+        law_n = np.linspace(0.0, each.found.peak_force_n, 121)
+        style = {"color": colour, "label": figures.plain(each.run.name)}
+        lines.append(((law_n / fit.k) ** (1.0 / fit.n) * 1e6, law_n, "-", style))
+    if found.curve:
+        x, y = found.curve[0].deformation_m * 1e6, found.curve[0].force_n
+        lines.append((x, y, ".", {"color": figures.INK, "ms": 5.0, "label": "imported curve"}))
+    axes = "payload deformation from its zero [µm]", "force [N]"
+    return figures.lines(lines, *axes, height=3.8, legend=len(found.runs) <= figures.MOST_NAMES)
 
 
 def comparison_data(found: Comparison) -> dict[str, Any]:
@@ -236,19 +266,9 @@ def comparison_data(found: Comparison) -> dict[str, Any]:
                 "believe": each.found.believe,
                 "fits": fits_data(fields.fits_of(each.found)),
                 "interval_secant_n_per_m": each.found.interval_secant_n_per_m,
-                "cycles": [
-                    {"cycle": number}
-                    | {
-                        name: {"n": fit.n, "secant_n_per_m": fit.secant_n_per_m}
-                        for name, fit in fits.items()
-                    }
-                    for number, fits in each.cycles.items()
-                ],
             }
             for each in found.runs
         ],
-        "spread": found.spreads,
-        "pairs": found.pairs,
         "curve": [data(CURVE, each) for each in found.curve],
         "notes": found.notes,
     }
@@ -280,51 +300,29 @@ def _gravity(each: Difference) -> tuple[int, float]:
     return order.index(each.verdict), abs(each.relative) / max(each.half_width, 1e-12)
 
 
-_DIFFERENCE: tuple[Field[Difference], ...] = (
-    Field(lambda each: " + ".join(each.first), label="group 1"),
-    Field(lambda each: " + ".join(each.second), label="group 2"),
-    Field(lambda each: NAMES[each.kind], label="of"),
-    Field(lambda each: each.from_n or None, label="from", show=quantity("N")),
-    Field(lambda each: each.to_n, label="to", show=quantity("N")),
-    Field(lambda each: each.relative, label="2 against 1", show=change),
-    Field(lambda each: each.interval, label="95 % interval", show=changes),
-    Field(lambda each: each.smallest_detectable, label="could show", show=percent),
-    Field(lambda each: each.verdict.value, label="verdict"),
-)
-
-
-def _sheet(found: Comparison, reasons: Sequence[str], figure: Figure | None) -> Certificate:
-    """The sheet of a comparison; `figure` is the one with all laws."""
-    told = [each.run.metadata for each in found.runs]
-
-    def common(key: str) -> str:
-        return shared(each.get(key, "") for each in told)
-
-    what: Facts = [
-        ("Payload", common("payload")),
-        ("Specimens", common("specimen")),
-        ("Batch", common("batch")),
-        ("Plan", common("plan")),
-        ("Compared", f"{len(told)} runs in {len(found.groups)} groups"),
-        ("Tolerance", f"{percent(found.tolerance)} of the stiffness"),
-    ]
-    rig: Facts = [
-        ("Rig", common("rig")),
-        ("Arm", common("arm")),
-        ("Force sensor", common("force_sensor")),
-        ("K_s from", common("calibration")),
-        ("Operator", common("operator")),
-        ("Days", shared(each.get("started", "")[:10] for each in told)),
-    ]
-    tables = [table_one(found)]
-    if found.differences:
-        tables.insert(0, table("Differences", _DIFFERENCE, found.differences))
+def _sheet(found: Comparison, reasons: Sequence[str]) -> Certificate:
+    """The sheet of a comparison."""
+    runs = [each.run for each in found.runs]
+    tables = [_differences(found), table_one(found)]
+    corrected = any(each.correction != 1.0 for each in found.curve)
+    imported = "; the curve is corrected for its modulus." if corrected else "."
     return Certificate(
         heading="Comparison of contact stiffness",
-        facts=(what, rig),
+        facts=(
+            [
+                *shared_facts(runs, "payload", "specimen", "batch", "plan"),
+                ("Compared", f"{len(runs)} runs in {len(found.groups)} groups"),
+                ("Tolerance", f"{percent(found.tolerance)} of the stiffness"),
+            ],
+            shared_facts(runs, "rig", "arm", "force_sensor", "calibration", "operator", "day"),
+        ),
         tables=[first_rows(each) for each in tables],
-        figure=figure,
+        figure=Figure(
+            "laws", "Force against deformation",
+            f"What was measured, each from its fitted zero, and the believed laws{imported}",
+            "force over deformation of every run with its law", partial(_laws, found),
+        ),
         remarks=few(reasons),
         signatures=(("Compared by", ""), ("Checked by", "")),
-        foot=f"stepload {stepload.__version__} · comparison of {len(told)} runs",
-    )
+        foot=f"stepload {stepload.__version__} · comparison of {len(runs)} runs",
+    )  # fmt: skip

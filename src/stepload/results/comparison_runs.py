@@ -1,10 +1,9 @@
-"""The runs of a comparison: which are repeats, their chords between common forces, differences."""
+"""The runs of a comparison: which are repeats, what errors they share, their chords."""
 
 from __future__ import annotations
 
 import dataclasses
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -12,53 +11,39 @@ import numpy as np
 
 from stepload.errors import BadInputError, DomainError
 from stepload.estimators.conditions import BRANCHES
-from stepload.estimators.fit import Fit
-from stepload.estimators.fit_all import fit_all
-from stepload.estimators.selection import select
+from stepload.estimators.smooth import SHORTEST
 from stepload.evidence.difference import SAME_FORCE, Difference, Measured, difference
-from stepload.evidence.identification import REPORTED, Identification
+from stepload.evidence.identification import Identification
+from stepload.evidence.origin import Origin
 from stepload.evidence.quantity import Quantity
 from stepload.evidence.reading import branch_chord, read_of
 from stepload.results.analyse import identify_payload
-from stepload.results.origins import origin_of
 from stepload.results.press_data import LOADING
+from stepload.results.run_data import sideways_of
 from stepload.results.run_record import SavedRun
 
 
 @dataclass(frozen=True, slots=True)
 class ComparedRun:
-    """One run: its first loading, and the reported fits of every cycle separately."""
+    """One run, identified from its first loading."""
 
     run: SavedRun
     found: Identification
-    cycles: Mapping[int, Mapping[str, Fit]]
 
     def reached(self, force_n: float) -> bool:
         """Whether it was pressed up to this force."""
         return self.found.peak_force_n >= (1.0 - SAME_FORCE) * force_n
+
+    def measured(self, figure: Quantity) -> Measured:
+        """A figure of this run, with the origin of its errors."""
+        return Measured(self.run.name, figure, origin_of(self.run))
 
 
 def compared_run(run: SavedRun, secant_force_n: float) -> ComparedRun:
     """A run identified with its secants at this force."""
     conditions = dataclasses.replace(run.conditions, secant_force_n=secant_force_n)
     found = identify_payload(run.data, conditions)
-    numbers = np.unique(run.data.cycle[run.data.branch(LOADING)])
-    cycles = {int(number): _cycle_fits(run, int(number), secant_force_n) for number in numbers}
-    return ComparedRun(run, found, cycles)
-
-
-def _cycle_fits(run: SavedRun, cycle: int, secant_force_n: float) -> dict[str, Fit]:
-    loading = run.data.branch(LOADING, cycle)
-    force_n = run.data.force_n[loading]
-    deformation_m = run.data.since_touch(cycle) - run.conditions.bend(force_n)
-    selected = select(deformation_m, force_n, time_s=run.data.time_s[loading])
-    fits = fit_all(selected, secant_force_n=secant_force_n)
-    return {name: fit for name in REPORTED if (fit := fits.get(name)) is not None and usable(fit)}
-
-
-def usable(fit: Fit) -> bool:
-    """Whether the numbers of a fit are positive and finite."""
-    return all(0.0 < value < math.inf for value in (fit.secant_n_per_m, fit.k, fit.n))
+    return ComparedRun(run, found)
 
 
 def grouped(runs: Sequence[SavedRun], sizes: Sequence[int] | None) -> tuple[tuple[int, ...], ...]:
@@ -67,8 +52,7 @@ def grouped(runs: Sequence[SavedRun], sizes: Sequence[int] | None) -> tuple[tupl
     Args:
         runs: all runs.
         sizes: number of runs in each group, in the order of the runs. None: runs of one plan and
-            payload are repeats; if all are, each is a group of its own and is compared with the
-            first.
+            payload are repeats; if all are, each is a group of its own.
 
     Raises:
         BadInputError: the sizes do not add up, or a run is given twice.
@@ -89,7 +73,7 @@ def grouped(runs: Sequence[SavedRun], sizes: Sequence[int] | None) -> tuple[tupl
         found.setdefault(key, []).append(place)
     if len(found) == 1:
         return tuple((place,) for place in range(len(runs)))
-    return tuple(tuple(places) for places in found.values())
+    return tuple(map(tuple, found.values()))
 
 
 def chords(runs: Sequence[ComparedRun]) -> tuple[Quantity, ...]:
@@ -105,16 +89,12 @@ def chords(runs: Sequence[ComparedRun]) -> tuple[Quantity, ...]:
     low_n, top_n = max(each.from_n for each in headlines), min(each.to_n for each in headlines)
     if not low_n < top_n:
         return ()
+    between = [dataclasses.replace(each.found.run, between_n=(low_n, top_n)) for each in runs]
     try:
-        found = [_chord(each, branch, low_n, top_n) for each in runs]
+        found = [branch_chord(run, read_of(run), branch) for run in between]
     except DomainError:
         return ()
     return tuple(each for each in found if each is not None) if all(found) else ()
-
-
-def _chord(each: ComparedRun, branch: str, low_n: float, top_n: float) -> Quantity | None:
-    run = dataclasses.replace(each.found.run, between_n=(low_n, top_n))
-    return branch_chord(run, read_of(run), branch)
 
 
 def differences(
@@ -126,17 +106,54 @@ def differences(
     """Every group compared with the first."""
     if len(groups) < 2 or not figures:
         return ()
-    values = [
-        Measured(each.run.name, figure, origin_of(each.run))
-        for each, figure in zip(runs, figures, strict=True)
-    ]
-    first, *others = groups
+    values = [each.measured(figure) for each, figure in zip(runs, figures, strict=True)]
+    first, *others = ([values[place] for place in group] for group in groups)
     return tuple(
-        difference(
-            [values[place] for place in first],
-            [values[place] for place in other],
-            tolerance=tolerance,
-            comparisons=len(others),
-        )
-        for other in others
+        difference(first, other, tolerance=tolerance, comparisons=len(others)) for other in others
     )
+
+
+def origin_of(run: SavedRun) -> Origin:
+    """Everything in a record that decides which errors the run shares with others.
+
+    A simulated rig differs from the real one of its name, and each of its seeds draws other errors
+    of the travel.
+    """
+    sources, told, data = run.conditions.sources, run.metadata, run.data
+    rig, stiffness = told.get("rig", ""), sources.system_stiffness_n_per_m
+    all_loading, loading = data.branch(LOADING), data.first_loading()
+    surface_m = reach_m = None
+    begin_s = float(data.time_s[all_loading][0]) if all_loading.any() else np.inf
+    if before := [touch.position_m for touch in data.touches if touch.time_s <= begin_s]:
+        surface_m = before[-1]
+    rise_n = float(np.ptp(data.force_n[loading])) if loading.any() else 0.0
+    if not data.gauge and rise_n > 0.0:
+        length_n = sources.smooth_length_n or SHORTEST * float(data.force_n.max())
+        reach_m = length_n * float(np.ptp(data.travel_m[loading])) / rise_n
+    return Origin(
+        rig=f"{rig} (simulated)" if rig and run.simulated else rig,
+        arm=_device(told.get("arm", ""))[0],
+        force_sensor=", ".join(_device(told.get("force_sensor", ""))),
+        axis=told.get("force_axis", ""),
+        pose=run.conditions.pose,
+        kinematics=f"seed {told.get('seed', '')}" if run.simulated else "",
+        calibration=told.get("calibration", ""),
+        stiffness_n_per_m=None
+        if stiffness is None
+        else (stiffness, sources.system_stiffness_sigma_n_per_m),
+        surface_m=surface_m,
+        reach_m=reach_m,
+        across=sideways_of(data, run.conditions).errors,
+    )
+
+
+def _device(text: str) -> tuple[str, ...]:
+    """Make with serial number, and calibration; empty where the number is not known.
+
+    The text is that of `session.files.device_metadata`. Firmware is left out: it does not determine
+    any error.
+    """
+    make, _, rest = text.partition(", firmware ")
+    if not make or make.endswith((" ", " unknown")):
+        return ("",)
+    return make, rest.rpartition(", calibration ")[2]

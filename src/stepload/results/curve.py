@@ -20,10 +20,10 @@ from stepload.evidence.lateral import GUIDED_COMPLIANCE, Sideways
 from stepload.evidence.plausibility import plausibility
 from stepload.evidence.run_data import RunData
 from stepload.record.curves import Curve
+from stepload.results.conditions import Stated
 from stepload.results.curve_zero import TOUCH_NOISE, Zeroed, first_loading, zero
 from stepload.results.run_data import above_limit
-from stepload.results.stated import Stated
-from stepload.units import format_quantity
+from stepload.units import format_quantity, percent
 
 SMOOTH_LENGTH_SHARE = 1.0 / 6.0
 """Assumed correlation length for estimating an unstated smooth error from residuals, as a share of
@@ -262,7 +262,7 @@ def prepare(curve: Curve, stated: Stated) -> PreparedCurve:
     if zeroed.adhesion_n:
         notes.append(
             f"the force is pulled to −{format_quantity(zeroed.adhesion_n, 'N')} before the touch, "
-            f"{zeroed.adhesion_n / top_n:.0%} of the peak: a law with adhesion is tried too"
+            f"{percent(zeroed.adhesion_n / top_n, 2)} of the peak: a law with adhesion is tried too"
         )
     peak_n = max(float(zeroed.force_n[up].max()) for up in zeroed.loadings)
     share = zeroed.lateral_share

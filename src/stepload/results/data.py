@@ -12,13 +12,11 @@ from stepload.evidence.identification import Identification
 from stepload.record.outcome import RunOutcome
 from stepload.results import fields
 from stepload.results.analyse import Evaluation
-from stepload.results.hysteresis import hysteresis_data
 from stepload.results.model import data
 from stepload.results.press_data import PressData
 from stepload.results.provenance import about
 from stepload.results.quality import quality_data
-from stepload.results.reasons import reasons_of
-from stepload.results.until import loaded
+from stepload.results.reasons import loaded, reasons_of
 
 
 def fits_data(rows: list[fields.NamedFit]) -> dict[str, Any]:
@@ -53,6 +51,7 @@ def _evidence_data(found: Identification) -> dict[str, Any]:
     evidence = found.evidence
     if evidence is None:
         return {"headline": None, "quantities": {}, "exponent": None, "inelastic": None, "laws": []}
+    lost = evidence.inelastic.loss
     return {
         "headline": data(fields.QUANTITY, evidence.headline),
         "quantities": {
@@ -63,6 +62,7 @@ def _evidence_data(found: Identification) -> dict[str, Any]:
             "share": evidence.inelastic.share,
             "elastic": evidence.elastic,
             "signs": [data(fields.PART, each) for each in evidence.inelastic.parts],
+            "loss": None if lost is None else {"share": lost[0], "sigma": lost[1]},
         },
         "laws": evidence.laws,
         "narrowing": found.narrowing,
@@ -115,7 +115,10 @@ def outcome_data(outcome: RunOutcome, envelope: Envelope) -> dict[str, Any]:
         "cycle": outcome.cycle,
         "duration_s": outcome.end_s - outcome.start_s,
         "zero_shift_n": outcome.zero_shift_n,
-        "safing": [data(fields.SAFING, action) for action in outcome.safing],
+        "safing": [
+            {key: getattr(each, key) for key in ("name", "sent", "duration_s", "error")}
+            for each in outcome.safing
+        ],
         "errors": outcome.errors,
         "lateness": outcome.lateness,
         "verdict": outcome.status,
@@ -143,8 +146,6 @@ def run_data(run: Evaluation) -> dict[str, Any]:
         made["run_in"] = _run_in_data(run.run_in)
     if (until := loaded(run.recording.events, run.identification)) is not None:
         made["until"] = until
-    if run.hysteresis is not None:
-        made |= hysteresis_data(run.hysteresis)
     if resumed := run.recording.metadata.get("resumed"):
         made["resumed"] = resumed
     return made | {"reasons": [*filter(None, [run.problem]), *reasons_of(run)]}

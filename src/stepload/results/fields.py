@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from stepload.results.model import NOTHING, Field, data, finite, interval, named, number, quantity
+from stepload.units import percent
 
 if TYPE_CHECKING:
     from stepload.envelope.press import Term
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from stepload.evidence.inelastic import Part
     from stepload.evidence.quantity import Line, Quantity
     from stepload.record.align import ChannelClock
-    from stepload.record.outcome import ActionResult
 
 
 class NamedFit(NamedTuple):
@@ -85,7 +85,8 @@ QUANTITY: tuple[Field[Quantity], ...] = (
     ),
     Field(_interval, "interval_n_per_m", "95 % interval", interval("N/m")),
     Field(
-        lambda each: finite(each.half_width), label="half width", show=lambda half: f"±{half:.1%}"
+        lambda each: finite(each.half_width), label="half width",
+        show=lambda half: f"±{percent(half, 2)}",
     ),
     named("verdict", "verdict"),
     named("why"),
@@ -101,7 +102,6 @@ LINE: tuple[Field[Line], ...] = (
 
 SIGNS = {
     "gap": "unloading against loading",
-    "gap_change": "the same, change from cycle 1 to 2",
     "set": "set",
     "reload": "second loading against the first",
     "seat": "the foot of the next branch against the first loading",
@@ -151,7 +151,7 @@ SYSTEM: tuple[Field[SystemStiffnessFit], ...] = (
     named("sigma_n_per_m", "standard uncertainty", quantity("N/m")),
     named("msde_m", "MSDE", quantity("m")),
     Field(
-        lambda fit: f"{fit.nonlinearity:+.2%} ± {fit.nonlinearity_sigma:.2%}",
+        lambda fit: f"{100.0 * fit.nonlinearity:+.2f} % ± {percent(fit.nonlinearity_sigma, 3)}",
         label="nonlinearity",
     ),
 )
@@ -177,13 +177,6 @@ CLOCK: tuple[Field[ChannelClock], ...] = (
     named("skew_ppm", "skew [ppm]", number(".1f")),
     named("residual_median_us", "residual, median", _micro),
     named("residual_p99_us", "residual, 99 %", _micro),
-)
-
-SAFING: tuple[Field[ActionResult], ...] = (
-    named("name", "action"),
-    named("sent", "sent", lambda sent: "yes" if sent else "no"),
-    named("duration_s", "took", lambda value: f"{value * 1e3:.1f} ms"),
-    named("error", "error", lambda error: error or NOTHING),
 )
 
 FORCE_TERM: tuple[Field[Term], ...] = (

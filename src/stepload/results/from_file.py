@@ -21,14 +21,12 @@ from stepload.results.analyse import (
     identify_system,
     touched_before,
 )
+from stepload.results.conditions import Stated
 from stepload.results.curve import prepare
 from stepload.results.curve_zero import zero
-from stepload.results.hysteresis import Hysteresis, hysteresis_of
 from stepload.results.model import finite
+from stepload.results.reasons import loaded
 from stepload.results.run_record import SavedRun, saved_run
-from stepload.results.snippets import Kind, Spring, spring_of
-from stepload.results.stated import Stated
-from stepload.results.until import loaded
 
 
 def is_record(path: Path) -> bool:
@@ -37,14 +35,12 @@ def is_record(path: Path) -> bool:
 
 
 class FromFile(NamedTuple):
-    """Result of a file: the identification, the assumptions, and for a record its cycles, its
-    further results, whether a simulated rig made it, and the largest force of the whole run, None
-    where it is not stored."""
+    """Result of a file: the identification, the assumptions, and for a record its cycles, whether a
+    simulated rig made it, and the largest force of the whole run, None where it is not stored."""
 
     found: Identification
     notes: tuple[str, ...]
     run_in: RunIn | None = None
-    hysteresis: Hysteresis | None = None
     simulated: bool = False
     peak_force_n: float | None = None
 
@@ -55,21 +51,18 @@ def identify_file(path: Path, stated: Stated) -> tuple[Identification, tuple[str
     Raises:
         BadInputError: the file is invalid, or has nothing to identify.
     """
-    with untrusted(path):
-        if not is_record(path):
-            return identify_curve(read_curve(path), stated)
-        return _identify_record(saved_run(path), stated)
+    return results_of_file(path, stated)[:2]
 
 
 def results_of_file(path: Path, stated: Stated) -> FromFile:
-    """The same with all further results of a record.
+    """The same with the cycles of a record.
 
     Raises:
         BadInputError: the file is invalid, or has nothing to identify.
     """
-    if not is_record(path):
-        return FromFile(*identify_file(path, stated))
     with untrusted(path):
+        if not is_record(path):
+            return FromFile(*identify_curve(read_curve(path), stated))
         run = saved_run(path)
         found, notes = _identify_record(run, stated)
         try:
@@ -77,8 +70,7 @@ def results_of_file(path: Path, stated: Stated) -> FromFile:
             run_in = cycles_of_run(run.data, found, run.events, touched_before=before)
         except BadInputError as error:
             run_in, notes = None, (*notes, error.message)
-        hysteresis = hysteresis_of(run.data, found)
-        return FromFile(found, notes, run_in, hysteresis, run.simulated, finite(run.peak_force_n))
+        return FromFile(found, notes, run_in, run.simulated, finite(run.peak_force_n))
 
 
 def _identify_record(run: SavedRun, stated: Stated) -> tuple[Identification, tuple[str, ...]]:
@@ -140,13 +132,3 @@ def _without_errors(found: Identification) -> Identification:
         judged = replace(judged, verdict=evidence.headline.verdict, reasons=evidence.headline.why)
     judged = replace(judged, k_max_n_per_m=math.nan)
     return replace(found, judgement=judged, evidence=evidence)
-
-
-def spring_of_file(path: Path, *, at_n: float | None, kind: Kind) -> Spring:
-    """The law of a record (.mcap, or the directory of a run) or of a curve, linearised.
-
-    Raises:
-        BadInputError: the file is invalid, or has no result at that force.
-    """
-    told = results_of_file(path, Stated())
-    return spring_of(told.found, at_n=at_n, kind=kind, simulated=told.simulated)

@@ -4,20 +4,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
 from stepload.record.reader import Event
-from stepload.results.model import Field, Table, finite, named, number, quantity, table
+from stepload.results.model import (
+    Field,
+    Table,
+    finite,
+    named,
+    number,
+    quantity,
+    table,
+)
 from stepload.results.press_data import HOLDS, PressData, TouchPoint, event_number
 from stepload.units import format_quantity
 
 END_SHARE = 0.1
 """Share of a hold that is averaged at its beginning and its end for the creep."""
+SHEET_ROWS = 8
+"""Largest number of load levels on the first sheet; of more, some are left out there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,72 +102,46 @@ def _change(values: FloatArray) -> float:
     return float(values[-part:].mean() - values[:part].mean()) if part >= 2 else math.nan
 
 
-SHEET_ROWS = 8
-"""Largest number of load levels on the first sheet; of more, some are left out there."""
-
-
 def micrometres(value_m: float) -> str:
     """A change in µm with its sign; a zero has none."""
     text = f"{value_m * 1e6:+.2f}"
     return text if text.strip("+-0.") else "0.00"
 
 
-class LevelRow(NamedTuple):
-    """A level of the first loading, and its change of deformation in the last loading.
+def changes_again(levels: Sequence[Level]) -> list[tuple[Level, float | None]]:
+    """The levels of the first loading, each with its change of deformation in the last loading.
 
     The change is corrected to the force of the first loading by the slope between the levels; None
     where the level was not loaded again.
     """
-
-    level: Level
-    again_m: float | None
-
-
-def level_rows(levels: Sequence[Level]) -> list[LevelRow]:
-    """The levels of the first loading in their order, each with its change in the last loading."""
     up = [each for each in levels if each.loading and each.samples]
     first = [each for each in up if each.cycle == up[0].cycle]
     force = np.array([each.force_n for each in first])
     deformation = np.array([each.deformation_m for each in first])
     if len(first) < 2 or up[-1].cycle == up[0].cycle or not np.all(np.diff(force) > 0.0):
-        return [LevelRow(each, None) for each in first]
+        return [(each, None) for each in first]
     later = {each.step: each for each in up if each.cycle == up[-1].cycle}
-    rows = []
+    rows: list[tuple[Level, float | None]] = []
     for each, per_n in zip(first, np.gradient(deformation, force).tolist(), strict=True):
         again = None
         if (other := later.get(each.step)) is not None:
             back_m = per_n * (other.force_n - each.force_n)
             again = other.deformation_m - back_m - each.deformation_m
-        rows.append(LevelRow(each, again))
+        rows.append((each, again))
     return rows
 
 
-LEVEL: tuple[Field[Level], ...] = (
-    Field(lambda each: each.level_n, label="load level", show=quantity("N")),
-    Field(lambda each: finite(each.force_n), label="force [N]", show=number(".1f")),
-    Field(
-        lambda each: finite(each.deformation_m), label="deformation [µm]",
-        show=lambda value: f"{value * 1e6:.2f}",
-    ),
-    Field(lambda each: finite(each.creep_m), label="creep in the hold [µm]", show=micrometres),
-    Field(lambda each: "yes" if each.settled else "NO", label="settled"),
-)  # fmt: skip
-HOLD: tuple[Field[Level], ...] = (
-    named("cycle", "cycle"),
-    named("step", "step"),
-    Field(lambda each: "up" if each.loading else "down", label="way"),
-    *LEVEL,
-    Field(lambda each: f"{each.end_s - each.start_s:.1f} s", label="held for"),
-    Field(
-        lambda each: finite(each.force_change_n), label="change of force [N]", show=number("+.2f")
-    ),
-    named("samples", "samples"),
-)  # fmt: skip
-
-
-def _headed(made: Table, what: str) -> Table:
-    """The fields with `what` as the quantity shown for the arm's motion."""
-    return replace(made, columns=[each.replace("deformation", what) for each in made.columns])
+def _fields(what: str) -> tuple[Field[Level], ...]:
+    """The columns of a level; `what` is "travel" where the system's deflection is not out of it."""
+    return (
+        named("level_n", "load level", quantity("N")),
+        Field(lambda each: finite(each.force_n), label="force [N]", show=number(".1f")),
+        Field(
+            lambda each: finite(1e6 * each.deformation_m), label=f"{what} [µm]", show=number(".2f")
+        ),
+        Field(lambda each: finite(each.creep_m), label="creep in the hold [µm]", show=micrometres),
+        Field(lambda each: "yes" if each.settled else "NO", label="settled"),
+    )
 
 
 def sheet_table(
@@ -167,73 +150,60 @@ def sheet_table(
     resolution_m: float,
     what: str = "deformation",
 ) -> Table:
-    """The load levels of the first loading for the first sheet, with the touches' repeatability.
-
-    `what` is "travel" where the deflection of the system was not subtracted.
-    """
-    rows = level_rows(levels)
-    shown = _some(rows)
-    fields: list[Field[LevelRow]] = [field.of(lambda row: row.level) for field in LEVEL]
-    notes = []
-    if any(row.again_m is not None for row in rows):
+    """The load levels of the first loading for the first sheet, with the touches' repeatability."""
+    rows, notes = changes_again(levels), list[str]()
+    shown = rows
+    if len(rows) > SHEET_ROWS:
+        places = np.unique(np.round(np.linspace(0, len(rows) - 1, SHEET_ROWS)).astype(int))
+        shown = [rows[place] for place in places]
+        notes.append(f"{len(shown)} of {len(rows)} levels; all are in the table of every hold.")
+    columns: list[Field[tuple[Level, float | None]]] = [
+        field.of(lambda row: row[0]) for field in _fields(what)
+    ]
+    if any(again is not None for _, again in rows):
         last = max(each.cycle for each in levels if each.loading)
-        fields.append(Field(_again, label=f"cycle {last} less cycle 1 [µm]", show=micrometres))
-    if len(shown) < len(rows):
-        notes.append(
-            f"{len(shown)} of {len(rows)} levels; all of them are in the table of every hold."
+        label = f"cycle {last} less cycle 1 [µm]"
+        columns.append(
+            Field(lambda row: None if row[1] is None else finite(row[1]), "", label, micrometres)
         )
-    if loose := sum(not row.level.settled for row in rows):
+    if loose := sum(not level.settled for level, _ in rows):
         notes.append(f"{loose} of {len(rows)} levels did not settle in the time that they had.")
     notes.append(touch_repeatability(touches, resolution_m))
-    made = table("Load levels of the first loading", fields, shown, [n for n in notes if n])
-    return _headed(made, what)
-
-
-def _again(row: LevelRow) -> float | None:
-    return None if row.again_m is None else finite(row.again_m)
-
-
-def _some(rows: list[LevelRow]) -> list[LevelRow]:
-    """Rows that have room on the sheet: evenly spaced, the first and the last among them."""
-    if len(rows) <= SHEET_ROWS:
-        return rows
-    places = np.unique(np.round(np.linspace(0, len(rows) - 1, SHEET_ROWS)).astype(int))
-    return [rows[place] for place in places]
+    title = "Load levels of the first loading"
+    return table(title, columns, shown, [*filter(None, notes)])
 
 
 def hold_table(levels: Sequence[Level], what: str = "deformation") -> Table:
     """Every hold of the run; `what` as in `sheet_table`."""
-    note = (
-        f"Force and {what} are means over the hold; creep and change of force go from its first "
-        "tenth to its last."
-    )
-    if what == "deformation":
-        note += " The deflection of the system is taken out."
-    return _headed(table("Every hold", HOLD, levels, [note], page_only=True), what)
+    columns: list[Field[Level]] = [
+        named("cycle", "cycle"),
+        named("step", "step"),
+        Field(lambda each: "up" if each.loading else "down", label="way"),
+        *_fields(what),
+        Field(lambda each: f"{each.end_s - each.start_s:.1f} s", label="held for"),
+        Field(lambda each: finite(each.force_change_n), "", "change of force [N]", number("+.2f")),
+    ]
+    note = f"Force and {what} are means over the hold; changes go from its first tenth to its last."
+    return table("Every hold", columns, levels, [note], page_only=True)
 
 
 def touch_repeatability(touches: Sequence[TouchPoint], resolution_m: float) -> str:
     """Repeatability of the touches before the first loading, and the shift of the last one."""
     first = [touch for touch in touches if touch.purpose in ("first", "again")]
-    told = []
+    later = [touch for touch in touches if touch.purpose in ("cycle", "last")]
+    if not first:
+        return ""
+    told = ["one touch before the first loading: its repeatability is not known"]
     if len(first) > 1:
         places = np.array([touch.position_m for touch in first])
-        span_m, sd_m = float(np.ptp(places)), float(places.std(ddof=1))
+        sd, span = (format_quantity(float(x), "m", 2) for x in (places.std(ddof=1), np.ptp(places)))
         spread = (
-            f"standard deviation {format_quantity(sd_m, 'm', 2)}, span"
-            f" {format_quantity(span_m, 'm', 2)}"
-            if span_m > 0.0
-            else "all at one position"
+            f"standard deviation {sd}, span {span}" if np.ptp(places) else "all at one position"
         )
-        told.append(f"{len(first)} touches before the first loading: {spread}")
-    elif first:
-        told.append("one touch before the first loading: its repeatability is not known")
-    later = [touch for touch in touches if touch.purpose in ("cycle", "last")]
-    if first and later:
+        told = [f"{len(first)} touches before the first loading: {spread}"]
+    if later:
         moved_m = later[-1].travel_m - first[-1].travel_m
         told.append(f"the last touch lies {micrometres(moved_m)} µm from the zero of the run")
-    if not told:
-        return ""
     if math.isfinite(resolution_m):
         told.append(f"resolution of the position {format_quantity(resolution_m, 'm', 2)}")
     return f"Touch repeatability: {'; '.join(told)}."

@@ -130,7 +130,6 @@ def table(
 
 
 SHEET_ROWS = 12
-"""Largest number of rows of a table on the first sheet of a report."""
 
 
 def first_rows(each: Table) -> Table:
@@ -163,15 +162,6 @@ class Verdict:
     mood: Mood
     word: str
     text: str
-
-
-@dataclass(frozen=True, slots=True)
-class Card:
-    """One headline number."""
-
-    label: str
-    value: str
-    note: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,7 +204,7 @@ class Certificate:
 
 @dataclass(frozen=True, slots=True)
 class Document:
-    """A result for people. Certificate, figures, cards and texts (name, content) are for a page."""
+    """A result for people. Certificate, figures and texts (name, content) are for a page."""
 
     title: str
     verdict: Verdict
@@ -227,7 +217,6 @@ class Document:
     brief: Sequence[str] = ()
     """Lines below the verdict in a terminal."""
     tables: Sequence[Table] = ()
-    cards: Sequence[Card] = ()
     figures: Sequence[Figure] = ()
     texts: Sequence[tuple[str, str]] = ()
     simulated: bool = False

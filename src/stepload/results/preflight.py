@@ -7,17 +7,16 @@ import os
 from collections.abc import Iterator
 
 from stepload.envelope.advice import NONE_HELPS
+from stepload.envelope.conditions import planned_run
 from stepload.envelope.envelope import Envelope
 from stepload.envelope.reason import PlanVerdict, Reason, findings
 from stepload.envelope.theory import DECLARED, chance_of_yield
-from stepload.envelope.until import planned_run
 from stepload.errors import DomainError
-from stepload.evidence.expected import expected_chord, lower_force, narrowing
+from stepload.evidence.expected import expected_chord, narrowing
 from stepload.evidence.quantity import Quantity
 from stepload.evidence.run_data import RunData
 from stepload.plan.hazards import read_words, rig_argument
-from stepload.plan.places import place_of
-from stepload.plan.references import names_a_file
+from stepload.plan.references import names_a_file, place_of
 from stepload.results.terminal import NARROW, wrapped
 from stepload.units import format_quantity as f
 from stepload.units import rounded_down
@@ -138,8 +137,6 @@ def _figures(envelope: Envelope) -> Iterator[tuple[str, str, str]]:
     if (found := envelope.identifiability) is not None:
         yield "K_max", f(found.k_max_n_per_m, "N/m"), f"(34), {found.binding} binds"
     ways = narrowing(*planned) if planned is not None else []
-    if planned is not None and (lower := lower_force(*planned)) is not None:
-        ways.append(lower)
     if ways:
         told = [f"{way.todo}: {half_width(way.half_width)}" for way in ways]
         yield "narrower with", "", "; ".join(told)

@@ -117,17 +117,6 @@ class PressData:
         times = np.array([touch.time_s for touch in self.touches])
         return np.searchsorted(times, self.time_s, side="right")
 
-    def since_touch(self, cycle: int) -> FloatArray:
-        """Travel (M,) of the loading of a cycle since the touch that began it.
-
-        For fits that take the zero as given. It excludes the shift of the zero by set and drift,
-        and every touch adds an error of a quantum.
-        """
-        loading = self.branch(LOADING, cycle)
-        before = int(self.contact[loading][0]) - 1 if loading.any() else -1
-        zero_m = self.touches[before].travel_m if before >= 0 else 0.0
-        return self.travel_m[loading] - zero_m
-
     def branch(self, phases: Sequence[Phase], cycle: int | None = None) -> NDArray[np.bool_]:
         """Mask (N,) of the samples in `phases`, of one cycle or of all."""
         mask = np.isin(self.phase, phases)

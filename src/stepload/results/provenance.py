@@ -81,26 +81,15 @@ def provenance_table(metadata: Mapping[str, str]) -> Table:
 
 
 def runs_table(runs: Sequence[SavedRun]) -> Table:
-    """The runs that a result was made from; `sealed_runs` adds the checksums of their records."""
+    """The runs that a result was made from, with the checksums of their records."""
+    keys = ("specimen", "batch", "run_id", "started", "operator", "stepload")
     rows = [
-        (
-            run.name, *(run.metadata.get(key) or NOTHING for key in ("specimen", "batch")),
-            run.metadata.get("run_id") or NOTHING, run.metadata.get("started") or NOTHING,
-            run.metadata.get("operator") or NOTHING,
-            f"stepload {run.metadata.get('stepload') or 'unknown'}",
-        )
+        (run.name, *(run.metadata.get(key) or NOTHING for key in keys), sum_or_why(run.path))
         for run in runs
-    ]  # fmt: skip
-    columns = ("run", "specimen", "batch", "id", "started", "operator", "recorded by")
+    ]
+    columns = ("run", "specimen", "batch", "id", "started", "operator", "stepload", "SHA-256")
     here = f"Evaluated by {_evaluated_by()}."
     return Table("Runs", columns, rows, (here,), page_only=True)
-
-
-def sealed_runs(document: Document, runs: Sequence[SavedRun]) -> Document:
-    """The document with the checksums of the records it was made from."""
-    rows = [(run.name, run.path.name, sum_or_why(run.path)) for run in runs]
-    sums = Table("Records", ("run", "file", "SHA-256"), rows, page_only=True)
-    return replace(document, tables=[*document.tables, sums])
 
 
 def _versions() -> dict[str, str]:
@@ -126,12 +115,15 @@ def sum_or_why(path: Path) -> str:
         return f"not known: {error.strerror or error}"
 
 
-def sealed(document: Document, record: Path) -> Document:
-    """The document with the checksum of the record it was made from, which must be finished."""
+def sealed(document: Document, record: Path, rows: Sequence[tuple[str, str]] = ()) -> Document:
+    """The document with the checksum of the record it was made from, which must be finished.
+
+    `rows` are further ones of the table of its provenance.
+    """
     told = sum_or_why(record)
-    row = (f"{record.name}, SHA-256", told)
+    rows = [(f"{record.name}, SHA-256", told), *rows]
     tables = [
-        replace(each, rows=[*each.rows, row]) if each.title == TITLE else each
+        replace(each, rows=[*each.rows, *rows]) if each.title == TITLE else each
         for each in document.tables
     ]
     sheet = document.certificate
@@ -143,18 +135,20 @@ def sealed(document: Document, record: Path) -> Document:
 def with_record(document: Document, record: Path) -> Document:
     """The document of a run with the state of its record: its checksum, its content, and whether it
     was finished. To be called when the record has got its name."""
-    document = sealed(document, record)
     try:
         summary = read_summary(record)
     except BadInputError as error:
-        return _remarked(document, f"the record cannot be read: {error.message}")
+        told = f"the record cannot be read: {error.message}"
+        return _remarked(sealed(document, record), told)
     rows = [
-        (stream.replace("_", " "), recorded, summary.outcome.get(f"dropped_{stream}", NOTHING))
+        (
+            f"messages, {stream.replace('_', ' ')}",
+            f"{recorded} recorded, {summary.outcome.get(f'dropped_{stream}', NOTHING)} dropped",
+        )
         for stream in STREAMS
         if (recorded := summary.outcome.get(f"recorded_{stream}"))
     ]
-    table = Table("Messages of the record", ("stream", "recorded", "dropped"), rows, page_only=True)
-    document = replace(document, tables=[*document.tables, table])
+    document = sealed(document, record, rows)
     return _remarked(document, UNFINISHED) if summary.partial else document
 
 

@@ -1,20 +1,23 @@
-"""How the contact of a run was made, as an object and as words for people."""
+"""How the contact of a run was made, as an object and as a table."""
 
 from __future__ import annotations
 
 import math
-from functools import partial
 from typing import Any
 
 import numpy as np
 
-from stepload.estimators.contact_quality import ContactQuality, contact_quality
+from stepload.estimators.contact_quality import (
+    ContactQuality,
+    Wrench,
+    contact_quality,
+    turn_of,
+)
 from stepload.estimators.fit import Missing
-from stepload.estimators.lateral import Wrench, turn_of
-from stepload.results.figures import BLUE, GREEN, INK, ORANGE, RED, SAND, figure_of, svg_of
-from stepload.results.model import Figure, Table
+from stepload.results.model import Table
 from stepload.results.press_data import LOADING, UNLOADING, PressData, holds_of
 from stepload.units import format_quantity as f
+from stepload.units import percent
 
 
 def wrench_of(data: PressData) -> Wrench | None:
@@ -47,32 +50,16 @@ def quality_of(data: PressData, lever_m: float | None) -> ContactQuality | Missi
 def quality_data(found: ContactQuality | Missing) -> dict[str, Any]:
     """The object for programs: `missing` says why there is no result; all else is then null."""
     if isinstance(found, Missing):
-        keys = ("share", "branches", "loop", "share_change", "share_change_sigma", "slips",
-                "unseen_slip_n", "points", "points_missing")  # fmt: skip
+        keys = ("branches", "slips", "unseen_slip_n", "place", "place_missing")
         return {"missing": found.why, **dict.fromkeys(keys)}
-    change, sigma = found.change or (None, None)
     return {
         "missing": "",
-        "share": found.share,
-        "branches": [
-            {
-                "cycle": branch.cycle, "loading": branch.rising, "median": branch.median,
-                "force_n": branch.force_n, "share": branch.share, "sigma": branch.sigma,
-            }
-            for branch in found.branches
-        ],
-        "loop": found.loop,
-        "share_change": change,
-        "share_change_sigma": sigma,
-        "slips": found.slips,
+        "branches": [branch._asdict() for branch in found.branches],
+        "slips": [slip._asdict() for slip in found.slips],
         "unseen_slip_n": found.unseen_n,
-        "points": None if isinstance(found.points, Missing) else found.points,
-        "points_missing": _why(found),
-    }  # fmt: skip
-
-
-def _why(found: ContactQuality) -> str:
-    return found.points.why if isinstance(found.points, Missing) else ""
+        "place": None if isinstance(found.place, Missing) else found.place._asdict(),
+        "place_missing": found.place.why if isinstance(found.place, Missing) else "",
+    }
 
 
 def summary(found: ContactQuality | Missing) -> str:
@@ -81,96 +68,44 @@ def summary(found: ContactQuality | Missing) -> str:
         return ""
     slips = len(found.slips)
     slipped = f"{slips} slip event{'s' if slips > 1 else ''}" if slips else "no slip event"
-    parts = [f"lateral force {found.share:.1%} of that along it", slipped]
-    if found.loop.friction:
-        parts.insert(1, "a friction loop")
-    if (point := found.eccentric) is not None:
-        parts.append(f"touched {f(point.size_m, 'm', 2)} beside the axis")
+    parts = [f"lateral force {percent(found.branches[0].size, 2)} of that along it", slipped]
+    if not isinstance(found.place, Missing):
+        parts.append(f"touched {f(found.place.size_m, 'm', 2)} beside the axis")
     return f"contact: {', '.join(parts)}"
 
 
 def quality_table(found: ContactQuality) -> Table:
     """Sentences on the contact for people."""
-    rows = []
-    for branch in found.branches:
-        one, other = branch.median
-        rows.append(
-            (
-                f"cycle {branch.cycle}, {'loading' if branch.rising else 'unloading'}",
-                f"{branch.size:.1%} of the force along the axis, median over the forces ({one:+.1%}"
-                f" and {other:+.1%} along the sensor's two other axes)",
-            )
+    rows = [
+        (
+            f"cycle {branch.cycle}, {_way(branch.rising)}",
+            f"{percent(branch.size, 2)} of the force along the axis"
+            " ({:+.1f} % and {:+.1f} % along the sensor's two other axes)".format(
+                *(100.0 * each for each in branch.share)
+            ),
         )
-    loop = found.loop
-    if loop.at_half is not None:
-        said = ": the contact slides, or its edge slips" if loop.friction else ""
-        rows.append(
-            ("difference at half the top force", f"{loop.at_half:.1%} ± {loop.sigma:.1%}{said}")
-        )
-    if found.change is not None:
-        change, sigma = found.change
-        rows.append(("change from cycle 1 to 2", f"{change:.1%} ± {sigma:.1%}"))
+        for branch in found.branches
+    ]
     rows += [
         (
             f"slip in cycle {slip.cycle}",
             f"the force across jumped by {f(slip.jump_n, 'N', 2)} at {f(slip.force_n, 'N')} while "
-            + ("loading" if slip.rising else "unloading"),
+            + _way(slip.rising),
         )
         for slip in found.slips
     ]
-    if not found.slips:
-        rows.append(("slip", "none was seen"))
     rows.append(("slip that might not be seen", f"up to {f(found.unseen_n, 'N', 2)}"))
-    place = _why(found)
-    if (point := found.eccentric) is not None:
-        x, y = (f(each, "m", 2) for each in point.beside_m)
+    if isinstance(found.place, Missing):
+        place = found.place.why
+    else:
+        x, y = (f(each, "m", 2) for each in found.place.beside_m)
         place = (
-            f"{x} and {y} beside the sensor's axis, each ± {f(point.sigma_m, 'm', 2)} by noise "
-            f"alone, at {f(point.force_n, 'N')}"
+            f"{x} and {y} beside the sensor's axis, each ± {f(found.place.sigma_m, 'm', 2)} by "
+            f"noise alone, at {f(found.place.force_n, 'N')}"
         )
     rows.append(("place of the contact", place))
     return Table("How the contact was made", ("of", "what was seen"), rows, page_only=True)
 
 
-COLOURS = {(True, 0): BLUE, (True, 1): GREEN, (False, 0): ORANGE, (False, 1): SAND}
-MOST_CYCLES = 2
-
-
-def share_over_force(found: ContactQuality) -> str:
-    """Both components of the share in the first two cycles; slips as marks at the bottom."""
-    with figure_of(3.0) as (figure, (axes,)):
-        cycles = sorted({branch.cycle for branch in found.branches})[:MOST_CYCLES]
-        for branch in found.branches:
-            if branch.cycle not in cycles:
-                continue
-            first = branch.cycle == cycles[0]
-            way = "loading" if branch.rising else "unloading"
-            for axis, name in enumerate(("first", "second")):
-                axes.errorbar(
-                    branch.force_n, 100.0 * branch.share[:, axis], 200.0 * branch.sigma,
-                    color=COLOURS[branch.rising, axis], ls="-" if first else ":", marker="o",
-                    ms=3.0 if first else 2.0, lw=1.2,
-                    label=f"{way}, {name} axis across" if first else None,
-                )  # fmt: skip
-        axes.axhline(0.0, color=INK, lw=0.8)
-        bottom = axes.get_ylim()[0]
-        for rising, mark, way in ((True, "^", "loading"), (False, "v", "unloading")):
-            at_n = [slip.force_n for slip in found.slips if slip.rising == rising]
-            if at_n:
-                axes.plot(at_n, [bottom] * len(at_n), mark, color=RED, ms=7, clip_on=False,
-                          label=f"slip while {way}")  # fmt: skip
-        axes.set(xlabel="force along the axis [N]", ylabel="force across [% of it]")
-        axes.legend(loc="best", fontsize=8)
-        return svg_of(figure)
-
-
-def quality_figure(found: ContactQuality) -> Figure:
-    """The figure with its caption."""
-    return Figure(
-        "contact", "Lateral force",
-        "Force along the sensor's two axes across, as a share of that along the pressing axis, with"
-        " twice the standard uncertainty by noise; dotted: the second cycle. Loading and unloading"
-        " that differ are sliding friction.",
-        "share of the lateral force over the force",
-        partial(share_over_force, found),
-    )  # fmt: skip
+def _way(rising: bool) -> str:
+    return "loading" if rising else "unloading"

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from stepload.envelope.domains import payload_doubts
-from stepload.envelope.ranges import beyond_range
+from stepload.envelope.domains import beyond_range, payload_doubts
+from stepload.envelope.until import MARGIN, Need, Until
+from stepload.evidence.identification import Identification
+from stepload.evidence.quantity import ResultVerdict
 from stepload.record.reader import Event
 from stepload.results.analyse import Evaluation
-from stepload.results.press_data import LOADING, UNLOADING, PressData, number_or_nan
-from stepload.results.until import loaded
-from stepload.units import format_quantity
+from stepload.results.model import Field, Table, named, quantity, table
+from stepload.results.press_data import LOADING, UNLOADING, PressData, event_number, number_or_nan
+from stepload.units import beside_limit, format_quantity, percent
 
 MOST_SHORT = 0.9
 """A later loading counts where it reached this share of the highest force of the first."""
@@ -25,11 +28,7 @@ def remarks(data: PressData) -> tuple[str, ...]:
 
 
 def unseen(data: PressData) -> str:
-    """Reason why this run cannot show set, creep and drift; "" where its cycles can.
-
-    It is based on the data: a run that was planned with two cycles and stopped in the first has
-    one.
-    """
+    """Reason why the data of this run cannot show set, creep and drift; "" where they can."""
     loading = data.branch(LOADING)
     numbers = np.unique(data.cycle[loading])
     if not numbers.size:
@@ -37,28 +36,19 @@ def unseen(data: PressData) -> str:
     tops = [float(data.force_n[loading & (data.cycle == number)].max()) for number in numbers]
     unloaded = bool(data.branch(UNLOADING).any())
     if sum(top >= MOST_SHORT * tops[0] for top in tops) < 2:
-        hint = (
-            "only the gap between loading and unloading hints at them"
-            if unloaded
-            else "nothing in this run hints at them"
+        what = "only the gap between loading and unloading" if unloaded else "nothing in this run"
+        return (
+            "one loading only: set, creep and drift cannot be told from the law; "
+            f"{what} hints at them"
         )
-        return f"one loading only: set, creep and drift cannot be told from the law; {hint}"
-    if not unloaded:
-        return "no holds on the way down: creep cannot be told from set and drift"
-    return ""
+    return "" if unloaded else "no holds on the way down: creep cannot be told from set and drift"
 
 
 def reopened(data: PressData) -> str:
-    """Shift of the touch after each pause from the zero; "" without a pause.
-
-    Travel keeps the zero of the first loading: set and drift over a pause are in the steps after
-    it. A new zero there would hide them, and add the quantum of another touch.
-    """
+    """Shift of the touch after each pause from the zero; "" without a pause."""
     shifts = [touch.travel_m for touch in data.touches if touch.purpose == "resume"]
-    if not shifts:
-        return ""
     told = ", ".join(f"{format_quantity(shift, 'm', digits=3)}" for shift in shifts)
-    return (
+    return told and (
         f"the contact was opened by a pause and touched again at {told} from the zero of the run: "
         "drift over the pause, and a quantum for each touch, are in the steps after it"
     )
@@ -79,16 +69,16 @@ def sideways(events: Sequence[Event]) -> tuple[str, ...]:
         )
     nulled = [event.data for event in events if event.kind == "nulled"]
     if nulled:
-        largest_n = max(number_or_nan(data.get("before_n")) for data in nulled)
-        left_n = max(number_or_nan(data.get("after_n")) for data in nulled)
+        before_n, after_n = (
+            max(number_or_nan(data.get(key)) for data in nulled) for key in ("before_n", "after_n")
+        )
         told.append(
-            f"nulling was on: before {len(nulled)} holds the lateral force was taken off"
-            f" sideways, from {largest_n:.3g} N at the most to {left_n:.3g} N; where tool and"
-            " sensor are not aligned this biases the stiffness (0.3 to 5 % at 2 deg in simulation)"
+            f"nulling took the lateral force off before {len(nulled)} holds: at the most"
+            f" {before_n:.3g} N before it, {after_n:.3g} N after it"
         )
     if any(data.get("why") in ("grown", "useless") for data in nulled):
         told.append(
-            "nulling did not take the force across off, and was left out from there on: see"
+            "nulling did not take the lateral force off and was given up: see"
             " procedure.nulling.sensor_turn"
         )
     return tuple(told)
@@ -96,14 +86,9 @@ def sideways(events: Sequence[Event]) -> tuple[str, ...]:
 
 def levels(events: Sequence[Event]) -> tuple[str, ...]:
     """Levels that were not reached, according to the events of the run."""
-    held = sum(event.kind == "held" for event in events)
-    missed = sum(event.kind == "level_missed" for event in events)
-    if not missed:
-        return ()
-    return (
-        f"{missed} of {held} levels were not reached in the time they had: they were held at the "
-        "force that there was",
-    )
+    held, missed = (sum(e.kind == kind for e in events) for kind in ("held", "level_missed"))
+    told = f"{missed} of {held} levels were not reached in their time: held at the force there was"
+    return (told,) if missed else ()
 
 
 def reasons_of(run: Evaluation) -> list[str]:
@@ -134,3 +119,123 @@ def beyond_theory(run: Evaluation) -> tuple[str, ...]:
         *beyond_range(envelope.theory, ends, headline.from_n, headline.to_n),
         *(doubt.message for doubt in doubts if not doubt.harmless),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """One level of the first loading: the payload's deformation from 10 % of the level to it, the
+    required deformation (inf where none suffices), and the verdict: more, enough, unreachable."""
+
+    level_n: float
+    deformation_m: float
+    needed_m: float
+    verdict: str
+
+
+@dataclass(frozen=True, slots=True)
+class Loaded:
+    """How far a run was loaded.
+
+    Attributes:
+        asked: half width required by the plan.
+        verdict: "enough", "unreachable"; "more" where the loading ended before either.
+        level_n: the highest level of the first loading.
+        top_force_n: that of the plan.
+        half_width: of the resulting interval; None where there is none.
+        met: whether the result is identified with an interval as narrow as required.
+        looks: every level.
+    """
+
+    asked: float
+    verdict: str
+    level_n: float
+    top_force_n: float
+    half_width: float | None
+    met: bool
+    looks: tuple[Look, ...]
+
+    @property
+    def text(self) -> str:
+        """The same in a sentence."""
+        asked, last = f"±{100.0 * self.asked:g} %", self.looks[-1]
+        top = format_quantity(self.top_force_n, "N")
+        said = f"loaded to {format_quantity(self.level_n, 'N')} of {top}: "
+        if self.verdict == "unreachable":
+            return said + f"{asked} was out of reach, even at {top}"
+        if self.verdict == "enough":
+            deformation, needed = last.deformation_m, last.needed_m
+            said += f"it deformed by {format_quantity(deformation, 'm')}, {asked} needs "
+            said += format_quantity(needed, "m")
+        else:
+            said += f"no level showed enough deformation for {asked}"
+        if self.met:
+            return said
+        if self.half_width is None or not math.isfinite(self.half_width):
+            return f"{said}; the run has no interval"
+        found = f"the interval came out as ±{beside_limit(self.half_width, self.asked)[0]}"
+        return f"{said}; {found}" + (
+            ", but the result is not identified" if self.half_width <= self.asked else ""
+        )
+
+
+def loaded(events: Sequence[Event], found: Identification | None) -> Loaded | None:
+    """How far a run was loaded; None where its plan has no such rule, or no level was held.
+
+    Raises:
+        BadInputError: an event of the record lacks a value.
+    """
+    told = [event for event in events if event.kind == "until"]
+    if not told:
+        return None
+    looks = tuple(
+        Look(
+            event_number(event, "level_n"),
+            event_number(event, "deformation_m"),
+            event_number(event, "needed_m"),
+            str(event.data.get("verdict", "")),
+        )
+        for event in told
+    )
+    headline = found.headline if found is not None else None
+    half = headline.half_width if headline is not None else None
+    identified = headline is not None and headline.verdict is ResultVerdict.IDENTIFIED
+    asked = event_number(told[-1], "asked")
+    return Loaded(
+        asked=asked,
+        verdict=looks[-1].verdict,
+        level_n=looks[-1].level_n,
+        top_force_n=event_number(told[-1], "top_force_n"),
+        half_width=half,
+        met=identified and half is not None and half <= asked,
+        looks=looks,
+    )
+
+
+def _needed(deformation_m: float) -> str:
+    return quantity("m")(deformation_m) if math.isfinite(deformation_m) else "none is enough"
+
+
+NEED: tuple[Field[Need], ...] = (
+    named("level_n", "level", quantity("N")),
+    Field(lambda need: need.needed_m, "", "deformation needed", _needed),
+    named("expected_m", "deformation by theory", quantity("m")),
+    named("half_width", "half width by theory", lambda half: f"±{percent(half, 2)}"),
+    Field(lambda n: "yes" if n.expected_m >= n.needed_m else "no", "", "enough by theory"),
+)
+
+
+def need_table(until: Until) -> Table:
+    """Requirements of every level before the run."""
+    top, expected = quantity("N")(until.needs[-1].level_n), "By theory "
+    if until.expected is None:
+        expected += f"no level up to {top} is enough"
+    else:
+        expected += f"the loading ends at {quantity('N')(until.needs[until.expected].level_n)}"
+        expected += f" of {top}"
+    expected += "; the run goes by the deformation that it measures."
+    notes = [
+        expected,
+        "Deformation is that of the payload from 10 % of a level to the level. Half width is that "
+        f"of the 95 % interval of the chord, {MARGIN:g} times what the known errors give.",
+    ]
+    return table(f"How far to load for ±{100.0 * until.asked:g} %", NEED, until.needs, notes)

@@ -11,7 +11,7 @@ from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
 from stepload.evidence.lateral import Sideways, alignment_of, sideways
 from stepload.evidence.loops import Track
-from stepload.evidence.run_data import RunData, Touch
+from stepload.evidence.run_data import RunData
 from stepload.record.rows import Phase
 from stepload.results.curve_zero import NEAR_TOP
 from stepload.results.model import finite
@@ -27,8 +27,6 @@ CLOSING_OPENING = (
 )
 SIGMAS = 6.0
 """Least pull, in standard deviations of one sample, that is not an extreme of the noise."""
-BEFORE_TOUCH_S = 0.05
-"""Time before a touch over which the speed of the approach is measured."""
 
 
 def pressed(data: PressData, conditions: Conditions) -> RunData:
@@ -44,7 +42,6 @@ def pressed(data: PressData, conditions: Conditions) -> RunData:
         tracks=tracks,
         conditions=conditions,
         doubts=(*data.doubts, *above_limit(conditions, peak_n)),
-        touches=_touches(data),
         zero_step_n=finite(data.zero_step_n),
         sideways=aside,
         alignment=alignment_of(conditions, quality_of(data, conditions.lever_m), aside.share),
@@ -73,33 +70,12 @@ def _track(data: PressData, mask: NDArray[np.bool_]) -> Track:
     return Track(data.time_s[mask], data.force_n[mask], data.travel_m[mask], held, arm_m, second_n)
 
 
-def _touches(data: PressData) -> tuple[Touch, Touch] | None:
-    """The touch that began the first loading, and the last one."""
-    first = [touch for touch in data.touches if touch.purpose in ("first", "again")][-1:]
-    later = [touch for touch in data.touches if touch.purpose in ("cycle", "last")][-1:]
-    if not first or not later:
-        return None
-    one, other = (
-        Touch(t.time_s, t.travel_m, t.force_n, _blur_m(data, t.time_s))
-        for t in (first[0], later[0])
-    )
-    return one, other
-
-
 def _arm_drift(data: PressData) -> float | None:
     """Drift of the arm's position between the touches in m/s, what the payload set included."""
     ends = [touch for touch in data.touches if touch.purpose in ("first", "again", "cycle", "last")]
     if data.arm_m is None or len(ends) < 2 or not ends[-1].time_s > ends[0].time_s:
         return None
     return (ends[-1].position_m - ends[0].position_m) / (ends[-1].time_s - ends[0].time_s)
-
-
-def _blur_m(data: PressData, time_s: float) -> float:
-    """Travel between two samples on the way to a touch, in m."""
-    end = int(np.searchsorted(data.time_s, time_s, side="right"))
-    begin = int(np.searchsorted(data.time_s, time_s - BEFORE_TOUCH_S))
-    way = data.travel_m[begin:end]
-    return abs(float(way[-1] - way[0])) / (way.size - 1) if way.size > 1 else 0.0
 
 
 def sideways_of(data: PressData, conditions: Conditions) -> Sideways:

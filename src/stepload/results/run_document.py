@@ -13,33 +13,26 @@ from stepload.evidence.identification import Identification
 from stepload.evidence.quantity import ResultVerdict
 from stepload.record.outcome import RunStatus
 from stepload.record.reader import Recording
-from stepload.results import fields
 from stepload.results.analyse import Evaluation
 from stepload.results.certificate import run_certificate
 from stepload.results.conditions import planned
-from stepload.results.course_tables import (
-    ending_table,
-    force_budget_table,
-    health_tables,
-    predicted_table,
-    preflight_table,
-)
-from stepload.results.equations import equation_table
 from stepload.results.from_file import FromFile
-from stepload.results.hysteresis import hysteresis_tables
-from stepload.results.identified_tables import (
-    HEADLINE_BUDGET,
-    brief_lines,
-    identification_tables,
-    run_in_table,
-    system_table,
-)
 from stepload.results.levels import Level, hold_table, levels_of
-from stepload.results.model import Document, Mood, Table, Verdict, interval, table
+from stepload.results.model import Document, Mood, Table, Verdict, interval
 from stepload.results.provenance import provenance_table
 from stepload.results.reasons import reasons_of
 from stepload.results.run_figures import figures_of, law_figure
-from stepload.results.until import loaded, until_table
+from stepload.results.tables import (
+    brief_lines,
+    budget_table,
+    ending_table,
+    identification_tables,
+    predicted_table,
+    preflight_table,
+    run_in_table,
+    system_table,
+    time_table,
+)
 from stepload.units import format_quantity as f
 
 MOOD: dict[ResultVerdict, Mood] = {
@@ -51,11 +44,9 @@ MOOD: dict[ResultVerdict, Mood] = {
 
 def identification_document(told: FromFile) -> Document:
     """An identification from a file, with the further results of a record as in a run's report."""
-    tables = identification_tables(told.found)
+    tables = [*identification_tables(told.found), *budget_table(told.found)]
     if told.run_in is not None:
         tables.append(run_in_table(told.run_in))
-    if told.hysteresis is not None:
-        tables += hysteresis_tables(told.hysteresis)
     return Document(
         title="Identification",
         verdict=_identified(told.found),
@@ -81,22 +72,22 @@ def run_document(run: Evaluation) -> Document:
     reasons, levels = _reasons(run), levels_of_run(run)
     system = None if run.system is None else system_table(run.system)
     kind = "dry run on the simulated rig" if run.dry_run else "run"
-    document = Document(
+    doubts = _doubts(run, reasons)
+    return Document(
         title=run.envelope.plan.name,
         subtitle=f"{kind} · {run.recording.metadata.get('started', '')} · "
         f"run {run.recording.metadata.get('run_id', '')}",
         verdict=_verdict(run),
         ended=run.outcome.why,
         reasons=reasons,
-        doubts=_doubts(run, reasons),
+        doubts=doubts,
         brief=[] if run.identification is None else brief_lines(run.identification),
         tables=_tables(run, levels, system),
         figures=figures_of(run),
         texts=_texts(run.recording),
         simulated=run.dry_run,
-        certificate=run_certificate(run, levels, _doubts(run, reasons), law_figure(run), system),
+        certificate=run_certificate(run, levels, doubts, law_figure(run), system),
     )
-    return replace(document, tables=[*document.tables, equation_table(document)])
 
 
 def levels_of_run(run: Evaluation) -> tuple[Level, ...]:
@@ -129,29 +120,17 @@ def _doubts(run: Evaluation, reasons: Sequence[str]) -> list[str]:
 
 def _tables(run: Evaluation, holds: Sequence[Level], system: Table | None) -> list[Table]:
     """Details after the sheet: the budget, the course, the provenance, then the rest."""
-    found, metadata = run.identification, run.recording.metadata
-    way = "travel" if run.system is not None else "deformation"
-    known = [] if found is None else identification_tables(found)
-    tables = [each for each in known if each.title == HEADLINE_BUDGET]
-    tables.append(predicted_table(run))
-    tables += health_tables(run)
-    tables.append(ending_table(run.outcome))
-    if (until := loaded(run.recording.events, found)) is not None:
-        tables.append(until_table(until))
-    tables += [provenance_table(metadata), hold_table(holds, way)]
-    tables += [each for each in known if each.title != HEADLINE_BUDGET]
-    if system is not None:
-        tables.append(system)
+    found = run.identification
+    tables = [] if found is None else budget_table(found)
+    tables += [predicted_table(run), ending_table(run.outcome)]
+    tables += [] if run.data is None else [time_table(run.data)]
+    tables.append(provenance_table(run.recording.metadata))
+    tables.append(hold_table(holds, "travel" if run.system is not None else "deformation"))
+    tables += [] if found is None else identification_tables(found)
+    tables += [] if system is None else [system]
     if run.run_in is not None:
         tables.append(run_in_table(run.run_in))
-    if run.hysteresis is not None:
-        tables += hysteresis_tables(run.hysteresis)
-    return [
-        *tables,
-        table("Safing", fields.SAFING, run.outcome.safing, page_only=True),
-        force_budget_table(run.envelope, page_only=True),
-        preflight_table(run.envelope),
-    ]
+    return [*tables, preflight_table(run.envelope)]
 
 
 def _verdict(run: Evaluation) -> Verdict:

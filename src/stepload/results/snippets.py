@@ -1,4 +1,4 @@
-"""The identified law as contact parameters of a simulator: MuJoCo (MJCF), Drake (SDFormat, Python).
+"""The identified law as contact parameters of a simulator: MuJoCo (MJCF), Drake (SDFormat).
 
 Both know a *linear* spring at a contact point, so the law is linearised about a stated force: the
 tangent dF/dδ there, or the chord from 10 % of that force to it.
@@ -27,10 +27,11 @@ from stepload.evidence.identification import Identification
 from stepload.evidence.quantity import ResultVerdict
 from stepload.results.model import SIMULATED
 from stepload.units import format_quantity as f
+from stepload.units import percent
 
-Simulator = Literal["mujoco", "drake", "drake-python"]
+Simulator = Literal["mujoco", "drake"]
 Kind = Literal["tangent", "chord"]
-SIMULATORS: tuple[Simulator, ...] = ("mujoco", "drake", "drake-python")
+SIMULATORS: tuple[Simulator, ...] = ("mujoco", "drake")
 KINDS: tuple[Kind, ...] = ("tangent", "chord")
 
 CHORD_FROM = 0.1
@@ -113,7 +114,8 @@ def spring_of(
         warnings.append("there is no interval: the uncertainty of this number is not known")
     if at_n < WELL_ABOVE_ZERO * peak_n:
         warnings.append(
-            f"{f(at_n, 'N')} is less than {WELL_ABOVE_ZERO:.0%} of the {f(peak_n, 'N')} that were "
+            f"{f(at_n, 'N')} is less than {percent(WELL_ABOVE_ZERO, 2)} of the "
+            f"{f(peak_n, 'N')} that were "
             "pressed: the zero decides there, not the data"
         )
     return Spring(
@@ -137,98 +139,60 @@ def snippet(spring: Spring, simulator: Simulator, *, mass_kg: float | None = Non
         raise BadInputError("a mass is given; Drake's contact stiffness does not depend on it")
     if mass_kg is not None and not 0.0 < mass_kg < math.inf:
         raise BadInputError(f"the mass is {mass_kg:g} kg; it must be finite and greater than 0 kg")
-    if simulator == "mujoco":
-        return _mujoco(spring, mass_kg)
-    return _drake(spring) if simulator == "drake" else _drake_python(spring)
+    return _drake(spring) if simulator == "drake" else _mujoco(spring, mass_kg)
 
 
-def _head(spring: Spring) -> list[str]:
+def _commented(spring: Spring, lines: list[str], content: str) -> str:
+    """XML under a comment; double hyphens, which would end it, are replaced."""
     at, stiffness = f(spring.at_n, "N"), f(spring.stiffness_n_per_m, "N/m")
-    what = f"tangent dF/dδ at {at}"
-    if spring.kind == "chord":
-        what = f"chord from {f(spring.from_n, 'N')} to {at}"
+    chord = f"chord from {f(spring.from_n, 'N')} to {at}"
+    what = chord if spring.kind == "chord" else f"tangent dF/dδ at {at}"
     ends = spring.interval_n_per_m
     known = f"95 % interval {f(ends[0], 'N/m')} to {f(ends[1], 'N/m')}" if ends else "no interval"
-    return [
+    head = [
         *([SIMULATED] if spring.simulated else []),
         *(f"WARNING: {warning}" for warning in spring.warnings),
-        f"Contact of payload and plate, linearised: {what} = {stiffness}, {known}.",
-        f"Verdict of the identification: {spring.verdict.value}.",
-        f"The law is not linear; this number is for that force. Measured up to "
-        f"{f(spring.peak_force_n, 'N')}. It is of the whole contact: one contact point.",
+        f"Contact of payload and plate: {what} = {stiffness}, {known}.",
+        f"The result is {spring.verdict.value}. The law is not linear: this number is for that "
+        f"force. Measured up to {f(spring.peak_force_n, 'N')}.",
     ]
+    safe = [line.replace("--", "−−").rstrip("-") for line in (*head, *lines)]
+    return "\n".join(["<!--", *(f"  {line}" for line in safe), "-->", content, ""])
 
 
 def _mujoco(spring: Spring, mass_kg: float | None) -> str:
     mass = 1.0 if mass_kg is None else mass_kg
-    scale = (1.0 - IMPEDANCE) / mass
-    stiffness = spring.stiffness_n_per_m * scale
-    loaded = mass / (1.0 - IMPEDANCE)
-    period_s = 2.0 * math.pi * math.sqrt(loaded / spring.stiffness_n_per_m)
-    shown = f"{mass:g} kg"
+    stiffness = spring.stiffness_n_per_m * (1.0 - IMPEDANCE) / mass
+    period_s = 2.0 * math.pi * math.sqrt(mass / (1.0 - IMPEDANCE) / spring.stiffness_n_per_m)
     lines = [
-        *_head(spring),
-        f"solref = (−stiffness, −damping) is divided by the effective mass: these two are for "
-        f"{shown}. stiffness = S (1 − d)/m, damping = C (1 − d)/m, d = {IMPEDANCE:g} from solimp.",
+        f"solref = (−stiffness, −damping) is divided by the effective mass: it is for {mass:g} kg.",
+        f"Timestep: at most {period_s / STEPS_PER_PERIOD:.2g} s, a {STEPS_PER_PERIOD}th of the "
+        f"period of {mass:g} kg on this spring.",
+        "Damping is not measured: 0 is a perfectly elastic contact.",
     ]
     if mass_kg is None:
-        lines.append(
-            "NO MASS WAS GIVEN: divide both numbers of solref by your effective mass in kg (1/m = "
-            "1/m1 + 1/m2; of the moving body alone against a fixed one)."
-        )
-    lines += [
-        'Valid for cone="elliptic" (or condim="1"); a pyramidal cone follows another law. '
-        "The constraint adds 1 % of the mass. impratio and solreffriction keep friction stiff.",
-        f"Timestep: at most {period_s / STEPS_PER_PERIOD:.2g} s, a {STEPS_PER_PERIOD}th of the "
-        f"period of {shown} on this spring; direct solref is not kept safe by MuJoCo.",
-        "Damping is not measured: 0 is a perfectly elastic contact; choose your own.",
-        "Name your own geoms; with direct solref on geoms instead of a pair, MuJoCo takes the "
-        "element-wise minimum of the two.",
-    ]
-    return f"""{_comment(lines)}
-<mujoco>
+        lines.append("NO MASS WAS GIVEN: divide both numbers of solref by your effective mass.")
+    return _commented(
+        spring,
+        lines,
+        f"""<mujoco>
   <option cone="elliptic" impratio="{FRICTION_RATIO}"/>
   <contact>
     <pair geom1="payload" geom2="plate" condim="3"
           solref="{-stiffness:.6g} 0" solreffriction="0.02 1"
           solimp="{IMPEDANCE:g} {IMPEDANCE:g} 0.001 0.5 2"/>
   </contact>
-</mujoco>
-"""
-
-
-def _drake_lines(spring: Spring) -> list[str]:
-    doubled = f(2.0 * spring.stiffness_n_per_m, "N/m")
-    return [
-        *_head(spring),
-        f"Drake combines k = k1 k2/(k1 + k2): {doubled}, twice the contact's stiffness, belongs on "
-        "both geometries. Beside a geometry of k2, the other takes S k2/(k2 - S).",
-        "Point contact only: hydroelastic_modulus is a pressure field over a geometry, which a "
-        "stiffness at one force does not determine.",
-        "Dissipation is not measured and is left out: Drake's default counts.",
-    ]
+</mujoco>""",
+    )
 
 
 def _drake(spring: Spring) -> str:
-    stiffness = f"{2.0 * spring.stiffness_n_per_m:.6g}"
-    tag = f"  <drake:point_contact_stiffness>{stiffness}</drake:point_contact_stiffness>"
-    comment = _comment(["Goes into <collision> of either body.", *_drake_lines(spring)])
+    doubled = 2.0 * spring.stiffness_n_per_m
+    lines = [
+        f"Goes into <collision> of both bodies: Drake combines k = k1 k2/(k1 + k2), so each has "
+        f"{f(doubled, 'N/m')}, twice the contact's stiffness.",
+        "Point contact only. Dissipation is not measured: Drake's default counts.",
+    ]
+    tag = f"  <drake:point_contact_stiffness>{doubled:.6g}</drake:point_contact_stiffness>"
     head = '<drake:proximity_properties xmlns:drake="http://drake.mit.edu">'
-    return "\n".join([comment, head, tag, "</drake:proximity_properties>", ""])
-
-
-def _drake_python(spring: Spring) -> str:
-    given = f"point_stiffness={2.0 * spring.stiffness_n_per_m:.6g}"
-    comment = "\n".join(f"# {part}" for line in _drake_lines(spring) for part in line.splitlines())
-    return f"""{comment}
-from pydrake.geometry import AddContactMaterial, ProximityProperties
-
-properties = ProximityProperties()
-AddContactMaterial(properties=properties, {given})
-"""
-
-
-def _comment(lines: list[str]) -> str:
-    """An XML comment; double hyphens, which would end it, are replaced."""
-    safe = [line.replace("--", "−−").rstrip("-") for line in lines]
-    return "\n".join(["<!--", *(f"  {line}" for line in safe), "-->"])
+    return _commented(spring, lines, f"{head}\n{tag}\n</drake:proximity_properties>")

@@ -11,37 +11,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
-from stepload.rig.contract_life import (
-    check_close,
-    check_failing_open,
-    check_open,
-    check_options,
-    check_reopen,
-    check_safe,
-    check_unopened,
-)
-from stepload.rig.contract_loss import check_lost_link, check_stale
-from stepload.rig.contract_motion import check_motion, check_stop, check_targets
-from stepload.rig.contract_samples import check_drain, check_samples, check_stamps
-from stepload.rig.contract_shift import check_shift
-from stepload.rig.contract_standstill import check_rest
-from stepload.rig.contract_trial import ContractViolation, SkippedCheck, Trial
-from stepload.rig.contract_values import check_bias, check_frozen, check_load
+from stepload.rig import contract_arm as arm
+from stepload.rig import contract_life as life
+from stepload.rig import contract_samples as samples
+from stepload.rig.contract_trial import ContractViolation as ContractViolation
+from stepload.rig.contract_trial import SkippedCheck as SkippedCheck
+from stepload.rig.contract_trial import Trial as Trial
 from stepload.rig.device import Device
-
-__all__ = [
-    "CHECKS",
-    "Check",
-    "CheckResult",
-    "CheckStatus",
-    "ContractViolation",
-    "SkippedCheck",
-    "Trial",
-    "run_check",
-    "run_contract",
-    "run_trial",
-    "trial_of",
-]
 
 Check = Callable[[Trial], str | None]
 
@@ -65,33 +41,14 @@ class CheckResult:
 
 
 CHECKS: tuple[Check, ...] = (
-    check_unopened,
-    check_options,
-    check_open,
-    check_samples,
-    check_stamps,
-    check_drain,
-    check_frozen,
-    check_safe,
-    check_close,
-    check_reopen,
-    check_failing_open,
-    check_rest,
-    check_load,
-    check_bias,
-    check_targets,
-    check_motion,
-    check_shift,
-    check_stop,
-    check_stale,
-    check_lost_link,
-)
+    life.check_unopened, life.check_options, life.check_open,
+    samples.check_samples, samples.check_stamps, samples.check_drain, samples.check_frozen,
+    life.check_safe, life.check_close, life.check_reopen, life.check_failing_open,
+    arm.check_rest, samples.check_load, samples.check_bias,
+    arm.check_targets, arm.check_motion, arm.check_shift, arm.check_stop,
+    life.check_stale, life.check_lost_link,
+)  # fmt: skip
 """In this order; those that silence the device are last, because it may stay so."""
-
-
-def check_name(check: Check) -> str:
-    """The name of a check as results give it."""
-    return check.__name__.removeprefix("check_")
 
 
 def run_check(check: Check, trial: Trial) -> CheckResult:
@@ -106,7 +63,8 @@ def run_check(check: Check, trial: Trial) -> CheckResult:
         status, message = CheckStatus.FAILED, str(violation)
     except Exception as error:  # any other exception breaks the contract too
         status, message = CheckStatus.FAILED, f"{type(error).__name__}: {error}"
-    return CheckResult(check_name(check), status, message, time.monotonic() - started_s)
+    name = check.__name__.removeprefix("check_")
+    return CheckResult(name, status, message, time.monotonic() - started_s)
 
 
 def run_trial(trial: Trial) -> list[CheckResult]:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import closing
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from typing import Protocol, TypeVar
 
-from stepload.errors import RefusedError
-from stepload.runner.pool import DoneT, PartT, Pool
+from stepload.runner.pool import Pool
 
 BATCH = 25
 """Largest number of jobs that are sent, done and stored together."""
@@ -43,28 +41,24 @@ class Job:
 class Work(Protocol[JobIn, RowOut]):
     """Common part of all jobs; it is pickled and sent with every batch."""
 
-    @property
-    def digest(self) -> str:
-        """Digest of the code that determines the result of a job on this machine."""
-        ...
-
     def run(self, job: JobIn, /) -> RowOut:
         """Do one job. The same work and job give the same row on any machine."""
         ...
 
 
-def run_batch(work: Work[JobT, RowT], digest: str, jobs: Sequence[JobT]) -> list[RowT]:
-    """Do these jobs here, one after the other.
+def run_all(
+    work: Work[JobT, RowT], jobs: Sequence[JobT], pool: Pool, size: int = BATCH
+) -> Generator[list[RowT], None, None]:
+    """Rows in batches, in order of completion; each job is done once.
 
-    Raises:
-        RefusedError: the code here is not the code that `digest` was made from.
+    Args:
+        size: largest number of jobs in a batch; 1 where the pool is here.
     """
-    here = work.digest
-    if here != digest:
-        raise RefusedError(
-            f"this worker's code is not the code that asks (digest {here[:12]}, not {digest[:12]})",
-            hint="install the same version everywhere and restart the workers",
-        )
+    size = 1 if pool.here else size
+    yield from pool.finished(partial(_run_batch, work), _parts(jobs, size))
+
+
+def _run_batch(work: Work[JobT, RowT], jobs: Sequence[JobT]) -> list[RowT]:
     _keep_what_is_there()
     rows = [work.run(job) for job in jobs]
     gc.collect()
@@ -81,42 +75,9 @@ def _keep_what_is_there() -> None:
         gc.freeze()
 
 
-def run_all(
-    work: Work[JobT, RowT], jobs: Sequence[JobT], pool: Pool, size: int | None = None
-) -> Generator[list[RowT], None, None]:
-    """Rows in batches, in order of completion; each job is done once.
-
-    Args:
-        work: the common part of all jobs.
-        jobs: the jobs.
-        pool: the worker pool.
-        size: largest number of jobs in a batch, by default `BATCH`; 1 where the pool is here.
-    """
-    yield from pool.finished(partial(run_batch, work, work.digest), _parts(jobs, pool, size))
-
-
-def run_in_order(
-    work: Work[JobT, RowT], jobs: Sequence[JobT], pool: Pool, size: int | None = None
-) -> Generator[list[RowT], None, None]:
-    """The same in the order of the jobs: an early batch waits for those before it."""
-    do = partial(_numbered, partial(run_batch, work, work.digest))
-    early: dict[int, list[RowT]] = {}
-    due = 0
-    with closing(pool.finished(do, enumerate(_parts(jobs, pool, size)))) as batches:
-        for number, rows in batches:
-            early[number] = rows
-            while due in early:
-                yield early.pop(due)
-                due += 1
-
-
-def _numbered(do: Callable[[PartT], DoneT], part: tuple[int, PartT]) -> tuple[int, DoneT]:
-    return part[0], do(part[1])
-
-
-def _parts(jobs: Sequence[JobT], pool: Pool, size: int | None) -> Iterator[Sequence[JobT]]:
-    size, start = 1 if pool.here else size, 0
+def _parts(jobs: Sequence[JobT], size: int) -> Iterator[Sequence[JobT]]:
+    start = 0
     while start < len(jobs):
-        count = max(1, min(size or BATCH, (len(jobs) - start) // TAIL))
+        count = max(1, min(size, (len(jobs) - start) // TAIL))
         yield jobs[start : start + count]
         start += count

@@ -2,32 +2,23 @@
 
 from __future__ import annotations
 
-import logging
 import os
 import signal
 import threading
-import time
 import traceback
-from collections import deque
-from collections.abc import Callable, Container, Generator, Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import contextmanager
 from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
-from typing import Any, TypeVar
+from types import FrameType
+from typing import TypeVar
 
 from stepload.errors import RefusedError
-from stepload.runner.interrupts import interruptible
 
 PartT = TypeVar("PartT")
 DoneT = TypeVar("DoneT")
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
-MOST_IN_A_ROW = 5
-"""Largest number of lost processes in a row, without a finished batch."""
-PARENT_POLL_S = 1.0
-GONE = (EOFError, OSError)
-"""What a pipe raises whose process is dead."""
-_log = logging.getLogger(__name__)
 
 
 def cores() -> int:
@@ -38,10 +29,9 @@ def cores() -> int:
 class Pool:
     """A fixed number of processes until the end of the `with` block; with 1 the work is done here.
 
-    A process that is killed is replaced, and its batch is done again. Each process has a pipe of
-    its own and one batch at a time: no lock, queue or thread is shared that a killed process could
-    leave locked or unread. `ProcessPoolExecutor` of Python 3.11 hangs where it starts a process
-    while another is lost.
+    Each process has a pipe of its own and one batch at a time: no lock, queue or thread is shared
+    that a killed process could leave locked or unread. `ProcessPoolExecutor` of Python 3.11 hangs
+    where it starts a process while another is lost.
 
     Args:
         processes: at least 1; one for each core where no number is given.
@@ -62,11 +52,10 @@ class Pool:
     ) -> Generator[DoneT, None, None]:
         """Results of `do` for each part, once each, in order of completion.
 
-        Closing the generator waits for the parts that are being done. At Ctrl+C they come too,
-        before KeyboardInterrupt; here the part is given up. Another Ctrl+C kills the processes.
+        Ctrl+C, and the end of the generator, give up the parts that are being done.
 
         Raises:
-            RefusedError: processes are killed again and again.
+            RefusedError: a process was killed.
         """
         if self.here:
             for part in parts:
@@ -74,147 +63,102 @@ class Pool:
                     result = do(part)
                 yield result
             return
-        lost, left = 0, iter(parts)
-        again: deque[PartT] = deque()
-        busy: dict[Connection, PartT] = {}
-        came: deque[tuple[DoneT, BaseException | None]] = deque()
+        left, busy = iter(parts), set[Connection]()
         try:
             while True:
-                # Ctrl+C waits: what is sent is known to be busy, and what came is kept.
-                with interruptible(at_once=False):
-                    for pipe in _ready(busy, 0.0):
-                        lent = busy.pop(pipe)
-                        try:
-                            came.append(pipe.recv())
-                            lost = 0
-                        except GONE:
-                            self._end([pipe])
-                            again.append(lent)
-                            lost += 1
-                    while len(busy) < self._processes and lost <= MOST_IN_A_ROW:
-                        due = again.popleft() if again else next(left, None)
-                        if due is None:
-                            break
-                        busy[self._send(do, due, busy)] = due
-                while came:
-                    yield _result(*came.popleft())
-                if lost > MOST_IN_A_ROW:
-                    raise RefusedError(
-                        f"a process was lost {lost} times in a row, and no batch was finished",
-                        hint="look for a worker that was killed for its memory; what is done"
-                        " is kept",
-                    )
+                while len(busy) < self._processes and (due := next(left, None)) is not None:
+                    pipe = next((each for each in self._workers if each not in busy), None)
+                    pipe = pipe or self._start()
+                    busy.add(pipe)
+                    with _none_killed():
+                        pipe.send((do, due))
                 if not busy:
                     return
-                _ready(busy)
-        except KeyboardInterrupt:
-            while came:
-                yield _result(*came.popleft())
-            if busy:
-                _log.warning("waiting for what is being done; another Ctrl+C gives it up")
-            yield from self._last(busy)
-            raise
-        finally:
-            for _ in self._last(busy):
-                pass
-
-    def _last(self, busy: dict[Connection, Any]) -> Generator[Any, None, None]:
-        """Results of the parts that are being done; no other is begun."""
-        try:
-            while busy:
-                for pipe in _ready(busy):
-                    del busy[pipe]
-                    with suppress(*GONE):
+                for pipe in [each for each in wait(list(busy)) if isinstance(each, Connection)]:
+                    with _none_killed():
                         result, error = pipe.recv()
-                        if error is None:
-                            yield result
-        except BaseException:
-            self._end(list(self._workers), kill=True)
-            busy.clear()
-            raise
+                    busy.remove(pipe)
+                    if error is not None:
+                        raise error
+                    yield result
+        finally:
+            self._end(busy)
 
-    def _send(
-        self, do: Callable[[PartT], DoneT], part: PartT, busy: Container[Connection]
-    ) -> Connection:
-        """Send it to a process that is idle, or to a new one."""
-        for pipe in [each for each in self._workers if each not in busy]:
-            try:
-                pipe.send((do, part))
-            except GONE:
-                self._end([pipe])
-            else:
-                return pipe
+    def _start(self) -> Connection:
         context = get_context("spawn")
         pipe, other = context.Pipe()
-        process = context.Process(target=serve, args=(other,))
+        process = context.Process(target=serve, args=(other,), daemon=True)
         with one_thread(), other:
             process.start()
         self._workers[pipe] = process
-        with suppress(*GONE):  # dead already: its end of the pipe tells
-            pipe.send((do, part))
         return pipe
 
-    def _end(self, pipes: Sequence[Connection], kill: bool = False) -> None:
-        """End these processes, which are idle, dead or to be killed."""
-        processes = [self._workers.pop(pipe) for pipe in pipes]
-        try:
-            for pipe, process in zip(pipes, processes, strict=True):
-                if kill:
-                    process.kill()
-                pipe.close()
-            for process in processes:
-                process.join()
-        except KeyboardInterrupt:
-            for process in processes:
-                process.kill()
-            raise
+    def _end(self, pipes: Iterable[Connection]) -> None:
+        processes = [self._workers.pop(pipe) for pipe in list(pipes)]
+        for process in processes:
+            process.kill()
+        for process in processes:
+            process.join()
 
     def __enter__(self) -> Pool:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._end(list(self._workers))
+        self._end(self._workers)
 
 
-def _ready(pipes: Iterable[Connection], timeout_s: float | None = None) -> list[Connection]:
-    """Those on which an answer came, or whose process is dead."""
-    there = list(pipes)
-    ready = wait(there, timeout_s)
-    return [pipe for pipe in there if pipe in ready]
+@contextmanager
+def _none_killed() -> Iterator[None]:
+    """An exchange with a process: a pipe whose process is dead raises these errors."""
+    try:
+        yield
+    except (EOFError, OSError) as error:
+        raise RefusedError(
+            "a process that did the work was killed",
+            hint="look for one that took too much memory; what is done is kept",
+        ) from error
 
 
-def _result(result: DoneT, error: BaseException | None) -> DoneT:
-    if error is not None:
-        raise error
-    return result
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Ctrl+C ends the block with KeyboardInterrupt, however the block itself ends.
+
+    A simulated run takes it for a fault and ends safely: its result is that of no run.
+    """
+    came = False
+    former = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(former):
+        yield
+        return
+
+    def note(number: int, frame: FrameType | None) -> None:
+        nonlocal came
+        came = True
+        former(number, frame)
+
+    try:
+        signal.signal(signal.SIGINT, note)
+        yield
+    finally:
+        signal.signal(signal.SIGINT, former)
+        if came:
+            raise KeyboardInterrupt
 
 
 def serve(pipe: Connection) -> None:
-    """What a process of the pool does until the other end of the pipe is closed."""
-    quiet()
+    """What a process of the pool does until the other end of the pipe is closed; Ctrl+C is for the
+    parent."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     while True:
         try:
             do, part = pipe.recv()
-        except GONE:
+        except (EOFError, OSError):
             return
         try:
             pipe.send((do(part), None))
         except BaseException as error:
             error.add_note("".join(traceback.format_exception(error)))
             pipe.send((None, error))
-
-
-def quiet() -> None:
-    """Ignore Ctrl+C, which is for the parent; a worker ends with its parent in any case."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = os.getppid()
-
-    def follow() -> None:
-        while os.getppid() == parent:
-            time.sleep(PARENT_POLL_S)
-        os._exit(1)
-
-    threading.Thread(target=follow, name="parent of the pool", daemon=True).start()
 
 
 @contextmanager

@@ -13,21 +13,15 @@ from stepload.errors import BadInputError, RefusedError
 
 
 class Row(Protocol):
-    """The stored result of one run, identified by its series and number."""
+    """The stored result of one run, identified by its series and number in that; one JSON line."""
 
     @property
-    def series(self) -> str:
-        """Runs of one kind."""
-        ...
+    def series(self) -> str: ...
 
     @property
-    def index(self) -> int:
-        """Number of the run in its series."""
-        ...
+    def index(self) -> int: ...
 
-    def to_line(self) -> str:
-        """One line of JSON, without its line end."""
-        ...
+    def to_line(self) -> str: ...
 
 
 RowT = TypeVar("RowT", bound=Row)
@@ -62,39 +56,32 @@ class Store(Generic[RowT]):
         self._from_line = from_line
         self._file: TextIO = self._path.open("a", encoding="utf-8")
         try:
-            self._take()
-            self._check_header(directory / files[0], header)
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            self._check_header(directory / files[0], json.loads(json.dumps(header)))
             self.rows = self._read()
+        except BlockingIOError as error:
+            self._file.close()
+            raise RefusedError(
+                f"{directory}: another command is at work there",
+                hint="wait for its end, or use another directory",
+            ) from error
         except BaseException:
             self._file.close()
             raise
 
-    def _take(self) -> None:
-        """Lock the file against other commands until this process ends in any way."""
-        try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            raise RefusedError(
-                f"{self._path.parent}: another command is at work there",
-                hint="wait for its end, or use another directory",
-            ) from error
-
     def _check_header(self, path: Path, header: dict[str, object]) -> None:
-        text = json.dumps(header, indent=1)
         if not path.exists():
             if self._path.stat().st_size:
                 raise BadInputError(
                     f"{path}: missing beside {self._path.name}", hint="use a new directory"
                 )
-            path.write_text(text + "\n", encoding="utf-8")
+            path.write_text(json.dumps(header, indent=1) + "\n", encoding="utf-8")
             return
         try:
-            found = json.loads(path.read_text(encoding="utf-8"))
-        except ValueError as error:
+            found = dict(json.loads(path.read_text(encoding="utf-8")))
+        except (ValueError, TypeError) as error:
             raise BadInputError(f"{path}: {error}", hint="use a new directory") from error
-        if not isinstance(found, dict):
-            raise BadInputError(f"{path}: no header of runs", hint="use a new directory")
-        if found != json.loads(text):
+        if found != header:
             names = ", ".join(name for name in header if found.get(name) != header[name])
             raise RefusedError(
                 f"{path.parent} holds a campaign that differs in: {names}",

@@ -23,9 +23,11 @@ from stepload.engine.open_rig import OpenRig, opened
 from stepload.engine.operator import Operator
 from stepload.engine.tick import Engine
 from stepload.envelope.envelope import Envelope, envelope_of, refusal_of
-from stepload.envelope.pose import plan_where_it_stands
 from stepload.envelope.reason import PlanVerdict
+from stepload.envelope.stiffness import plan_where_it_stands
 from stepload.errors import LeftEarlyError, RefusedError, in_words
+from stepload.plan.compose import SIMULATED
+from stepload.plan.model import Plan
 from stepload.record.outcome import RunOutcome
 from stepload.record.plain import plain
 from stepload.record.recorder import Recorder, RecordingFailedError
@@ -39,7 +41,6 @@ from stepload.results.run_record import read_to_evaluate
 from stepload.rig import pose
 from stepload.rig.device import ArmConfiguration
 from stepload.session import control, files
-from stepload.session.hardware_check import refuse_simulated
 from stepload.session.resume import Resumed, resumable
 
 Progress = Callable[[Engine, Envelope], None]
@@ -214,6 +215,25 @@ def refuse_what_may_not_run(envelope: Envelope, dry_run: bool) -> None:
     if not dry_run:
         refuse_simulated(envelope.plan)
         envelope.plan.refuse_missing()
+
+
+def simulated_devices(plan: Plan) -> list[str]:
+    """Keys of the devices of a plan that are simulated: it can be rehearsed, not run."""
+    return [f"rig.{key}" for key, spec in plan.rig.devices.items() if spec.driver == SIMULATED]
+
+
+def refuse_simulated(plan: Plan) -> None:
+    """Refuse simulated devices outside a dry run: they press a payload of their own.
+
+    Raises:
+        RefusedError: with the keys that name them; what they say is no measurement.
+    """
+    named = simulated_devices(plan)
+    if named:
+        raise RefusedError(
+            f"{', '.join(named)}: simulated, so nothing can be pressed",
+            hint="add --dry-run to rehearse; name the drivers of your devices to press",
+        )
 
 
 @contextlib.contextmanager

@@ -10,8 +10,8 @@ from stepload.errors import RefusedError
 from stepload.plan.load import load_plan
 from stepload.record.outcome import RunStatus
 from stepload.setup import checkup
+from stepload.setup.bench import Setup
 from stepload.setup.check_line import Mark
-from stepload.setup.context import Setup
 from stepload.setup.first_plan import first_plan, touch_plan, write_plan
 from stepload.setup.start_pose import stands_at_start
 from stepload.setup.state import Found

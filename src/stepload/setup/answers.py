@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 from typing import Protocol
 
-from stepload.errors import BadInputError, RefusedError, printable
+from stepload.errors import BadInputError, RefusedError, guess, printable
 from stepload.setup.questions import QUESTIONS, YES, Question
 from stepload.units import parse_quantity
 
@@ -38,7 +37,8 @@ class Answers:
     Args:
         given: from flags.
         kept: from an earlier start; new ones are added.
-        doubted: those of them that a person is asked for again, with the kept one as default.
+        settled: those of them that stand; a person is asked for the others again, with the kept
+            one as default: it may be what made its step fail.
         yes: consents are given beforehand.
         preset: answers to begin with, in the place of the questions' defaults.
     """
@@ -46,7 +46,7 @@ class Answers:
     given: Mapping[str, str]
     person: Person
     kept: dict[str, str] = field(default_factory=dict)
-    doubted: set[str] = field(default_factory=set)
+    settled: set[str] = field(default_factory=set)
     yes: bool = False
     preset: Mapping[str, str] = field(default_factory=dict)
 
@@ -62,7 +62,7 @@ class Answers:
         if name in self.given:
             answer = self.given[name]
         elif name in self.kept and not question.consent:
-            answer = self._again(question) if name in self.doubted else self.kept[name]
+            answer = self.kept[name] if name in self.settled else self._again(question)
         elif (told := self._asked(question)) is not None:
             answer = told
         elif question.default is not None:
@@ -74,11 +74,10 @@ class Answers:
             )
         if not question.consent:
             self.kept[name] = answer
-            self.doubted.discard(name)
+            self.settled.add(name)
         return answer
 
     def _again(self, question: Question) -> str:
-        """The answer to a question whose kept one may be what made its step fail."""
         kept = self.kept[question.name]
         told = self._asked(replace(question, default=kept.replace(SEPARATOR, ", ")))
         return kept if told is None else told
@@ -165,11 +164,9 @@ def from_flags(words: Sequence[str]) -> dict[str, str]:
     while rest:
         flag, equals, answer = rest.pop(0).partition("=")
         if (question := flags.get(flag)) is None:
-            near = get_close_matches(flag[:60], [*flags], n=1)
-            guess = f"did you mean {near[0]}? " if near else ""
             raise BadInputError(
                 f"{printable(flag)!r} is no question of the set-up",
-                hint=f"{guess}there are {', '.join(flags)}",
+                hint=f"{guess(flag, flags)}there are {', '.join(flags)}",
             )
         if not equals:
             if not rest:

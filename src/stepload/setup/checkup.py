@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,12 +12,12 @@ from stepload.engine.operator import Operator
 from stepload.engine.realtime import realtime_conditions
 from stepload.envelope.envelope import Envelope
 from stepload.errors import BadInputError, DeviceError
-from stepload.plan.model import ArmSpec, DisplacementSpec, ForceSpec, Plan
+from stepload.plan.model import ForceSpec, Plan
 from stepload.rig.usb import MAX_LATENCY_MS, USB_SERIAL, latency_timer_ms
 from stepload.setup import host, loop_delay, motion, streams
 from stepload.setup.check_line import CheckLine, Mark, graded, without_number
-from stepload.setup.sensor_live import check_live
 from stepload.setup.watch import Watched, devices, watch
+from stepload.setup.yaml_keys import Value, written
 from stepload.units import format_quantity
 
 Tell = Callable[[CheckLine], None]
@@ -71,54 +71,35 @@ class _Examination:
             self.figures[path] = (value, unit, remark)
 
     def snippet(self) -> str:
-        """YAML below `rig:`; parts of a section stand together."""
-        if not self.figures:
-            return ""
-        rows = ["rig:"]
-        open_path: tuple[str, ...] = ()
-        for path, (value, unit, remark) in sorted(self.figures.items()):
-            for depth, key in enumerate(path[:-1]):
-                if open_path[: depth + 1] != path[: depth + 1]:
-                    rows.append(f"{'  ' * (depth + 1)}{key}:")
-            open_path = path[:-1]
-            shown = format_quantity(value, unit)
-            rows.append(f"{'  ' * len(path)}{path[-1]}: {shown}  # {remark}")
-        return "\n".join(rows) + "\n"
+        """YAML below `rig:`; "" without a figure."""
+        rows = {
+            ".".join(("rig", *path)): Value(format_quantity(value, unit), remark)
+            for path, (value, unit, remark) in sorted(self.figures.items())
+        }
+        return written(rows).replace(" # ", "  # ") if rows else ""
 
 
-def _latency_lines(plan: Plan) -> list[CheckLine]:
-    rig = plan.rig
-    specs: dict[str, ForceSpec | ArmSpec | DisplacementSpec | None] = {
-        "arm": rig.arm, "force": rig.force, "displacement": rig.displacement,
-        "second_force.sensor": rig.second_force.sensor,
-    }  # fmt: skip
-    lines = []
-    for name, spec in specs.items():
-        for value in spec.options.values() if spec else ():
+def _latency_lines(plan: Plan) -> Iterator[CheckLine]:
+    most_s = MAX_LATENCY_MS * 1e-3
+    for name, spec in plan.rig.devices.items():
+        for value in spec.options.values():
             ms = latency_timer_ms(value) if isinstance(value, str) else None
             if ms is not None:
-                most_s = MAX_LATENCY_MS * 1e-3
                 file = USB_SERIAL / Path(str(value)).resolve().name / "latency_timer"
-                line = graded(
+                yield graded(
                     f"{name}: latency timer", ms * 1e-3, "s", warn=most_s, fail=most_s,
                     message=f"of the USB adapter of {value}", remedy=f"echo 1 | sudo tee {file}",
                 )  # fmt: skip
-                lines.append(line)
-    return lines
 
 
 def _data(exam: _Examination, seen: Watched, seconds: float) -> None:
     """The lines and figures from watching the data at rest."""
     plan, rig = exam.plan, exam.plan.rig
-    specs: dict[str, ForceSpec | ArmSpec | DisplacementSpec | None] = {
-        "force": rig.force, "arm": rig.arm, "second_force.sensor": rig.second_force.sensor,
-        "displacement": rig.displacement,
-    }  # fmt: skip
-    for name, spec in specs.items():
-        if spec is None or name not in seen.samples:
+    for name, spec in rig.devices.items():
+        if name not in seen.samples:
             continue
         exam.add(*streams.check_stream(name, spec, seen, seconds))
-        exam.add(*(dead := list(check_live(name, spec, seen, rig))))
+        exam.add(*(dead := list(streams.check_live(name, spec, seen, rig))))
         if dead or streams.no_data(seen.samples[name], seconds):
             continue  # the noise of a frozen sensor is no figure for the rig
         if name == "arm":
@@ -197,13 +178,12 @@ def _no(name: str, error: DeviceError) -> CheckLine:
 
 
 def _faults(rig: OpenRig) -> list[CheckLine]:
-    faults = {name: device.fault() for name, device in devices(rig).items()}
     return [
         without_number(
             f"{name}: fault", Mark.FAIL, f"{fault.code.value}: {fault.message}", fault.hint
         )
-        for name, fault in faults.items()
-        if fault
+        for name, device in devices(rig).items()
+        if (fault := device.fault())
     ]
 
 

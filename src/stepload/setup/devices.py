@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 
 from stepload.declaration.sections import keys
 from stepload.errors import BadInputError, RefusedError
@@ -12,14 +14,14 @@ from stepload.plan.references import data_sheets, names_a_file, read_data_sheet,
 from stepload.plan.source import read_source
 from stepload.rig.device import ArmConfiguration, Identity
 from stepload.rig.plugins import load_driver
-from stepload.setup.context import Setup
-from stepload.setup.open_devices import ARMS, FORCE, SECOND, SENSORS, listen
-from stepload.setup.ports import can_adapters, serial_ports
+from stepload.setup.bench import ARMS, FORCE, SECOND, SENSORS, Setup, listen
 from stepload.setup.state import Found
 from stepload.setup.yaml_keys import Value, flat, quoted
 from stepload.units import parse_quantity
 
 RATE_TOLERANCE = 0.05
+NO_ADAPTERS = ("virtual", "udp_multicast", "serial", "socketcand")
+"""Not plugged in, or any serial port; the last one listens to the network for four seconds."""
 NOT_TOLD = "it does not tell: look at the pendant"
 
 
@@ -28,16 +30,11 @@ def arm(setup: Setup) -> Found:
     ask = setup.answers
     driver = ask.text("arm")
     declared = {key.name for key in keys(load_driver(ARMS, driver).OPTIONS)}
-    values = {
-        "name": setup.stated("name"),
-        "arm.driver": Value(quoted(driver), setup.you),
-    }
-    for name in ("host", "approach"):
-        if name in declared:
-            text = ask.text(name)
-            values[f"arm.options.{name}"] = Value(
-                text if name == "approach" else quoted(text), setup.you
-            )
+    values = {"name": setup.stated("name"), "arm.driver": setup.stated("arm")}
+    if "host" in declared:
+        values["arm.options.host"] = setup.stated("host")
+    if "approach" in declared:
+        values["arm.options.approach"] = Value(ask.text("approach"), setup.you)
     values |= _options(setup, "arm", ARMS, driver, "arm_options")
     with setup.opened(values, False) as bench:
         identity, told = bench.identities["arm"], bench.arm.configuration()
@@ -176,6 +173,24 @@ def _sensor(setup: Setup, key: str, question: str, options: str) -> dict[str, Va
     return values | _options(setup, key, SENSORS, sheet["driver"].text, options)
 
 
-def second_is_arm(values: Mapping[str, Value]) -> bool:
-    """Whether the arm's own force checks the sensor."""
-    return values.get("second_force.source", Value("", "")).text == "arm"
+def serial_ports() -> list[str]:
+    """Serial ports, each with its adapter's description; those without an adapter last."""
+    from serial.tools import list_ports
+
+    found = sorted(list_ports.comports(), key=lambda port: (port.vid is None, port.device))
+    return [f"{port.device} ({port.description})" for port in found]
+
+
+def can_adapters() -> list[str]:
+    """CAN adapters that python-can sees, as interface and channel; virtual ones left out."""
+    import can
+
+    logging.getLogger("can").setLevel(logging.CRITICAL)  # it names every library that is not there
+    asked = sorted(can.VALID_INTERFACES - set(NO_ADAPTERS))
+    found: list[str] = []
+    with suppress(Exception):  # an adapter's library that is half installed fails in its own way
+        found += [
+            f"{seen['interface']} {seen['channel']}"
+            for seen in can.detect_available_configs(interfaces=asked)
+        ]
+    return found

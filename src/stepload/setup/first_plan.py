@@ -19,9 +19,7 @@ from stepload.plan.shipped import payload_folder
 from stepload.plan.source import read_source
 from stepload.plan.whole_file import replace_file
 from stepload.setup.answers import Answers
-from stepload.setup.plan_notes import NOTES, offered
-from stepload.setup.presets import UNKNOWN
-from stepload.setup.questions import QUESTIONS
+from stepload.setup.questions import QUESTIONS, UNKNOWN
 from stepload.setup.yaml_keys import Value, below, flat, quoted, written
 from stepload.units import format_quantity, parse_named
 
@@ -32,6 +30,30 @@ TOUCHES_N = (0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 70.0, 1
 YOU = "stated"
 FORCES = ("procedure.top_force", "procedure.step", "procedure.levels")
 """Keys by which a person may state the forces; only what they leave open is chosen here."""
+_BODY = {
+    "youngs_modulus": "E: data sheet; where it is not known a range, 1 GPa to 5 GPa",
+    "poisson_ratio": "ν: data sheet; metals 0.27 to 0.35, plastics 0.3 to 0.45, rubber 0.49",
+    "yield_strength": "Y: data sheet. F_c goes with its third power: write ± what it is known to",
+}
+NOTES: dict[str, str] = {
+    "stepload": "Version of the plan format. All keys: docs/plan.md, or `stepload schema`",
+    "payload": "What is pressed, and against what",
+    "payload.name": "What it is called in reports; one piece of many: record.specimen",
+    "payload.geometry": "Shape where it touches the plate",
+    "payload.geometry.radius": "At the contact: drawing, radius gauge, or half the diameter",
+    "payload.material": "Of the payload: the numbers of its data sheet, with ± where it tells it",
+    **{f"payload.material.{key}": note for key, note in _BODY.items()},
+    "payload.plate": "What it is pressed onto: stiff, flat, and strong enough not to be marked",
+    "payload.force_limit": "F_c: the maker's figure, or what a twin bore before it yielded",
+    "rig": "A rig file (`stepload setup`) or a profile (`stepload profiles`)",
+    "procedure": "How it is pressed",
+    "procedure.surface_distance": "From the start pose to the payload's touch: lead the arm there,"
+    " or a ruler",
+    "procedure.surface_uncertainty": "How wrong that may be: what the ruler and the mounting leave",
+    "procedure.step": "Each level is this much above the one before",
+    "procedure.top_force": "The highest level; preflight refuses what F_c does not allow",
+}
+"""Comments by dotted key."""
 
 
 def materials() -> dict[str, dict[str, Value]]:
@@ -184,8 +206,7 @@ def first_plan(answers: Answers, rig: str, path: Path) -> tuple[str, Envelope]:
     if envelope.verdict is PlanVerdict.REFUSED:
         raise refusal(envelope)
     head = ("Written by `stepload init`; behind each value: where it is from.",)
-    text = written(plan, head, NOTES) + "\n".join(offered(plan)) + "\n"
-    return text, envelope
+    return written(plan, head, NOTES), envelope
 
 
 def _most(values: Mapping[str, Value], rig: str, path: Path) -> tuple[float, str]:
@@ -267,7 +288,7 @@ def _lightest(
         if not let_through:
             return last
         if last[0].verdict is not PlanVerdict.REFUSED:
-            whole = envelope_here(plan, path)  # judges `procedure.until` too
+            whole = envelope_here(plan, path)
             if whole.verdict is not PlanVerdict.REFUSED:
                 return whole, plan, top_n
     if last is None:

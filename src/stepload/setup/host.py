@@ -27,13 +27,8 @@ LATE_SHARE_WARN, LATE_SHARE_FAIL = 0.01, 0.05
 
 def bytes_per_s(plan: Plan) -> float:
     """Upper bound of what a run of this plan writes."""
-    rig = plan.rig
-    rows_per_s = rig.force.rate_hz + 2.0 * rig.arm.rate_hz
-    if rig.displacement is not None:
-        rows_per_s += rig.displacement.rate_hz
-    if rig.second_force.sensor is not None:
-        rows_per_s += rig.second_force.sensor.rate_hz
-    return ROW_BYTES * rows_per_s
+    samples_per_s = sum(spec.rate_hz for spec in plan.rig.devices.values())
+    return ROW_BYTES * (samples_per_s + plan.rig.arm.rate_hz)
 
 
 def check_disk(plan: Plan) -> Iterator[CheckLine]:

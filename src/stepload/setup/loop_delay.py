@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -29,10 +29,6 @@ CYCLES = 3
 _IN_CONTACT = (Phase.LOAD, Phase.HOLD, Phase.UNLOAD, Phase.UNLOAD_HOLD)
 
 
-def _forget(_: object) -> None:
-    """Not needed here."""
-
-
 class Memory:
     """Keeps what the measurement needs of a run (a `stepload.engine.interfaces.RecordSink`)."""
 
@@ -41,11 +37,11 @@ class Memory:
         self.ticks: list[TickRow] = []
         self.force: Callable[[ForceSample], None] = self.forces.append
         self.tick: Callable[[TickRow], None] = self.ticks.append
-        self.second_force: Callable[[ForceSample], None] = _forget
-        self.arm: Callable[[ArmSample], None] = _forget
-        self.displacement: Callable[[DisplacementSample], None] = _forget
+        self.second_force: Callable[[ForceSample], None] = self.event
+        self.arm: Callable[[ArmSample], None] = self.event
+        self.displacement: Callable[[DisplacementSample], None] = self.event
 
-    def event(self, time_s: float, kind: str, data: Mapping[str, object]) -> None:
+    def event(self, *_: object) -> None:
         """Not needed here."""
 
     def problem(self) -> str:
@@ -59,7 +55,7 @@ def small_steps(plan: Plan) -> Plan:
     procedure = replace(
         plan.procedure, levels_n=levels, top_force_n=top_n, step_n=levels[0], hold_s=HOLD_S,
         load_rate_n_per_s=levels[0] / RAMP_S, unload=True, cycles=CYCLES, lift_off=False, touches=1,
-        until=None, tare_s=min(plan.procedure.tare_s, 3.0), warm_up_s=0.0,
+        tare_s=min(plan.procedure.tare_s, 3.0), warm_up_s=0.0,
     )  # fmt: skip
     return replace(plan, procedure=procedure)
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from stepload.declaration.quantities import Name
 from stepload.declaration.uncertain import Modulus
-from stepload.errors import BadInputError
+from stepload.errors import BadInputError, guess
 from stepload.plan.reader import checked
 from stepload.units import QuantityError, parse_quantity
 
@@ -164,3 +164,37 @@ ASKED_IN: dict[str, tuple[str, ...]] = {
 
 STEP_OF = {name: step for step, names in ASKED_IN.items() for name in names}
 """The step that asks a question."""
+
+UNKNOWN = "unknown"
+"""The material of which a range is stated instead of numbers."""
+
+_ACETAL = {"material": "acetal", "plate": "aluminium 6061", "surface_distance": "5 mm"}
+
+PRESETS: dict[str, dict[str, str]] = {
+    "sphere": {"shape": "sphere", "radius": "28.7 mm", **_ACETAL},
+    "cone": {"shape": "cone_tip", "radius": "28.7 mm", **_ACETAL},
+    "pyramid": {"shape": "pyramid_tip", "radius": "28.7 mm", **_ACETAL},
+    "flat-punch": {
+        "shape": "flat_punch",
+        "radius": "10 mm",
+        **_ACETAL,
+        "material": "polyurethane, 70 Shore A",
+    },
+    "unknown": {"material": UNKNOWN, "plate": "aluminium 6061", "surface_distance": "5 mm"},
+}
+"""Answers to begin a plan with, by the name of their question; the rest is asked for.
+
+Tips are blunt enough for a usual rig. No preset states an elastic limit: a person answers for it.
+"""
+
+
+def preset(name: str) -> dict[str, str]:
+    """The answers of a preset; a person may still change them.
+
+    Raises:
+        BadInputError: there is none of that name.
+    """
+    if name not in PRESETS:
+        hint = f"{guess(name, PRESETS)}there are {', '.join(PRESETS)}"
+        raise BadInputError(f"{name!r} is no preset", hint=hint)
+    return {"payload_name": f"my {name} payload", **PRESETS[name]}

@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from stepload.errors import RefusedError
+from stepload.estimators.fit import FloatArray
 from stepload.plan.tree import resolve
-from stepload.setup.context import Setup, say_hazards
-from stepload.setup.judge import off_the_tool_rad, rotation, turned_rad
-from stepload.setup.open_devices import FORCE, Bench, listen, refuse_faults, refuse_flagged
+from stepload.setup.bench import (
+    FORCE,
+    Bench,
+    Setup,
+    listen,
+    refuse_faults,
+    refuse_flagged,
+    say_hazards,
+)
 from stepload.setup.state import Found
 from stepload.setup.yaml_keys import Value, quoted
 
@@ -42,10 +51,10 @@ def start(setup: Setup) -> Found:
         pose = listen(bench, AT_REST_S).arm[-1].pose
         told = bench.arm.configuration()
     approach = _approach(values)
-    tool = rotation(pose)[:, 2]
+    tool = _turn(pose)[:, 2]
     if approach is None:
         setup.tell("this driver has no approach direction to compare with the tool")
-    elif not (off_rad := off_the_tool_rad(pose, approach)) <= OFF_THE_TOOL_RAD:
+    elif not (off_rad := _angle_rad(tool, approach)) <= OFF_THE_TOOL_RAD:
         shown = ", ".join(f"{part:.3f}" for part in tool)
         raise RefusedError(
             f"the approach direction is {math.degrees(off_rad):.0f} degrees off the z axis of the"
@@ -71,12 +80,11 @@ def stands_at_start(setup: Setup) -> None:
     Raises:
         RefusedError: it stands elsewhere.
     """
-    x, y, z, rx, ry, rz = map(float, setup.state.done["start"].found.facts[POSE].split())
-    led = (x, y, z, rx, ry, rz)
+    led = tuple(map(float, setup.state.done["start"].facts[POSE].split()))
     with setup.opened(setup.state.values, False) as bench:
         pose = listen(bench, AT_REST_S).arm[-1].pose
     off_m = math.dist(pose[:3], led[:3])
-    off_rad = turned_rad(pose, led)
+    off_rad = _arccos(0.5 * (float(np.sum(_turn(pose) * _turn(led))) - 1.0))
     if not (off_m <= AT_START_M and off_rad <= AT_START_RAD):
         raise RefusedError(
             f"the arm stands {1e3 * off_m:.2f} mm and {math.degrees(off_rad):.1f} degrees from"
@@ -84,6 +92,21 @@ def stands_at_start(setup: Setup) -> None:
             f" {math.degrees(AT_START_RAD):.0f} degrees are taken",
             hint="--redo start, with the arm led to its start pose",
         )
+
+
+def _turn(pose: Sequence[float]) -> FloatArray:
+    """Rotation matrix (3, 3) of a pose's rotation vector: tool coordinates to those of the base."""
+    return Rotation.from_rotvec(np.array(pose[3:], dtype=float)).as_matrix()
+
+
+def _arccos(cosine: float) -> float:
+    return math.acos(float(np.clip(cosine, -1.0, 1.0)))
+
+
+def _angle_rad(tool: FloatArray, approach: Sequence[float]) -> float:
+    """Angle between the z axis of the tool, a unit vector, and the approach, in the base frame."""
+    direction = np.array(approach, dtype=float)
+    return _arccos(float(tool @ direction / np.linalg.norm(direction)))
 
 
 def _approach(values: dict[str, Value]) -> tuple[float, ...] | None:

@@ -3,24 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from datetime import date
 from pathlib import Path
 
-from stepload.errors import BadInputError, RefusedError, SteploadError
+from stepload.errors import BadInputError, RefusedError
 from stepload.setup import acceptance, devices, hand_push, start_pose
 from stepload.setup.answers import Answers, DeclinedError
-from stepload.setup.context import Press, Setup
-from stepload.setup.open_devices import Opener, opened
+from stepload.setup.bench import Opener, Press, Setup, opened
 from stepload.setup.questions import ASKED_IN, QUESTIONS, STEP_OF
-from stepload.setup.state import (
-    CALIBRATION,
-    Done,
-    Found,
-    State,
-    read_state,
-    state_path,
-    write_state,
-)
+from stepload.setup.state import CALIBRATION, Found, State, read_state, state_path, write_state
 
 Step = Callable[[Setup], Found]
 
@@ -63,20 +55,20 @@ def set_up(
     Raises:
         BadInputError: an answer is missing, cannot be used or comes too late, or a file cannot.
         RefusedError: a step found a reason not to go on; those before it are kept.
-        DeviceError: a device failed; the steps before are kept.
+        DeviceError: a device failed; the steps before are kept, of a `redo` all.
     """
     names = list(STEPS)
     for name in (redo, until):
         if name and name not in STEPS:
             raise BadInputError(f"{name!r} is no step", hint=f"one of {', '.join(names)}")
     state = read_state(rig)
-    if redo in state.done and redo not in state.redoing:
-        state.redoing.add(redo)
-        write_state(rig, state, _left(state.done))
-    former = _again(state)
-    before = dict(state.answers)
-    answers.kept, answers.doubted = state.answers, state.doubted
+    former, before = {}, dict(state.answers)
+    if redo in state.done:
+        again = names[names.index(redo) :]
+        former = {name: state.done.pop(name) for name in again if name in state.done}
     _refuse_too_late(state, answers.given)
+    answers.kept = state.answers
+    answers.settled = {asked for step in names if step in state.done for asked in ASKED_IN[step]}
     setup = Setup(rig, state, answers, open_devices, press, today or date.today())
     if state.done or state.answers:
         done = ", ".join(f"{name} ({step.on})" for name, step in state.done.items()) or "no step"
@@ -86,64 +78,51 @@ def set_up(
         )
     if former:
         setup.tell(
-            f"{next(iter(former))} is done again; until it is, the rig file says what it found"
-            " before: do not run"
+            f"{redo} is done again; until it is, the rig file says what it found before: do not run"
         )
     for number, (name, (about, step)) in enumerate(STEPS.items(), start=1):
-        if name in state.done and name in state.redoing:
-            former = _again(state)
-        if name in state.done:
-            if name == until:
-                break
-            continue
-        setup.tell(f"\n{number} of {len(names)}, {name}: {about}")
-        try:
-            found = step(setup)
-        except BaseException as error:
-            if not isinstance(error, RefusedError) or isinstance(error, DeclinedError):
-                state.done |= former  # nothing was found against them
-                if former:  # what is done rests on the answers that it was done with
+        if name not in state.done:
+            setup.tell(f"\n{number} of {len(names)}, {name}: {about}")
+            try:
+                found = replace(step(setup), on=setup.today.isoformat())
+            except BaseException as error:
+                refused = isinstance(error, RefusedError) and not isinstance(error, DeclinedError)
+                if former and not refused:  # nothing was found against what was done
+                    state.done |= former
                     state.answers.clear()
                     state.answers |= before
-            if isinstance(error, SteploadError) and not isinstance(error, DeclinedError):
-                state.doubted |= {asked for asked in ASKED_IN[name] if asked in state.answers}
-            write_state(rig, state, _left(state.done))
-            raise
-        state.done[name] = Done(setup.today.isoformat(), found)
-        state.redoing.discard(name)
-        for asked in ASKED_IN[name]:
-            if asked in answers.given and not QUESTIONS[asked].consent:
-                state.answers[asked] = answers.given[asked]
-        state.doubted -= set(ASKED_IN[name])
-        if former:
-            if _alike(former.pop(name).found, found):
-                state.done |= former
-                later = next((each for each in STEPS if each in state.redoing), "")
-                setup.tell(
-                    f"{name} found what it had found before: the later steps"
-                    f"{later and f' before {later}'} stay done"
-                )
-            elif name in CALIBRATED_WITH and CALIBRATION in state.done:
-                del state.done[CALIBRATION]
-                setup.tell(
-                    "the system stiffness was measured before that: the rig file no more names its"
-                    " record; calibrate again"
-                )
-            former = {}
-        write_state(rig, state, _left(state.done))
+                write_state(rig, state)
+                raise
+            state.done[name] = found
+            for asked in ASKED_IN[name]:
+                if asked in answers.given and not QUESTIONS[asked].consent:
+                    state.answers[asked] = answers.given[asked]
+            if former:
+                _keep_or_forget(setup, name, former, found)
+                former = {}
+            write_state(rig, state)
         if name == until:
             break
-    return _left(state.done)
+    return state.left
 
 
-def _again(state: State) -> dict[str, Done]:
-    """Take the first step that is to be done again, and all after it, out of what is done."""
-    first = next((name for name in STEPS if name in state.redoing & state.done.keys()), None)
-    if first is None:
-        return {}
-    names = list(STEPS)
-    again = names[names.index(first) :]
-    return {name: state.done.pop(name) for name in again if name in state.done}
+def _keep_or_forget(setup: Setup, name: str, former: dict[str, Found], found: Found) -> None:
+    """The later steps stay done if step `name` found the same again except for its date."""
+    if _essence(former.pop(name)) == _essence(found):
+        setup.state.done |= former
+        setup.answers.settled |= {asked for step in former for asked in ASKED_IN[step]}
+        setup.tell(f"{name} found what it had found before: the later steps stay done")
+    elif name in CALIBRATED_WITH and CALIBRATION in setup.state.done:
+        del setup.state.done[CALIBRATION]
+        setup.tell(
+            "the system stiffness was measured before that: the rig file no more names its record;"
+            " calibrate again"
+        )
+
+
+def _essence(found: Found) -> tuple[dict[str, str], dict[str, str]]:
+    values = {key: v.text for key, v in found.values.items() if not key.endswith("_on")}
+    return values, dict(found.facts)
 
 
 def _refuse_too_late(state: State, given: Mapping[str, str]) -> None:
@@ -163,16 +142,3 @@ def _refuse_too_late(state: State, given: Mapping[str, str]) -> None:
             hint=f"add --redo {step}, which does it again, and the steps after it where it finds"
             " something else",
         )
-
-
-def _alike(old: Found, new: Found) -> bool:
-    """Whether two findings are equal except for their dates, so that later steps stay valid."""
-    texts = [
-        {key: value.text for key, value in found.values.items() if not key.endswith("_on")}
-        for found in (old, new)
-    ]
-    return texts[0] == texts[1] and old.facts == new.facts
-
-
-def _left(done: dict[str, Done]) -> list[str]:
-    return [name for name in STEPS if name not in done]

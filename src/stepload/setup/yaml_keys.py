@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from stepload.plan.source import Source
 from stepload.plan.tree import Mapping as Tree
-from stepload.plan.tree import Node, Scalar, Sequence, parse_tree
+from stepload.plan.tree import Node, Scalar, Sequence, parse_tree, resolve
 
 
 class Value(NamedTuple):
@@ -55,17 +55,9 @@ def quoted(text: str) -> str:
     """A text as YAML reads it back: in quotes where it could be something else."""
     plain = text[:1].isalnum() and not any(c in text for c in ':#"\n[]{},&*!|>%@`')
     plain = plain and text.isprintable() and text == text.strip()
-    if plain and text.lower() not in ("true", "false", "null") and not _number(text):
+    if plain and resolve(text.lower()) == text.lower():
         return text
     return json.dumps(text, ensure_ascii=False)
-
-
-def _number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def written(

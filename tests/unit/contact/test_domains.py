@@ -7,7 +7,6 @@ import math
 import pytest
 
 from stepload.contact.checks import require_material, require_not_negative, require_positive
-from stepload.contact.domain import Domain
 from stepload.contact.elastic import (
     equivalent_modulus,
     equivalent_radius,
@@ -167,20 +166,12 @@ def test_the_law_ends_where_the_bodies_part() -> None:
 def test_the_plastic_sphere_branch_by_branch() -> None:
     sphere = ElasticPlasticSphere(100.0, 1e-5)
     for x, ratio in (
-        (0.9, 0.9**1.5), (1.0, 1.0), (1.2, 1.03 * 1.2**1.425), (6.0, 1.03 * 6.0**1.425),
-        (6.1, 1.4 * 6.1**1.263), (110.0, 1.4 * 110.0**1.263),
+        (0.9, 0.9**1.5), (1.4, 1.4**1.5), (1.6, 1.03 * 1.6**1.425), (6.6, 1.03 * 6.6**1.425),
+        (6.7, 1.4 * 6.7**1.263), (110.0, 1.4 * 110.0**1.263),
     ):  # fmt: skip
-        found = sphere.force(x * 1e-5)
-        assert found == (pytest.approx(100.0 * ratio), Domain.INSIDE)
-    for load, x in (
-        (0.9, 0.9 ** (2.0 / 3.0)), (1.1, (1.1 / 1.03) ** (1.0 / 1.425)),
-        (13.2, (13.2 / 1.03) ** (1.0 / 1.425)), (14.0, (14.0 / 1.4) ** (1.0 / 1.263)),
-    ):  # fmt: skip
-        assert sphere.deformation(100.0 * load) == (pytest.approx(1e-5 * x), Domain.INSIDE)
-    assert sphere.force(110.1e-5).domain is Domain.ABOVE
-    assert sphere.deformation(53_030.0).domain is Domain.ABOVE
-    assert sphere.deformation(53_010.0).domain is Domain.INSIDE
-    assert sphere.force(0.0) == sphere.force(-1.0) == (0.0, Domain.INSIDE)
+        assert sphere.force(x * 1e-5) == pytest.approx(100.0 * ratio)
+        assert sphere.deformation(100.0 * ratio) == pytest.approx(1e-5 * x)
+    assert sphere.force(0.0) == sphere.force(-1.0) == 0.0
     assert ElasticPlasticSphere.from_law(8e8, 100.0).deformation_c_m == pytest.approx(
         (100.0 / 8e8) ** (2.0 / 3.0)
     )
@@ -197,7 +188,3 @@ def test_roughness_by_hand() -> None:
     assert rough.scale_m == pytest.approx(1.22e-6 * 400.0**-0.16)
     smooth_m = (10.0 / 4e8) ** (2.0 / 3.0)
     assert rough.pressure_ratio(10.0) == pytest.approx(smooth_m / (smooth_m + rough.scale_m))
-    share = 0.01 / 0.99
-    edge_n = 4e8 * (share * rough.scale_m) ** 1.5
-    assert rough.deformation(1.01 * edge_n).domain is Domain.INSIDE
-    assert rough.deformation(0.99 * edge_n).domain is Domain.BELOW

@@ -87,9 +87,7 @@ def test_rough_plastic_sphere_of_table_ii() -> None:
     kappa = roughness_number(modulus, 7.0e8, SPHERE.radius_m, 7.5e-6)
     contact = RoughSphere(law_for(SPHERE, PLASTIC, ALUMINIUM).k, 7.5e-6, kappa)
     force_n = np.arange(30.0, 301.0, 30.0)
-    points = [contact.deformation(float(f)) for f in force_n]
-    assert all(point.inside for point in points)
-    fit = rs_btls(np.array([point.value for point in points]), force_n)
+    fit = rs_btls(np.array([contact.deformation(float(f)) for f in force_n]), force_n)
     assert f"{fit.k:.2e}" == "1.82e+10"
     assert f"{fit.n:.2f}" == "1.85"
     assert fit.secant_n_per_m == pytest.approx(4.81e6, rel=0.003)

@@ -139,23 +139,12 @@ def test_a_thin_payload_is_doubted() -> None:
     assert found(height_m=5e-5)["thin_payload"].impossible
 
 
-def test_an_incompressible_body_is_named() -> None:
-    soft = replace(RUBBER, poisson_ratio=0.5)
-    doubt = found(Pressed(Sphere(0.02), soft, ALUMINIUM, 0.1, 1.0))["incompressible"]
-    assert doubt.harmless
-    assert "rubber" in doubt.message
-    assert found(Pressed(Sphere(0.02), RUBBER, ALUMINIUM, 0.1, 1.0)) == {}
-    assert "incompressible" in found(Pressed(Sphere(0.02), ALUMINIUM, soft, 0.1, 1.0))
-
-
 def test_yield_by_how_far_it_goes() -> None:
     onset = elastic_limit(SMOOTH.geometry, ACETAL, ALUMINIUM)
     assert onset is not None
     limit_n = onset.force_n
     assert set(found(to_n=0.99 * limit_n)) == set()
     assert set(found(to_n=1.01 * limit_n)) == {"above_elastic_limit"}
-    assert "above_elastic_limit" in found(to_n=530.0 * limit_n)
-    assert "beyond_plastic_model" in found(to_n=531.0 * limit_n)
     assert set(found(to_n=500.0, counted_limit_n=492.0)) == {"within_doubt_of_limit"}
     assert found(to_n=490.0, counted_limit_n=492.0) == {}
 

@@ -88,7 +88,7 @@ def test_a_payload_that_is_not_pressed_has_no_row_and_the_others_say_what_narrow
 def test_a_row_ends_where_its_interval_is_as_wide_as_is_asked_for() -> None:
     """Between two columns, so that rows of another σ(K_s) do not all end at one of them."""
     ends = []
-    for share in (0.003, 0.01, 0.03, 0.1):
+    for share in (0.01, 0.03, 0.1):
         told = known(RIG.conditions, share)
         rows = [row_of(replace(cell(secant), conditions=told)) for secant in COLUMNS]
         (reach,) = reaches(Map(RIG, [], rows))

@@ -10,7 +10,7 @@ import pytest
 from run_plans import limits_for, stvf_plan
 
 from stepload.engine.supervisor import Supervisor
-from stepload.envelope.arm_side import arm_error_n
+from stepload.envelope.lateral import arm_error_n
 from stepload.envelope.limits import RunLimits
 from stepload.record.outcome import Cause
 from stepload.record.rows import Phase

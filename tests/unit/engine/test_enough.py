@@ -12,7 +12,7 @@ from stepload.engine.enough import SURE, FarEnough, Reach, Verdict, judge, neare
 from stepload.envelope.until import Need, Until
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.sources import Sources
-from stepload.plan.checks_between import LEAST_LEVELS
+from stepload.plan.checks import LEAST_LEVELS
 
 K_S = 3e6
 UM = 1e-6

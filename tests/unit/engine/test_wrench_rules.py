@@ -18,8 +18,13 @@ from stepload.engine.tare import TareWindow
 from stepload.engine.watch import Breach, ForceWatch
 from stepload.envelope.bounds import Measured
 from stepload.envelope.envelope import envelope_of
-from stepload.envelope.lateral_derating import dragged_left, yielding_ratios
-from stepload.envelope.lateral_limits import RATED_SHARE, lateral_limits, lateral_reasons
+from stepload.envelope.lateral import (
+    RATED_SHARE,
+    dragged_left,
+    lateral_limits,
+    lateral_reasons,
+    yielding_ratios,
+)
 from stepload.envelope.limits import RunLimits
 from stepload.envelope.pressing import largest_top_force
 from stepload.plan.aligning import Alignment

@@ -14,7 +14,7 @@ from stepload.envelope.bounds import cross_blind_n
 from stepload.envelope.envelope import Envelope, derive
 from stepload.envelope.theory import DECLARED, chance_of_yield, theory_of
 from stepload.plan.load import load_plan
-from stepload.plan.model import Payload, Plan
+from stepload.plan.model import Plan
 
 PROCEDURES = Path(__file__).resolve().parents[3] / "procedures"
 SPHERE = load_plan(PROCEDURES / "plastic-sphere.yaml")
@@ -136,11 +136,3 @@ def test_every_shipped_plan_that_ran_before_still_runs(path: Path) -> None:
     refused = ("aluminium-cube", "aluminium-prism", "aluminium-sphere", "plastic-cone",
                "plastic-pyramid")  # fmt: skip
     assert (derive(plan).verdict == "refused") == (path.stem in refused)
-
-
-def test_payloads_made_by_hand_need_no_word_about_it() -> None:
-    payload = Payload(
-        "ball", SPHERE.payload.geometry, SPHERE.payload.material, SPHERE.payload.plate
-    )
-    assert payload.limit_coverage == 2.0
-    assert theory_of(payload).counted.coverage == 2.0

@@ -21,7 +21,7 @@ from stepload.envelope.reason import Severity
 from stepload.evidence.lateral import TURN_RAD_PER_N
 from stepload.plan.model import DisplacementSpec, Plan, Provenance, Structure
 
-CODES = {"friction_unknown", "one_friction", "across_known"}
+CODES = {"friction_unknown"}
 
 
 def plan_with(structure: Structure = Structure.ARM, **stiffness: Any) -> Plan:
@@ -113,19 +113,10 @@ def test_a_sensor_counts_as_askew_on_an_arm_until_its_angle_is_stated() -> None:
     assert told.yields_m_per_n == pytest.approx(1.0 / rig.system_stiffness.stiffness_n_per_m)
 
 
-def test_what_the_calibration_tells_is_said() -> None:
-    assert said(plan_with(record="calibration", at_share=(0.1, 0.0))) == {
-        "one_friction": Severity.NOTE
-    }
-    known = {"record": "calibration",
-             "across_m_per_n": (3e-8, 0.0), "across_sigma_m_per_n": (1e-9, 1e-7),
-             "at_share": (0.1, 0.0), "share_reach": 0.3}  # fmt: skip
-    plan = plan_with(**known)
-    assert said(plan) == {"across_known": Severity.NOTE}
-    [told] = [r for r in envelope_for(plan).reasons if r.code == "across_known"]
-    # The worst of the shares about the calibration's points the other way: 3.49e6 * 0.3 * 1e-7 is
-    # what c alone would leave.
-    assert told.value == pytest.approx(0.183, rel=1e-2)
+def test_a_calibration_with_lateral_force_leaves_no_doubt() -> None:
+    assert said(plan_with(record="calibration", at_share=(0.1, 0.0))) == {}
+    known = {"across_m_per_n": (3e-8, 0.0), "across_sigma_m_per_n": (1e-9, 1e-7)}
+    assert said(plan_with(record="calibration", **known)) == {}
 
 
 def test_a_record_that_does_not_hold_tells_nothing_across() -> None:

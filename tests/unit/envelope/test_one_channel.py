@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from stepload.envelope.envelope import envelope_of, refusal_of
-from stepload.envelope.one_channel import one_channel_reasons, same_device
 from stepload.envelope.reason import PlanVerdict, Severity
+from stepload.envelope.reasons import one_channel_reasons, same_device
 from stepload.plan.load import load_plan
 from stepload.plan.model import ForceSpec, Plan, SecondForce, SecondForceSource
 from stepload_drivers.ur.force import UrForce

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from stepload.envelope.pose import plan_where_it_stands
+from stepload.envelope.stiffness import plan_where_it_stands
 from stepload.errors import RefusedError
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan, Provenance, RecordPolicy

@@ -75,15 +75,6 @@ def test_agreeing_fits_compare_with_the_paper() -> None:
     assert "roughness (7.5 µm)" in rough.why[-1]
 
 
-def test_outside_knowledge_adds_a_doubt() -> None:
-    joint = fit("joint", n=1.49, flag=Flag.ABOVE_ELASTIC_LIMIT)
-    decision = decide(table(PAPER, joint), covariance=np.diag([0.0, 0.08**2, 0.0]))
-    assert [doubt.flag for doubt in decision.fits["joint"].doubts] == [
-        Flag.ABOVE_ELASTIC_LIMIT,
-        Flag.EXPONENT_UNDETERMINED,
-    ]
-
-
 def test_without_a_known_sigma_there_is_no_doubt() -> None:
     assert all(not each.doubts for each in decide(table(PAPER, JOINT)).fits.values())
 

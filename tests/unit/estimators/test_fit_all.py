@@ -88,14 +88,6 @@ def test_compensation_is_done_once() -> None:
     assert raw["rs_rtls"] == done["rs_rtls"]
 
 
-def test_force_above_the_elastic_limit_is_flagged_in_every_fit() -> None:
-    _, x, y = run()
-    fits = fit_all(x, y, system_stiffness_n_per_m=K_S, secant_force_n=300.0, elastic_limit_n=261.0)
-    for fit in fits.values():
-        assert [doubt.flag for doubt in fit.doubts] == [Flag.ABOVE_ELASTIC_LIMIT]
-        assert "above the elastic limit of 261 N" in fit.doubts[0].message
-
-
 def test_negative_deformation_leaves_the_joint_fit_and_flags_the_others() -> None:
     _, x, y = run(zero_m=-20e-6)
     fits = fit_all(x, y, system_stiffness_n_per_m=K_S, secant_force_n=300.0)

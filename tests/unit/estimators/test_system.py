@@ -15,13 +15,11 @@ from stepload.estimators.smooth import (
 )
 from stepload.estimators.system import SeriesContact
 from stepload.estimators.system import fit_system_stiffness as fit_anything
-from stepload.estimators.two_spheres import two_sphere_difference as two_spheres
 
 KS, CS = 3.49e6, 3.87e4
 LENGTH_N = 50.0
 """Correlation length of the smooth errors drawn here."""
 fit_system_stiffness = partial(fit_anything, length_n=LENGTH_N)
-two_sphere_difference = partial(two_spheres, length_n=LENGTH_N)
 RATE_HZ = 100
 
 
@@ -147,42 +145,6 @@ def test_bad_data_are_refused(change, word):
         fit_system_stiffness(*change(time, travel(force, rate), force))
 
 
-def two_runs(rng, sd, repeatable=False):
-    force = np.linspace(5.0, 300.0, 120)
-    small = SeriesContact(k=4 / 3 * 38e9 * np.sqrt(0.002), n=1.5, relative_sigma=0.0)
-    large = SeriesContact(k=4 / 3 * 38e9 * np.sqrt(0.1), n=1.5, relative_sigma=0.0)
-    error = smooth_draw(rng, force, sd)
-    other = error if repeatable else smooth_draw(rng, force, sd)
-    first = force / KS + 1.1 * small.deformation_m(force) + error + 3e-6
-    second = force / KS + 1.1 * large.deformation_m(force) + other - 8e-6
-    return first, second, force, small, large
-
-
-def test_two_spheres_give_stiffness_and_contact_scale():
-    first, second, force, small, large = two_runs(np.random.default_rng(0), 0.0)
-    fit = two_sphere_difference(first, second, force, first_contact=small, second_contact=large)
-    assert fit.stiffness_n_per_m == pytest.approx(KS, rel=1e-9)
-    assert fit.contact_scale == pytest.approx(1.1, rel=1e-9)
-
-
-@pytest.mark.parametrize("repeatable", [False, True])
-@pytest.mark.parametrize("runs", [80, *long([150])])
-def test_two_sphere_sigma_covers(runs, repeatable):
-    rng = np.random.default_rng(8)
-    inside = 0
-    for _ in range(runs):
-        first, second, force, small, large = two_runs(rng, 0.54e-6, repeatable)
-        fit = two_sphere_difference(first, second, force, first_contact=small, second_contact=large)
-        inside += abs(fit.stiffness_n_per_m - KS) < 1.96 * fit.sigma_n_per_m
-    assert inside / runs > 0.89
-
-
-def test_equal_spheres_are_refused():
-    first, second, force, small, _ = two_runs(np.random.default_rng(0), 0.0)
-    with pytest.raises(DomainError, match="alike"):
-        two_sphere_difference(first, second, force, first_contact=small, second_contact=small)
-
-
 def test_inseparable_columns_are_refused():
     force = np.linspace(1, 300, 50)
     with pytest.raises(DomainError, match="apart"):
@@ -204,16 +166,3 @@ def test_a_length_that_nobody_knows_costs_width_and_no_coverage():
         assert inside >= 35, length
     told = fit_anything(time, data, force, length_n=30.0)
     assert fit.sigma_n_per_m > told.sigma_n_per_m
-
-
-def test_two_spheres_without_a_length_are_less_sure():
-    small, large = SeriesContact(6.0e8, 1.5, 0.1), SeriesContact(2.0e9, 1.5, 0.1)
-    force = np.linspace(10.0, 300.0, 120)
-    noise = smooth_draw(np.random.default_rng(3), force, 0.3e-6)
-    one = force / KS + small.deformation_m(force) + noise
-    other = force / KS + large.deformation_m(force) - noise
-    contacts = {"first_contact": small, "second_contact": large}
-    told = two_spheres(one, other, force, **contacts, length_n=50.0)
-    open_ = two_spheres(one, other, force, **contacts)
-    assert open_.stiffness_n_per_m == told.stiffness_n_per_m
-    assert open_.sigma_n_per_m > told.sigma_n_per_m

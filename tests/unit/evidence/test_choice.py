@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pressed_runs import World, press, told
 
-from stepload.contact.law_names import LAW_NAMES
+from stepload.contact.power_law import LAW_NAMES
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.smooth import smooth_lengths
 from stepload.evidence import answer

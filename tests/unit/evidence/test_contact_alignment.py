@@ -9,9 +9,14 @@ import numpy as np
 import pytest
 from pressed_runs import World, press
 
-from stepload.estimators.contact_quality import OFF_AXIS_M, ContactPoint, ContactQuality, Slip
+from stepload.estimators.contact_quality import (
+    OFF_AXIS_M,
+    BranchShare,
+    ContactPoint,
+    ContactQuality,
+    Slip,
+)
 from stepload.estimators.fit import Missing
-from stepload.estimators.lateral import BranchShare, Loop
 from stepload.estimators.lateral_effect import CROSS_COMPLIANCE, Across
 from stepload.evidence.answer import weigh
 from stepload.evidence.lateral import (
@@ -26,31 +31,21 @@ from stepload.evidence.lateral import (
 )
 from stepload.evidence.quantity import ResultVerdict
 
-FORCES = np.linspace(30.0, 300.0, 10)
 YIELDS = 1.0 / 3.49e6
 SPAN_M = 50e-6
 
 
-def branch(share: float = 0.1, cycle: int = 1, *, rising: bool = True) -> BranchShare:
-    shares = np.stack([np.full(10, share), np.zeros(10)], axis=1)
-    return BranchShare(cycle, rising, FORCES, shares, np.full(10, 1e-4))
-
-
 def slip(jump_n: float, force_n: float = 150.0, *, rising: bool = True, cycle: int = 1) -> Slip:
-    return Slip(1.0, force_n, jump_n, cycle, rising, 1.01)
+    return Slip(1.0, force_n, jump_n, cycle, rising)
 
 
 NOWHERE = Missing("no lever")
 
 
 def quality(
-    *slips: Slip,
-    change: tuple[float, float] | None = None,
-    unseen_n: float = 0.0,
-    points: tuple[ContactPoint, ...] | Missing = NOWHERE,
+    *slips: Slip, unseen_n: float = 0.0, place: ContactPoint | Missing = NOWHERE
 ) -> ContactQuality:
-    loop = Loop(None, 0.0, friction=False)
-    return ContactQuality((branch(),), loop, change, slips, unseen_n, points)
+    return ContactQuality((BranchShare(1, True, np.array([0.1, 0.0])),), slips, unseen_n, place)
 
 
 def test_a_slip_moves_the_tip_along_a_plate_that_may_be_tilted() -> None:
@@ -72,15 +67,15 @@ def test_slips_outside_of_the_chord_do_not_count(other: Slip) -> None:
 
 
 def point(off_m: float, sigma_m: float = 1e-5) -> ContactPoint:
-    return ContactPoint(1, 300.0, (off_m, 0.0), sigma_m)
+    return ContactPoint(300.0, (off_m, 0.0), sigma_m)
 
 
 def test_a_place_off_the_axis_is_a_note() -> None:
-    far = ContactAlignment(quality(points=(point(1.2 * OFF_AXIS_M),)))
+    far = ContactAlignment(quality(place=point(1.2 * OFF_AXIS_M)))
     assert len(far.notes) == 1
     assert len(replace(far, gauge_offset_m=0.02).notes) == 1
-    assert ContactAlignment(quality(points=(point(0.9 * OFF_AXIS_M),))).notes == []
-    noisy = ContactAlignment(quality(points=(point(1.2 * OFF_AXIS_M, 0.3 * OFF_AXIS_M),)))
+    assert ContactAlignment(quality(place=point(0.9 * OFF_AXIS_M))).notes == []
+    noisy = ContactAlignment(quality(place=point(1.2 * OFF_AXIS_M, 0.3 * OFF_AXIS_M)))
     assert noisy.notes == []
 
 
@@ -118,7 +113,7 @@ def test_all_of_it_stands_in_the_budget() -> None:
     assert plain.headline.verdict is ResultVerdict.IDENTIFIED
     assert not any("slip" in line.source and line.relative for line in plain.headline.lines)
     slipped = ContactAlignment(
-        quality(slip(30.0), points=(point(5e-3),), unseen_n=3.0), arm=True,
+        quality(slip(30.0), place=point(5e-3), unseen_n=3.0), arm=True,
         misalignment_rad=0.035, yields_m_per_n=YIELDS, gauge_offset_m=0.001,
     )  # fmt: skip
     found = weigh(press(World(said={"alignment": slipped})))

@@ -59,7 +59,7 @@ def beside(world: World, seed: int, read: Read = sound) -> RunData:
     conditions = replace(
         made.conditions, sources=own, position_resolution_m=QUANTUM_M, arm_sources=arm
     )
-    return replace(made, tracks=tracks, conditions=conditions, touches=None)
+    return replace(made, tracks=tracks, conditions=conditions)
 
 
 def against(found: Evidence) -> set[str]:

@@ -20,13 +20,11 @@ from stepload.evidence.expected import (
     Course,
     expected_chord,
     expected_run,
-    lower_force,
     narrowing,
 )
 from stepload.evidence.lawfit import Whitened, fit_law
 from stepload.evidence.laws import POWER
 from stepload.evidence.reading import read_of
-from stepload.evidence.run_data import RunData
 
 QUANTUM_M = 2e-6
 
@@ -127,26 +125,6 @@ def test_what_is_expected_is_of_the_branch_that_is_asked_for(branch: str) -> Non
     expected, measured = expected_chord(run), weigh(run).headline
     assert expected.kind == measured.kind
     assert expected.half_width == pytest.approx(measured.half_width, rel=0.05)
-
-
-def test_a_lower_force_narrows_where_the_rig_gives_way_more_than_the_payload() -> None:
-    """σ of K_s times K/K_s is its line, and K of a sphere falls as F^(1/3)."""
-
-    def planned(relative: float) -> RunData:
-        sources = Sources(1e5, relative * 1e5, 1e-7, smooth_length_n=10.0, force_noise_n=1e-3,
-                          position_resolution_m=1e-8)  # fmt: skip
-        course = Course(np.linspace(10.0, 50.0, 5), 1.0, (1.0,) * 5, (1.0,) * 4, 2.0)
-        tracks = course.tracks(lambda force: (force / 4.5e6) ** (2.0 / 3.0) + force / 1e5)
-        return expected_run(Conditions(sources, 50.0, 1.0, 1e-8), tracks)
-
-    run = planned(0.1)
-    now = expected_chord(run)
-    way = lower_force(run, now)
-    assert way is not None
-    assert "17.5 N" in way.todo
-    assert way.half_width / now.half_width == pytest.approx(0.35 ** (1.0 / 3.0), rel=0.1)
-    exact = planned(1e-5)
-    assert lower_force(exact, expected_chord(exact)) is None
 
 
 @pytest.mark.parametrize("wrong", [-0.1, 0.1])

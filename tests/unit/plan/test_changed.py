@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from stepload.plan.changed import can_be, rederived
-from stepload.plan.derived import follows
+from stepload.plan.checks import can_be
+from stepload.plan.derived import follows, rederived
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
 

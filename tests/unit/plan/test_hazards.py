@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import stat
-import threading
-import time
 from datetime import date
 from pathlib import Path
 
 import pytest
 
 from stepload.errors import BadInputError
-from stepload.plan import hazards
 from stepload.plan.hazards import HAZARDS, hazards_read, keep, read_by, read_words, rig_argument
 from stepload.plan.load import load_plan
 
@@ -60,43 +57,6 @@ def test_the_plan_keeps_who_and_when_and_all_else(tmp_path, newline, name):
     assert (b"\r\n" in path.read_bytes()) == (newline == "\r\n")
     assert stat.S_IMODE(path.stat().st_mode) == 0o640
     assert sorted(tmp_path.iterdir()) == [path]
-
-
-def test_of_two_at_once_one_is_kept_and_the_other_is_told_so(tmp_path, monkeypatch):
-    """One that found the other's name in place of its own took both back, after "kept"."""
-
-    def slowly(path: Path):
-        time.sleep(0.05)
-        return load_plan(path)
-
-    path = _plan(tmp_path, BLOCK)
-    plan, kept = load_plan(path), {}
-    monkeypatch.setattr(hazards, "load_plan", slowly)
-    signing = [
-        threading.Thread(
-            target=lambda name=name: kept.update({name: keep(plan, read_by(name, DAY))})
-        )
-        for name in ("Anna", "Ben")
-    ]
-    for thread in signing:
-        thread.start()
-    for thread in signing:
-        thread.join()
-    assert sorted(map(str, kept.values())) == sorted([str(path), "None"])
-    assert kept[load_plan(path).rig.hazards_read_by] == path
-
-
-def test_what_somebody_writes_meanwhile_is_not_taken_back(tmp_path, monkeypatch):
-    def spoiled(path: Path):
-        path.write_text("stepload: 1 # theirs\n")
-        return load_plan(path)
-
-    path = _plan(tmp_path, BLOCK)
-    plan = load_plan(path)
-    monkeypatch.setattr(hazards, "load_plan", spoiled)
-    with pytest.raises(BadInputError):
-        keep(plan, read_by("Anna", DAY))
-    assert path.read_text() == "stepload: 1 # theirs\n"
 
 
 @pytest.mark.parametrize("mark", ["", "\ufeff"])

@@ -10,8 +10,8 @@ import pytest
 import yaml
 
 from stepload.plan import references
+from stepload.plan.compose import overlay
 from stepload.plan.load import load_plan
-from stepload.plan.overlay import overlay
 from stepload.plan.problems import PlanError
 from stepload.plan.source import Source
 from stepload.plan.tree import Mapping, Node, Scalar, parse_tree

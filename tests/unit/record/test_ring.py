@@ -11,7 +11,6 @@ from typing import Any, Generic, NamedTuple
 import numpy as np
 import pytest
 
-from stepload.record.layout import STREAMS, Stream
 from stepload.record.ring import EVENT_HEAD, RINGS, Shared, State, capacities
 from stepload.rig.samples import DisplacementSample, Number, Six, Whole
 
@@ -73,18 +72,6 @@ def test_rows_pass_in_order_also_across_the_ring_s_end(
         got += words(shared.take(name))
     assert len(shared.take(name)) == shared.dropped(name) == 0
     np.testing.assert_array_equal(got, [flat(sample(i)) for i in range(sent)])
-
-
-def test_rows_of_any_shape_are_flattened(shared: Shared, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(STREAMS, "tick", Stream(OtherShape, ()))
-    other, fd = Shared.create(capacities(RATES_HZ))
-    os.close(fd)
-    push = other.producer("tick", never)
-    row = (1.5, (1.0, 2.0, 3.0, 4.0, 5.0, 6.0), 7, (6.0, 5.0, 4.0, 3.0, 2.0, 1.0), 8.5)
-    push(row)
-    assert words(other.take("tick")) == [flat(row)]
-    del push
-    other.close()
 
 
 def test_a_full_ring_keeps_the_old_rows_and_counts_the_new(

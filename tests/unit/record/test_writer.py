@@ -24,7 +24,7 @@ from stepload.record.encode import Channel, to_ns
 from stepload.record.layout import STREAMS, TOPICS
 from stepload.record.reader import read_recording
 from stepload.record.ring import Shared, State, capacities
-from stepload.record.writer_process import PERIOD_S, Kind, Writer
+from stepload.record.writer_process import PERIOD_S, Start, Writer
 
 RATES_HZ = {"force": 1000.0, "arm": 500.0, "tick": 500.0}
 OFFSET_NS = 1_700_000_000_000_000_000
@@ -276,17 +276,22 @@ def test_a_failed_write_leaves_nothing_of_itself(
     assert (tmp_path / "f").read_bytes() == b"good end"
 
 
-class Frames:
-    """Frames as the writer process takes them; ends after the last."""
+class Messages:
+    """Messages as the writer process takes them, and calls in between; ends after the last."""
 
-    def __init__(self, *frames: Any) -> None:
-        self.frames = list(frames)
-        self.ended = False
+    def __init__(self, *messages: Any) -> None:
+        self.messages = list(messages)
 
-    def wait(self, timeout_s: float) -> Any:
-        frame = self.frames.pop(0) if self.frames else None
-        self.ended = not self.frames and frame is None
-        return frame() if callable(frame) else frame
+    def poll(self, timeout_s: float) -> bool:
+        if self.messages and callable(self.messages[0]):
+            self.messages.pop(0)()
+            return False
+        return True
+
+    def recv(self) -> Any:
+        if not self.messages:
+            raise EOFError
+        return self.messages.pop(0)
 
 
 def run_process(
@@ -313,13 +318,10 @@ def run_process(
     monkeypatch.setattr(os, "fdatasync", sync)
     monkeypatch.setattr(Shared, "set_state", state)
     monkeypatch.setattr(writer_process, "sync_directory", lambda path: story.append(str(path)))
-    start = (
-        b'{"rates_hz": {"force": 1000.0, "arm": 500.0, "tick": 500.0}, "offset_ns": 0, '
-        b'"wall_ns": 0, "directory": "the directory", "attachments": 1, "metadata": {"a": "b"}}'
-    )
+    start = Start(RATES_HZ, 0, 0, Path("the directory"), {"a": "b"}, {"plan.yaml": b"text"})
     path = tmp_path / "run.mcap"
-    control = Frames((Kind.START, start), (Kind.ATTACHMENT, b"plan.yaml\x00text"), late, *last)
-    monkeypatch.setattr(writer_process, "Control", lambda _: control)
+    control = Messages(start, late, *last)
+    monkeypatch.setattr(writer_process, "Connection", lambda *_, **__: control)
     with path.open("wb") as file, monkeypatch.context() as patch:
         patch.setattr(writer_process.signal, "signal", lambda *_: None)
         writer_process.main(file.fileno(), memory_fd)
@@ -330,7 +332,7 @@ def run_process(
 def test_the_beginning_is_on_the_disk_before_the_run_may_start(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, make: SimpleNamespace
 ) -> None:
-    story, _, path = run_process(tmp_path, monkeypatch, make, (Kind.FINISH, b"identified\x00{}"))
+    story, _, path = run_process(tmp_path, monkeypatch, make, ("identified", b"{}"))
     assert story == ["file", "the directory", "RUNNING", "file", "file", "CLOSED"]
     got = read_recording(path)
     assert not got.partial
@@ -345,10 +347,6 @@ def test_rows_that_come_last_are_not_lost(
 ) -> None:
     pushes: list[Callable[[], None]] = []
 
-    def last() -> Any:
-        pushes[0]()
-        return (Kind.FINISH, b"identified\x00{}") if finished else None
-
     create = Shared.create
 
     def created(capacity: Any) -> Any:
@@ -358,7 +356,8 @@ def test_rows_that_come_last_are_not_lost(
         return shared, fd
 
     monkeypatch.setattr(Shared, "create", created)
-    _, shared, path = run_process(tmp_path, monkeypatch, make, last)
+    last = [lambda: pushes[0](), *([("identified", b"{}")] if finished else [])]
+    _, shared, path = run_process(tmp_path, monkeypatch, make, *last)
     assert shared.recorded("arm") == 1
     got = read_recording(path)
     assert got.arm.sequence.tolist() == [3]

@@ -17,11 +17,11 @@ from stepload.plan.model import DisplacementSpec, Plan, Structure
 from stepload.results.analyse import identify_payload
 from stepload.results.conditions import (
     FILE,
+    Stated,
     from_attachments,
     planned,
     to_bytes,
 )
-from stepload.results.stated import Stated
 
 
 def warm_plan() -> Plan:

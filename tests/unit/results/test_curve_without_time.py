@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from stepload.estimators.fit import FloatArray
+from stepload.results.conditions import Stated
 from stepload.results.from_file import identify_file
-from stepload.results.stated import Stated
 
 K = 1.1e9
 

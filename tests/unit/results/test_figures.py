@@ -45,29 +45,31 @@ def trace(count: int) -> Any:
     )
 
 
-def curves(data: Any, laws: Mapping[str, figures.Law]) -> str:
+def curves(data: Any, laws: Mapping[str, run_figures.Law]) -> str:
     x, y, none = data.travel_m, data.force_n, np.empty(0)
-    return figures.force_deformation(
-        (x, y), (none, none), laws, "joint", (x, 0.9 * y, 1.1 * y), [("predicted", x, y)]
+    return run_figures.force_deformation(
+        (x, y), (none, none), laws, "joint", (x, 0.9 * y, 1.1 * y), [("predicted", (x, y))]
     )
 
 
 @pytest.mark.parametrize("count", [2, *long([10]), 10_000])
 def test_every_figure_is_an_svg(count: int) -> None:
     data = trace(count)
-    law: dict[str, figures.Law] = {"joint": lambda x: 3e6 * np.maximum(x, 0.0)}
+    law: dict[str, run_figures.Law] = {"joint": lambda x: 3e6 * np.maximum(x, 0.0)}
+    limits = {"F_c": 400.0, "F_lim": 350.0}
     for svg in (
-        figures.over_time(data),
-        figures.against_limit(data, data.force_n, data.time_s, {"F_c": 400.0, "F_lim": 350.0}),
+        run_figures.over_time(data),
+        run_figures.against_limit(data, data.force_n, data.time_s, limits),
         curves(data, law),
-        figures.residuals(data.force_n, {"joint": data.force_n * 0.0}, "joint"),
+        figures.lines([(data.time_s, data.force_n, ".", {"label": "a"})], "x", "y", zero=True),
+        figures.intervals([("a", 3e6, 2e6, 4e6)], "K_s"),
     ):
         assert svg.lstrip().startswith("<?xml")
         assert "</svg>" in svg
 
 
 def test_the_same_data_give_the_same_picture() -> None:
-    assert figures.over_time(trace(50)) == figures.over_time(trace(50))
+    assert run_figures.over_time(trace(50)) == run_figures.over_time(trace(50))
 
 
 @pytest.mark.parametrize("rows", [1, *long([3])])

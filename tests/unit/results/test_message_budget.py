@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from stepload.cli.plans import preflight_data, show_preflight, show_verdict
+from stepload.cli.preflight import preflight_data, show_preflight, show_verdict
 from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.envelope.reason import PlanVerdict, Severity, findings
 from stepload.plan.load import load_plan

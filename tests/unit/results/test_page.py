@@ -7,7 +7,7 @@ import re
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stepload.results.model import Card, Document, Figure, Table, Verdict
+from stepload.results.model import Document, Figure, Table, Verdict
 from stepload.results.page import render
 
 SVG = "<svg xmlns='http://www.w3.org/2000/svg'/>"
@@ -16,7 +16,7 @@ SVG = "<svg xmlns='http://www.w3.org/2000/svg'/>"
 def a_page(text: str) -> Document:
     return Document(
         title=text, subtitle=text, verdict=Verdict("good", text, text), ended=text, reasons=[text],
-        tables=[Table(text, [text], [[text]], [text])], cards=[Card(text, text, text)],
+        tables=[Table(text, [text], [[text]], [text])],
         figures=[Figure("figure", text, text, text, lambda: SVG)], texts=[(text, text)],
     )  # fmt: skip
 

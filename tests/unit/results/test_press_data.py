@@ -58,16 +58,6 @@ def test_the_zero_is_the_touch_that_began_the_first_loading() -> None:
     assert travel_at(found, 50.0, 2) == pytest.approx(25e-6, abs=2e-7)
 
 
-def test_travel_since_its_own_touch_is_for_fits_that_take_the_zero_as_given(
-    data: PressData,
-) -> None:
-    second = data.since_touch(2)
-    loading = data.branch(LOADING, 2)
-    assert second == pytest.approx(data.travel_m[loading] - SETS_M[1], abs=2e-7)
-    assert data.since_touch(1) == pytest.approx(data.travel_m[data.branch(LOADING, 1)])
-    assert data.since_touch(7).size == 0
-
-
 def test_a_pause_is_told_with_its_shift(data: PressData) -> None:
     assert "touched again at 8" in reopened(data)
     assert reopened(data) in remarks(data)

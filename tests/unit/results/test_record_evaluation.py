@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from evaluated_runs import an_envelope, evaluated
 
-from stepload.results.record_evaluation import damage_named
+from stepload.results.run_record import damage_named
 
 PROBLEM = "the run ended before the first load step: there is nothing to identify"
 

@@ -70,7 +70,7 @@ def test_a_program_is_told_every_reason_of_the_page() -> None:
     text = "\n".join(reasons)
     for part in (
         "the plate is tilted by 0.57",
-        "nulling was on", "nulling did not take the force across off", "went on",
+        "nulling took", "procedure.nulling.sensor_turn", "went on",
     ):  # fmt: skip
         assert part in text
     lost = evaluated(an_envelope(), None)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from stepload.errors import BadInputError
+from stepload.results.conditions import laws_of
 from stepload.results.data import identification_data
 from stepload.results.from_file import Stated, identify_file
-from stepload.results.stated import laws_of
 
 KS, K = 3.49e6, 6.57e8
 
@@ -42,7 +42,7 @@ def test_a_stated_stiffness_is_known_as_stated_and_to_five_percent_where_nobody_
     for sigma in (0.01, 0.07):
         told = sizes(curve, system_stiffness_sigma_n_per_m=sigma * KS)
         assert told["system stiffness K_s"] == f"{100 * sigma:.0f} %"
-    assert "5%" in sizes(curve)["system stiffness K_s"]
+    assert "5 %" in sizes(curve)["system stiffness K_s"]
 
 
 def test_a_stated_length_is_taken_and_an_unknown_one_is_a_range(curve: Path) -> None:

@@ -1,4 +1,4 @@
-"""Batches over processes of this machine: the same rows, whoever is lost on the way."""
+"""Batches over processes of this machine: the same rows, however many do them."""
 
 from __future__ import annotations
 
@@ -13,9 +13,8 @@ import pytest
 from counted_work import Counted, Deaf, Drawn, Interrupting, Meeting, Threads, begun
 
 from stepload.errors import RefusedError
-from stepload.runner.interrupts import interruptible
-from stepload.runner.jobs import TAIL, Job, run_all, run_batch, run_in_order
-from stepload.runner.pool import MOST_IN_A_ROW, Pool
+from stepload.runner.jobs import TAIL, Job, run_all
+from stepload.runner.pool import Pool, interruptible
 
 JOBS = [Job("a", index) for index in range(30)] + [Job("a", 30, (0.5, 0.25))]
 
@@ -26,10 +25,8 @@ def test_rows_do_not_depend_on_the_number_of_processes(tmp_path: Path) -> None:
     for processes in (1, 2):
         with Pool(processes) as pool:
             batches = list(run_all(work, JOBS, pool, 4))
-            again = list(run_in_order(work, JOBS, pool, 4))
         assert max(len(batch) for batch in batches) == (1 if processes == 1 else 31 // TAIL)
         assert sorted(row for batch in batches for row in batch) == sorted(whole)
-        assert [row for batch in again for row in batch] == whole
     assert whole != [Counted(6, tmp_path).run(job) for job in JOBS]
     assert work.run(JOBS[-1]) != work.run(Job("a", 30))
 
@@ -37,10 +34,9 @@ def test_rows_do_not_depend_on_the_number_of_processes(tmp_path: Path) -> None:
 def test_batches_become_smaller_towards_the_end_and_leave_nothing_out(tmp_path: Path) -> None:
     jobs = [Job("a", index) for index in range(100)]
     with Pool(2) as pool:
-        batches = [len(batch) for batch in run_in_order(Counted(5, tmp_path), jobs, pool, 5)]
+        batches = [len(batch) for batch in run_all(Counted(5, tmp_path), jobs, pool, 5)]
     assert sum(batches) == 100
-    assert batches == sorted(batches, reverse=True)
-    assert (batches[0], batches[-TAIL:]) == (5, [1] * TAIL)
+    assert (max(batches), batches.count(1) >= TAIL) == (5, True)
 
 
 def test_two_processes_work_at_the_same_time(tmp_path: Path) -> None:
@@ -80,63 +76,19 @@ def test_ctrl_c_counts_also_where_the_block_ends_by_another_error() -> None:
 
 
 @pytest.mark.usefixtures("hears_ctrl_c")
-def test_at_ctrl_c_what_is_being_done_is_waited_for_and_kept(
-    tmp_path: Path,
-) -> None:
-    """And no more is begun."""
-    jobs = [Job("a", index) for index in range(400)]
-    for do in (run_all, run_in_order):
-        traces = tmp_path / do.__name__
-        traces.mkdir()
-        rows: list[Drawn] = []
-        pool = Pool(2)
-        batches = do(Interrupting(5, traces, takes_s=0.02), jobs, pool, 4)
-        with pool, pytest.raises(KeyboardInterrupt):
-            rows.extend(chain.from_iterable(batches))
-        done = {int(each.name.split("-")[0]) for each in traces.iterdir()}
-        assert {row.index for row in rows} == done
-        assert 12 <= len(rows) < 100
-
-
-@pytest.mark.usefixtures("hears_ctrl_c")
-def test_ctrl_c_while_a_part_is_sent_loses_nothing_of_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    sent = Pool._send
-
-    def send(*args):
-        pipe = sent(*args)
-        os.kill(os.getpid(), signal.SIGINT)
-        return pipe
-
-    monkeypatch.setattr(Pool, "_send", send)
+def test_ctrl_c_gives_up_what_is_being_done_and_what_came_is_kept(tmp_path: Path) -> None:
     rows: list[Drawn] = []
     with Pool(2) as pool, pytest.raises(KeyboardInterrupt):
-        rows.extend(chain.from_iterable(run_all(Counted(5, tmp_path), JOBS, pool, 1)))
-    assert {row.index for row in rows} == {int(x.name.split("-")[0]) for x in tmp_path.iterdir()}
-
-
-@pytest.mark.usefixtures("hears_ctrl_c")
-def test_a_second_ctrl_c_ends_at_once(tmp_path: Path) -> None:
-    with Pool(2) as pool, pytest.raises(KeyboardInterrupt):
-        list(run_all(Interrupting(5, tmp_path, times=2), JOBS, pool, 4))
-    assert begun(tmp_path, 9)
+        rows.extend(chain.from_iterable(run_all(Interrupting(5, tmp_path), JOBS, pool, 1)))
+    assert len(rows) >= 8
     assert not list(tmp_path.glob("late"))
 
 
-def test_a_process_that_is_killed_loses_nothing_and_nothing_is_done_twice(tmp_path: Path) -> None:
-    work = Counted(5, tmp_path, deadly=9, takes_s=0.002)
-    with Pool(2) as pool:
-        rows = [row for batch in run_all(work, JOBS, pool, 4) for row in batch]
-    assert len(begun(tmp_path, 9)) == 2
-    assert sorted(rows) == [Counted(5, tmp_path).run(job) for job in JOBS]
-
-
-def test_a_job_that_kills_every_process_ends_the_whole(tmp_path: Path) -> None:
-    work = Counted(5, tmp_path, deadly=0, times=99)
-    with Pool(2) as pool, pytest.raises(RefusedError, match="process was lost"):
-        list(run_all(work, JOBS[:1], pool))
-    assert len(begun(tmp_path, 0)) == MOST_IN_A_ROW + 1
+def test_a_killed_process_ends_the_whole(tmp_path: Path) -> None:
+    work = Counted(5, tmp_path, deadly=9)
+    with Pool(2) as pool, pytest.raises(RefusedError):
+        list(run_all(work, JOBS, pool, 1))
+    assert len(begun(tmp_path, 9)) == 1
 
 
 def test_what_is_given_up_ends_soon(tmp_path: Path) -> None:
@@ -152,23 +104,6 @@ def test_an_error_in_a_job_comes_through(tmp_path: Path) -> None:
     for processes in (1, 2):
         with Pool(processes) as pool, pytest.raises(FileNotFoundError):
             list(run_all(work, JOBS, pool))
-
-
-def test_other_code_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(RefusedError, match=r"digest same, not other"):
-        run_batch(Counted(5, tmp_path), "other", JOBS)
-    work = Counted(5, tmp_path, code="worker")
-    monkeypatch.setenv("CODE", "worker's")
-    with Pool(2) as pool:
-        batches = run_all(work, JOBS, pool, 4)
-        rows = next(batches)
-        batches.close()
-        assert 0 < len(rows) <= 4
-        monkeypatch.setenv("CODE", "asks")  # the processes that are there keep theirs
-        before = len(list(tmp_path.iterdir()))
-        with pytest.raises(RefusedError, match="same version everywhere"):
-            list(run_all(work, JOBS, pool, 4))
-    assert len(list(tmp_path.iterdir())) <= before + 16
 
 
 def test_a_process_uses_one_thread_of_linear_algebra(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,7 +14,7 @@ from stepload.record.outcome import RunStatus, Touch
 from stepload.setup import acceptance
 from stepload.setup.check_line import CheckLine, Mark
 from stepload.setup.checkup import Checkup
-from stepload.setup.state import Done, Found, State
+from stepload.setup.state import Found, State
 from stepload.setup.yaml_keys import Value
 
 NAN = math.nan
@@ -67,7 +67,7 @@ def test_a_rig_of_which_one_line_fails_is_not_sound(monkeypatch, done):
 
 
 def test_what_is_measured_later_replaces_what_was_stated():
-    first, later = (Done("2026-11-22", Found({"force.noise": Value(t, "")})) for t in "12")
+    first, later = (Found({"force.noise": Value(t, "")}) for t in "12")
     assert State(done={"sensor": first, "doctor": later}).values["force.noise"].text == "2"
 
 

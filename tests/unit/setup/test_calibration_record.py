@@ -14,7 +14,7 @@ from stepload.plan.calibration import CalibrationRecord, write_calibration
 from stepload.plan.load import load_plan
 from stepload.plan.model import Provenance
 from stepload.setup.answers import Answers
-from stepload.setup.calibration_record import put_record
+from stepload.setup.state import put_record
 from stepload.setup.wizard import set_up
 
 GIVEN = {

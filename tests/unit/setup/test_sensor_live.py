@@ -13,7 +13,7 @@ from stepload.plan.model import DisplacementSpec
 from stepload.plan.shipped import plan_path
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 from stepload.setup.check_line import Mark
-from stepload.setup.sensor_live import check_live
+from stepload.setup.streams import check_live
 from stepload.setup.watch import Watched
 
 RIG = load_plan(plan_path("demo-wire")).rig

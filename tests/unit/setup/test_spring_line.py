@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 from run_plans import stvf_plan
 
-from stepload.cli.doctor import doctor
+from stepload.cli.devices import doctor
 from stepload.engine.operator import Operator
 from stepload.envelope.envelope import envelope_of
 from stepload.envelope.reason import PlanVerdict

@@ -13,15 +13,14 @@ from stepload.errors import DeviceError, RefusedError
 from stepload.rig.faults import Fault, FaultCode
 from stepload.setup import start_pose
 from stepload.setup.acceptance import _free
-from stepload.setup.open_devices import FORCE, Bench
-from stepload.setup.state import Done, Found
+from stepload.setup.bench import FORCE, Bench
+from stepload.setup.state import Found
 from stepload.setup.yaml_keys import Value
 
 
 def ready(rig, approach="[0, 0, -1]", person=None, **answers):
     setup = setup_of(rig, person, **answers)
-    found = Found({"arm.options.approach": Value(approach, "")})
-    setup.state.done["arm"] = Done("2026-11-22", found)
+    setup.state.done["arm"] = Found({"arm.options.approach": Value(approach, "")})
     return setup
 
 
@@ -109,7 +108,7 @@ def test_a_way_back_that_is_too_long_is_refused():
 def test_a_touch_begins_only_where_the_arm_was_led():
     rig = Rig()
     setup = ready(rig)
-    setup.state.done["start"] = Done("2026-11-22", start_pose.start(setup))
+    setup.state.done["start"] = start_pose.start(setup)
     start_pose.stands_at_start(setup)
     rig.tool.turned = (0.0, math.pi - 0.1, 0.0)
     with pytest.raises(RefusedError, match=r"0.00 mm and 5.7 degrees from the start pose"):
@@ -174,7 +173,7 @@ class LedArm(FakeArm):
 )
 def test_the_start_pose_is_where_a_touch_begins(monkeypatch, off, stands):
     setup = ready(Rig())
-    setup.state.done["start"] = Done("2026-11-22", start_pose.start(setup))
+    setup.state.done["start"] = start_pose.start(setup)
     monkeypatch.setattr(LedArm, "off", off)
     monkeypatch.setattr("bench_fakes.FakeArm", LedArm)
     if stands:

@@ -13,7 +13,7 @@ from stepload.errors import BadInputError, RefusedError
 from stepload.plan.problems import PlanError
 from stepload.setup.answers import Answers
 from stepload.setup.first_plan import first_plan, touch_plan
-from stepload.setup.presets import preset
+from stepload.setup.questions import preset
 from stepload.units import parse_quantity
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 
 import pytest
+from bench_fakes import FakeArm, Rig
 from run_plans import stvf_plan
 
 from stepload.envelope.envelope import envelope_of
@@ -58,3 +59,23 @@ def test_where_it_is_held_is_graded(monkeypatch, off_m, mark):
     arm = SimpleNamespace(held_m=lambda: START_M + off_m)
     monkeypatch.setattr(motion, "position_now", lambda rig: START_M)
     assert motion.check_held(stvf_plan(), SimpleNamespace(arm=arm)).mark is mark
+
+
+def test_the_arm_is_brought_back_to_where_the_examination_began(monkeypatch):
+    truth = Rig(position_m=2e-4)
+    rig = SimpleNamespace(arm=FakeArm(truth), clock=truth.clock)
+
+    def back(_rig):
+        truth.position_m -= 2e-3
+        return OK
+
+    monkeypatch.setattr(motion, "check_stop", back)
+    monkeypatch.setattr(motion, "check_held", lambda _plan, _rig: OK)
+    monkeypatch.setattr(motion, "check_watchdog", back)
+    monkeypatch.setattr(motion, "check_response", lambda plan, rig: (OK, None))
+    exam = checkup._Examination(SimpleNamespace(plan=None), lambda line: None)
+    checkup._motion(exam, rig)
+    assert truth.position_m == pytest.approx(2e-4, abs=1e-6)
+    assert max(truth.targets) <= 2e-4 + 1e-9
+    steps = [b - a for a, b in zip(truth.targets, truth.targets[1:], strict=False)]
+    assert max(steps) <= motion.SPEED_M_S * FakeArm(truth).period_s * 1.01

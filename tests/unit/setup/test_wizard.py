@@ -14,8 +14,8 @@ from stepload.plan.load import load_plan
 from stepload.record.outcome import RunStatus, Touch
 from stepload.setup import acceptance
 from stepload.setup.answers import Answers
+from stepload.setup.bench import Press
 from stepload.setup.checkup import Checkup
-from stepload.setup.context import Press
 from stepload.setup.state import read_state, state_path
 from stepload.setup.wizard import STEPS, set_up
 

@@ -61,7 +61,7 @@ def test_smooth_law_is_the_power_law(k: float, n: float, deformation_m: float) -
 def test_rough_law_inverts_the_rough_sphere(force_n: float) -> None:
     theory = RoughSphere(ROUGH.k, ROUGH.roughness_m, ROUGH.kappa)
     assert not 0.43 < theory.pressure_ratio(force_n) < 0.52, "the smoothed gap of (12)"
-    deformation_m = theory.deformation(force_n).value
+    deformation_m = theory.deformation(force_n)
     assert contact_law(ROUGH).evaluate(deformation_m)[0] == pytest.approx(force_n, rel=2e-3)
 
 
@@ -78,7 +78,7 @@ def test_rough_law_rises_everywhere_from_zero() -> None:
 def test_elastic_plastic_loading_is_the_continuous_theory(x: float) -> None:
     theory = ElasticPlasticSphere.from_law(PLASTIC.k, PLASTIC.elastic_limit_n)
     deformation_m = x * theory.deformation_c_m
-    expected = theory.continuous_force(deformation_m).value
+    expected = theory.force(deformation_m)
     assert contact_law(PLASTIC).evaluate(deformation_m)[0] == pytest.approx(expected, rel=1e-9)
 
 

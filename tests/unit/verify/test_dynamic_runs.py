@@ -79,7 +79,7 @@ def test_a_pad_belongs_to_the_truth_and_a_seat_does_not() -> None:
 def test_a_rough_contact_has_a_secant_from_its_touch_and_one_from_its_mean_plane() -> None:
     rough = replace(SMOOTH, law="rough", roughness_m=5e-6, kappa=3.0)
     law = RoughSphere(K, 5e-6, 3.0)
-    deep_m, touch_m = law.deformation(300.0).value, law.deformation(0.0).value
+    deep_m, touch_m = law.deformation(300.0), law.deformation(0.0)
     assert touch_m > 1e-6
     from_touch = truth(rough, "secant_from_touch", ANSWER)
     assert from_touch == pytest.approx(300.0 / (deep_m - touch_m), rel=1e-6)

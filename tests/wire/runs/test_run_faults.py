@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 from fault_table import BOTA, HELD, REFUSED, RETRACTED, ROWS, UNHARMED
 
-from stepload.cli.experiments import exit_code
+from stepload.cli.run import exit_code
 from stepload.engine import open_rig, safe_end
 from stepload.envelope.envelope import envelope_of
 from stepload.errors import DeviceError

@@ -13,7 +13,7 @@ from stepload.errors import DeviceError
 from stepload.record.outcome import RunOutcome
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.world import SimulatedRig, WorldView, load_world
-from stepload.runner.interrupts import interruptible
+from stepload.runner.pool import interruptible
 from stepload_verify.campaign.ablation import Ablation, ends_in_time
 from stepload_verify.campaign.incidents import FailingOperator, Killed, NullRecorder, install
 from stepload_verify.campaign.result import KILLED, NOT_OPENED, Result

@@ -24,7 +24,7 @@ def rough_curve(
     """Deformation in m and force in N (10,) by Hertz and (10) on the paper's grid of forces."""
     contact = laws.rough(payload, plate, hardness_pa)
     force = np.array(printed.FORCE_GRID_N)
-    return np.array([contact.deformation(float(f)).value for f in force]), force
+    return np.array([contact.deformation(float(f)) for f in force]), force
 
 
 def curve_csv(deformation_m: FloatArray, force_n: FloatArray) -> str:

@@ -49,9 +49,9 @@ def measured(payload: Payload, plate: Material = ALUMINIUM) -> Law:
     """What a run to 300 N meets: a rough sphere, or a tip that yields."""
     if payload.name.endswith("sphere"):
         contact = rough(payload, plate)
-        return tabulated(lambda force: contact.deformation(force).value, SECANT_FORCE_N)
+        return tabulated(lambda force: contact.deformation(force), SECANT_FORCE_N)
     yielding = plastic(payload)
-    return tabulated(lambda force: yielding.continuous_deformation(force).value, SECANT_FORCE_N)
+    return tabulated(lambda force: yielding.deformation(force), SECANT_FORCE_N)
 
 
 def plastic(payload: Payload) -> ElasticPlasticSphere:

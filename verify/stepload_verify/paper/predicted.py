@@ -39,7 +39,7 @@ def theory_against_tests() -> Section:
         ),
         (metal, "rough (10)", "hardness", laws.rough(metal).deformation(SECANT_FORCE_N)),
     ):
-        value = SECANT_FORCE_N / deformation.value
+        value = SECANT_FORCE_N / deformation
         tests = " | ".join(
             f"{test.secant} | {100 * (value / float(test.secant) - 1):+.1f} %"
             for test in payload.rs_btls
@@ -51,7 +51,7 @@ def theory_against_tests() -> Section:
 def _reach(payload: printed.Payload) -> str:
     """By how much the secant of (10) moves over a factor of two in hardness, either way."""
     secants = [
-        SECANT_FORCE_N / laws.rough(payload, hardness_pa=h).deformation(SECANT_FORCE_N).value
+        SECANT_FORCE_N / laws.rough(payload, hardness_pa=h).deformation(SECANT_FORCE_N)
         for h in (0.5 * printed.MICRO_HARDNESS_PA, printed.MICRO_HARDNESS_PA,
                   2.0 * printed.MICRO_HARDNESS_PA)
     ]  # fmt: skip
@@ -68,10 +68,10 @@ def curves() -> Section:
         if law == "smooth":
             values = laws.smooth_array(payload)(force)
         elif law == "rough":
-            values = np.array([laws.rough(payload).deformation(float(f)).value for f in force])
+            values = np.array([laws.rough(payload).deformation(float(f)) for f in force])
         else:
             contact = laws.plastic(payload)
-            values = np.array([contact.continuous_deformation(float(f)).value for f in force])
+            values = np.array([contact.deformation(float(f)) for f in force])
         return Line(label, values * 1e6, force, dashed=dashed)
 
     spheres = chart(

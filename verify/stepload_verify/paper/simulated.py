@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from stepload.estimators.compare import confidence_band
+from stepload.estimators.band import confidence_band
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import Fit
 from stepload.estimators.inverse_law import joint
@@ -74,14 +74,14 @@ def one_fit(run: RawRun) -> Section:
     assert n is not None
     deformation, force = _points(run)
     contact = np.linspace(0.5e-6, float(deformation.max()) - free.zero_m, 100)
-    band = confidence_band(free, stated.covariance, contact)
-    inside = band.upper_n < 330.0
+    lower_n, upper_n = confidence_band(free, stated.covariance, contact)
+    inside = upper_n < 330.0
     drawn = [
         Line("points", deformation * 1e6, force, dots=True),
         Line("RS-BTLS", *_curve(paper, contact)),
         Line("joint (K, n, zero)", *_curve(free, contact + free.zero_m)),
-        Line("95 % band", (contact + free.zero_m)[inside] * 1e6, band.upper_n[inside], dashed=True),
-        Line("", (contact + free.zero_m) * 1e6, band.lower_n, dashed=True),
+        Line("95 % band", (contact + free.zero_m)[inside] * 1e6, upper_n[inside], dashed=True),
+        Line("", (contact + free.zero_m) * 1e6, lower_n, dashed=True),
     ]
     figure = chart("Force over deformation (27)", "deformation from touch, µm", "force, N", drawn)
     truth = _Truth()
@@ -153,10 +153,10 @@ class _Truth:
 
     def __init__(self) -> None:
         contact = laws.rough(PAYLOADS[0])
-        top = contact.deformation(SECANT_FORCE_N).value
-        reference = contact.deformation(_REFERENCE_FORCE_N).value
+        top = contact.deformation(SECANT_FORCE_N)
+        reference = contact.deformation(_REFERENCE_FORCE_N)
         self.mean_plane = SECANT_FORCE_N / top
-        self.touch = SECANT_FORCE_N / (top - contact.deformation(0.0).value)
+        self.touch = SECANT_FORCE_N / (top - contact.deformation(0.0))
         self.chord = (SECANT_FORCE_N - _REFERENCE_FORCE_N) / (top - reference)
 
 

@@ -52,7 +52,7 @@ def tips() -> Section:
 
 def spheres() -> Section:
     """Table I of the spheres: their law has the hardness that was chosen for Table II."""
-    at_touch = laws.rough(PAYLOADS[0]).deformation(3.0).value * 1e6
+    at_touch = laws.rough(PAYLOADS[0]).deformation(3.0) * 1e6
     text = (
         "Rough (10) with the hardness chosen for the finite elements. The zero decides most: at "
         f"a touch of 3 N the plastic sphere is already {at_touch:.1f} µm deep from its mean "

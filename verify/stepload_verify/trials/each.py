@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Sequence
-from functools import cache
-from pathlib import Path
+from itertools import chain
 from typing import Any, NamedTuple, TypeVar
 
-import stepload
-import stepload_verify
-from stepload.rig.world import load_world
-from stepload.runner.digest import code_digest
-from stepload.runner.jobs import run_in_order
+from stepload.runner.jobs import run_all
 from stepload.runner.pool import Pool
 
 CaseT = TypeVar("CaseT")
@@ -22,25 +16,13 @@ AT_ONCE = 4
 
 
 class Each(NamedTuple):
-    """The work of a trial: `do` for every case."""
+    """The work of a trial: `do` for every case, which comes with its number."""
 
     do: Callable[[Any], Any]
 
-    @property
-    def digest(self) -> str:
-        """Digest of all of the project's code, since a trial may use any of it."""
-        return _digest()
-
-    def run(self, job: Any, /) -> Any:
+    def run(self, job: tuple[int, Any], /) -> tuple[int, Any]:
         """Do one case."""
-        return self.do(job)
-
-
-@cache
-def _digest() -> str:
-    simulator = inspect.getfile(type(load_world()))
-    files = (stepload.__file__, stepload_verify.__file__, simulator)
-    return code_digest(Path(file).parent for file in files)
+        return job[0], self.do(job[1])
 
 
 def for_each(
@@ -56,8 +38,9 @@ def for_each(
         processes: number of processes on this machine; all cores by default.
 
     Raises:
-        RefusedError: processes are killed again and again.
+        RefusedError: a process was killed.
     """
     with Pool(processes) as pool:
-        batches = run_in_order(Each(do), cases, pool, AT_ONCE)
-        return [found for batch in batches for found in batch]
+        batches = run_all(Each(do), list(enumerate(cases)), pool, AT_ONCE)
+        found = dict(chain.from_iterable(batches))
+    return [found[number] for number in range(len(cases))]

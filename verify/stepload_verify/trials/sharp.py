@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
+from stepload.envelope.conditions import planned_run
 from stepload.envelope.envelope import Envelope, envelope_of
-from stepload.envelope.until import planned_run
 from stepload.errors import SteploadError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
@@ -27,8 +27,8 @@ from stepload.evidence.quantity import ResultVerdict
 from stepload.evidence.run_data import RunData
 from stepload.plan.load import load_plan
 from stepload.record.curves import Curve
+from stepload.results.conditions import Stated
 from stepload.results.curve import prepare
-from stepload.results.stated import Stated
 from stepload_verify.trials.boundary.curves import Contact
 
 Law = Callable[[FloatArray], FloatArray]

@@ -28,14 +28,14 @@ from stepload.engine.operator import Operator, StopLevel
 from stepload.engine.rehearse import world_for
 from stepload.engine.tick import Engine
 from stepload.envelope.envelope import Envelope, envelope_of
-from stepload.plan.changed import rederived
+from stepload.plan.derived import rederived
 from stepload.plan.load import load_plan
 from stepload.plan.model import ForceSpec, Plan, SecondForce, SecondForceSource
 from stepload.plan.shipped import plan_path
 from stepload.record.outcome import Cause
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.world import WorldFault, load_world
-from stepload.runner.interrupts import interruptible
+from stepload.runner.pool import interruptible
 from stepload_verify.campaign.incidents import NullRecorder
 from stepload_verify.campaign.mounts import draw_stance, mounted
 

@@ -24,12 +24,12 @@ from stepload.errors import SteploadError
 from stepload.evidence.answer import weigh
 from stepload.record.outcome import RunOutcome
 from stepload.record.recorder import Recorder
+from stepload.results.conditions import Stated
 from stepload.results.from_file import identify_file
 from stepload.results.run_data import pressed
 from stepload.results.run_record import saved_run
-from stepload.results.stated import Stated
 from stepload.rig.world import PayloadTruth
-from stepload.runner.interrupts import interruptible
+from stepload.runner.pool import interruptible
 from stepload.session import files
 from stepload_verify.trials.dynamic.plans import Draft, draw, envelope_in
 from stepload_verify.trials.dynamic.worlds import ALL

@@ -1,0 +1,236 @@
+"""The verb `preflight`, and how a preflight is shown."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from typer import Option
+
+from stepload.cli.options import PayloadFile, PlanFile
+from stepload.errors import ExitCode
+from stepload.results.terminal import AsJson, Output
+
+if TYPE_CHECKING:
+    from stepload.envelope.envelope import Envelope
+    from stepload.envelope.limits import RunLimits
+    from stepload.envelope.theory import CountedLimit
+    from stepload.envelope.until import Until
+
+
+def preflight_data(envelope: Envelope) -> dict[str, Any]:
+    """The JSON object of a preflight."""
+    from stepload.envelope.theory import chance_of_yield
+    from stepload.results import fields
+    from stepload.results.model import data
+    from stepload.results.preflight import planned_of
+
+    planned = planned_of(envelope) if envelope.stages else None
+    expected = planned[1] if planned else None
+    theory, found = envelope.theory, envelope.identifiability
+    top_n, limit_n = envelope.plan.procedure.top_force_n, envelope.force_limit_n
+    return {
+        "verdict": envelope.verdict,
+        "reasons": envelope.reasons,
+        "elastic_limit_n": theory.elastic_limit_n,
+        "elastic_limit_equation": theory.limit_equation,
+        "elastic_limit": theory.counted,
+        "k": theory.law.k,
+        "n": theory.law.n,
+        "k_softest": theory.softest.k,
+        "k_stiffest": theory.stiffest.k,
+        "top_force_n": top_n,
+        "largest_safe_force_n": envelope.largest_safe_force_n,
+        "force_limit_n": limit_n,
+        "deformation_m": envelope.deformation_m,
+        "secant_n_per_m": envelope.secant_n_per_m,
+        "secant_force_n": envelope.plan.identify.secant_force_n,
+        "k_max_n_per_m": found.k_max_n_per_m if found else None,
+        "identifiability": found,
+        "guarded_speed_m_s": envelope.guarded_speed_m_s,
+        "fast_speed_m_s": envelope.fast_speed_m_s,
+        "force_budget": [data(fields.FORCE_TERM, term) for term in envelope.force_budget],
+        "chance_of_yield": chance_of_yield(envelope.plan.payload, theory, max(top_n, limit_n)),
+        "expected": None if expected is None else data(fields.QUANTITY, expected),
+        "schedule": [data(fields.STAGE, stage) for stage in envelope.stages],
+        "duration_s": envelope.duration_s if envelope.stages else None,
+        **_until_data(envelope.until),
+    }
+
+
+def _until_data(until: Until | None) -> dict[str, Any]:
+    """Requirements of every level, where the plan loads only as far as an interval needs."""
+    if until is None:
+        return {}
+    expected = None if until.expected is None else until.needs[until.expected].level_n
+    return {"until": {"asked": until.asked, "expected_level_n": expected, "levels": until.needs}}
+
+
+MOODS = {"go": "good", "warn": "doubt", "refused": "bad"}
+
+
+def show_verdict(envelope: Envelope, out: Output) -> None:
+    """Verdict and findings of a preflight, on a third of a screen."""
+    from stepload.results.preflight import finding_lines, headline
+
+    out.line(headline(envelope), word=envelope.verdict.upper(), mood=MOODS[envelope.verdict])
+    if found := finding_lines(envelope):
+        out.line("\n" + "\n".join(found))
+
+
+def show_preflight(envelope: Envelope, out: Output) -> None:
+    """A preflight on one screen."""
+    from stepload.results.preflight import figure_lines, last_lines
+
+    show_verdict(envelope, out)
+    out.line("\n" + "\n".join(figure_lines(envelope)) + "\n")
+    out.line("\n".join(last_lines(envelope)))
+
+
+def show_reasons(envelope: Envelope, out: Output) -> None:
+    """Every reason with its code."""
+    from stepload.results.model import Finding
+
+    for reason in envelope.reasons:
+        told = f"{reason.message} [{reason.code}]"
+        out.finding(Finding(reason.severity, told, reason.remedy))
+
+
+def show_figures(envelope: Envelope, out: Output) -> None:
+    """Every figure of a preflight, the schedule and the budget of forces."""
+    from stepload.envelope.bounds import common_error
+    from stepload.envelope.reason import PlanVerdict
+    from stepload.results import fields
+    from stepload.results.model import Table, table
+    from stepload.results.reasons import need_table
+    from stepload.results.tables import force_budget_table
+    from stepload.units import format_quantity as f
+
+    theory, found = envelope.theory, envelope.identifiability
+    common, source = common_error(envelope.plan.rig)
+    safe, top = envelope.largest_safe_force_n, envelope.plan.procedure.top_force_n
+    rows = [
+        ("elastic limit F_c", f(theory.elastic_limit_n, "N"), theory.limit_equation),
+        *_counted_rows(theory.counted),
+        ("error common to the force channels", f"{common:.3g}", f"{source}, taken off F_allowed"),
+        ("largest safe top force", f(safe, "N"), "F_allowed - headroom, with these steps"),
+        ("force limit F_lim (R1)", f(envelope.force_limit_n, "N"), "supervisor"),
+        ("top force", f(top, "N"), "plan"),
+        *_law_rows(envelope),
+    ]
+    if found is not None:
+        rows += [
+            ("K_max", f(found.k_max_n_per_m, "N/m"), f"(34); {found.binding} binds"),
+            ("  if K_r ≫ K_s", f(found.limit_stiff_resolution_n_per_m, "N/m"), "(35)"),
+            ("  if K_s ≫ K_r", f(found.limit_stiff_system_n_per_m, "N/m"), "(36)"),
+        ]
+    out.tables(Table("Predicted", ("figure", "value", "from"), rows + _stiffness_rows(envelope)))
+    if envelope.verdict is not PlanVerdict.REFUSED:
+        out.tables(force_budget_table(envelope))
+        title = f"Schedule: about {envelope.duration_s:.0f} s"
+        out.tables(table(title, fields.STAGE, envelope.stages))
+    if envelope.until is not None:
+        out.tables(need_table(envelope.until))
+
+
+def _stiffness_rows(envelope: Envelope) -> list[tuple[str, str, str]]:
+    """The stiffness that a result rests on, and the one that all force bounds use."""
+    from stepload.envelope.bounds import largest_sliding_stiffness, stuck_ratio
+    from stepload.units import format_quantity as f
+
+    system = envelope.plan.rig.system_stiffness
+    ratio, source = stuck_ratio(envelope.plan.rig)
+    sliding = f(largest_sliding_stiffness(system), "N/m")
+    rows = [
+        ("system stiffness K_s", f(system.stiffness_n_per_m, "N/m"), system.provenance.value),
+        ("  K_s, upper bound", sliding, "K_s + 3 sigma, more for a guess"),
+    ]
+    if ratio != 1.0:
+        largest = f(envelope.bounds.stiffness_n_per_m, "N/m")
+        rows.append(("  if friction holds the tip", largest, f"that × {ratio:.3g} ({source})"))
+    return rows
+
+
+def _law_rows(envelope: Envelope) -> list[tuple[str, str, str]]:
+    """The contact law by theory; for a range both ends."""
+    from stepload.units import format_quantity as f
+
+    theory, plan = envelope.theory, envelope.plan
+    top_n, secant_n = plan.procedure.top_force_n, plan.identify.secant_force_n
+    laws = [theory.softest, theory.stiffest] if theory.is_range else [theory.law]
+    k = " to ".join(f"{law.k:.3g}" for law in laws)
+    deformation = " to ".join(f(law.deformation(top_n), "m") for law in reversed(laws))
+    secant = " to ".join(f(law.secant(secant_n), "N/m") for law in laws)
+    return [
+        ("law", f"K = {k} N/m^n, n = {theory.law.n:.4g}", theory.law.equation),
+        ("deformation at top force", deformation, "(2)"),
+        (f"secant at {f(secant_n, 'N')}", secant, "(28)"),
+    ]
+
+
+def _counted_rows(counted: CountedLimit) -> list[tuple[str, str, str]]:
+    """Uncertainty of F_c, and the part of it that is relied on."""
+    from stepload.units import format_quantity as f
+
+    if counted.sigma_ln == 0.0:
+        return []
+    most = max(counted.sources, key=lambda source: source.sigma_ln)
+    assumed = [f"{source.what} {source.shown}" for source in counted.sources if source.assumed]
+    sigma, chance = f"{counted.sigma_ln:.1%}", f"{counted.probability:.2g}"
+    used = f"  F_c used (k = {counted.coverage:g})"
+    rows = [
+        ("  standard uncertainty of ln F_c", sigma, f"mostly {most.what} {most.shown}"),
+        (used, f(counted.lower_n, "N"), f"F_c is lower still with a probability of {chance}"),
+    ]
+    return rows + ([("  assumed", "", "; ".join(assumed))] if assumed else [])
+
+
+def show_thresholds(limits: RunLimits, out: Output) -> None:
+    """The thresholds at which the supervisor's rules stop a run, by their names in a record."""
+    from stepload.units import format_quantity as f
+
+    def shown(value: float, unit: str) -> str:
+        return f"{value:g} {unit}" if unit == "samples" else f(value, unit).rstrip()
+
+    rows = []
+    for rule, term in limits.judged:
+        source, _, at_zero = term.source.partition("; 0: ")
+        value = shown(term.value, term.unit) if term.value or not at_zero else "off"
+        why = source if value != "off" or at_zero == "off" else at_zero
+        rows.append((rule, term.name, value, why))
+    out.table("The supervisor stops at", ("rule", "threshold", "value", "from"), rows)
+    if limits.off:
+        out.line(f"off on this rig: {', '.join(limits.off)} (stepload explain {limits.off[0]})")
+
+
+def preflight(
+    plan: PlanFile,
+    payload: PayloadFile = None,
+    verbose: Annotated[
+        bool, Option("--verbose", help="Every reason and figure, schedule, every threshold.")
+    ] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Say whether a run can succeed. Exit 0: go or warn; 3: refused.
+
+    Example: stepload preflight procedures/plastic-sphere.yaml
+    """
+    from stepload.envelope.envelope import envelope_of
+    from stepload.envelope.reason import PlanVerdict
+    from stepload.plan.load import load_plan
+
+    out = Output(as_json=as_json)
+    envelope = envelope_of(load_plan(plan, payload=payload))
+    refused = envelope.verdict is PlanVerdict.REFUSED
+    limits = None if refused else envelope.limits
+    show_preflight(envelope, out)
+    if verbose:
+        out.line()
+        show_reasons(envelope, out)
+        show_figures(envelope, out)
+        if limits is not None:
+            show_thresholds(limits, out)
+    if as_json:
+        out.result(preflight_data(envelope) | {"limits": limits.terms if limits else ()})
+    if refused:
+        raise typer.Exit(ExitCode.REFUSED)
