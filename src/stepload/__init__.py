@@ -9,7 +9,7 @@ from pathlib import Path
 
 from stepload.compiled import use
 
-__version__ = "0.1.0"
+__version__ = "1.0.0"
 
 compiled_modules = use(Path(__file__).parents[2])
 """How many modules run as machine code here; 0 where all run as Python."""
