@@ -14,7 +14,7 @@ from stepload.engine.approach import FIRST, Approach
 from stepload.engine.course import Course
 from stepload.engine.enough import FarEnough, Verdict, judge, nearest
 from stepload.engine.notices import Say, nothing
-from stepload.engine.phases import Exit, May, Steps, phase
+from stepload.engine.phases import PHASES, Exit, May, Steps, phase
 from stepload.engine.retract import retract
 from stepload.engine.steps import Control, LoadSteps
 from stepload.engine.zeroing import Adopt, Zeroing
@@ -23,6 +23,7 @@ from stepload.envelope.until import Until
 from stepload.record.rows import Phase
 
 START_REST_S = 0.05
+__all__ = ["PHASES", "RunOrder"]  # the table is whole once every phase is imported
 HELD_SHARE = 0.5
 """Largest error of the held position, as a share of the way to the nearest possible surface."""
 

@@ -39,6 +39,7 @@ class May(StrEnum):
     BACK = "back"
     BACK_OR_ACROSS = "back, then across the approach"
     ACROSS = "across the approach"
+    OPEN = "back; where that presses, to where the force was least"
 
 
 Steps = Generator[None, None, Exit | None]
@@ -58,7 +59,7 @@ class PhaseRow(NamedTuple):
 PHASES = {
     row.phase: row
     for row in (
-        PhaseRow(Phase.SAFING, "a rule, a fault or the operator stops the run", May.BACK, ()),
+        PhaseRow(Phase.SAFING, "a rule, a fault or the operator stops the run", May.OPEN, ()),
         PhaseRow(Phase.DONE, "the sequence is over", May.STAND, ()),
     )
 }

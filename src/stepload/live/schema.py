@@ -19,6 +19,7 @@ LIVE_SCHEMA: dict[str, Any] = {
     "properties": {
         "time_s": _number("the run's clock"),
         "phase": {"type": "string"},
+        "may": {"type": "string", "description": "what the phase may command"},
         "cycle": {"type": "integer"},
         "step": {"type": "integer"},
         "level_n": _number("load level aimed at"),

@@ -13,8 +13,8 @@ from run_bench import bench_for, run
 from run_plans import stvf_plan
 from tilted_plans import tilted_plan
 
-from stepload.engine.order import RunOrder
-from stepload.engine.phases import PHASES, Exit, May, phase
+from stepload.engine.order import PHASES, RunOrder
+from stepload.engine.phases import Exit, May, phase
 from stepload.plan.model import Nulling, Plan
 from stepload.record.rows import Phase, TickRow
 
