@@ -178,7 +178,7 @@ class RunOrder:
             if left or plan.lift_off or course.cycle >= plan.cycles:
                 return None if left is Exit.PAUSE else left
             low_n = plan.unload_fraction * plan.levels_n[self._top - 1]
-            if left := (yield from self.steps.down(0, low_n)):
+            if left := (yield from self.steps.step(0, low_n, up=False)):
                 return left
             if left := self._asked():
                 return None if left is Exit.PAUSE else left
@@ -195,7 +195,7 @@ class RunOrder:
         course, levels_n = self._course, self._course.plan.levels_n
         while True:
             index = self._index
-            if left := (yield from self.steps.up(index + 1, levels_n[index])):
+            if left := (yield from self.steps.step(index + 1, levels_n[index])):
                 return left
             course.levels_done += 1
             self._index += 1
@@ -221,7 +221,7 @@ class RunOrder:
             if self._index < 0:
                 return None
             level_n = levels_n[self._index]
-            if left := (yield from self.steps.down(self._index + 1, level_n)):
+            if left := (yield from self.steps.step(self._index + 1, level_n, up=False)):
                 return left
 
     def _next_cycle(self) -> None:

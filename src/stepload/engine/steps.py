@@ -60,33 +60,18 @@ class LoadSteps:
         """Mean force in N and position in m of the last hold."""
         return self._force_sum_n / self._ticks, self._position_sum_m / self._ticks
 
-    def up(self, number: int, level_n: float) -> Steps:
-        """Rise to `level_n` and hold it; `number` is the step's in the record."""
+    def step(self, number: int, level_n: float, up: bool = True) -> Steps:
+        """Rise or come down to `level_n` and hold it; `number` is the step's in the record."""
         return (
-            (yield from self.load(number, level_n))
+            (yield from self._go(number, level_n, up))
             or (yield from self._nulling.null())
-            or (yield from self.hold())
-        )
-
-    def down(self, number: int, level_n: float) -> Steps:
-        """Come down to `level_n` and hold it."""
-        return (
-            (yield from self.unload(number, level_n))
-            or (yield from self._nulling.null())
-            or (yield from self.unload_hold())
+            or (yield from self._hold(up))
         )
 
     @phase(Phase.LOAD, "in contact, below the level", May.TOWARDS, Exit.FAIL)
-    def load(self, number: int, level_n: float) -> Steps:
-        """Bring the force up to a level, or give it up after its time."""
-        return (yield from self._go(Phase.LOAD, number, level_n, 1.0))
-
     @phase(Phase.UNLOAD, "in contact, above the level", May.BACK, Exit.FAIL)
-    def unload(self, number: int, level_n: float) -> Steps:
-        """Bring the force down to a level, or give it up after its time."""
-        return (yield from self._go(Phase.UNLOAD, number, level_n, -1.0))
-
-    def _go(self, which: Phase, number: int, level_n: float, sign: float) -> Steps:
+    def _go(self, number: int, level_n: float, up: bool) -> Steps:
+        """Bring the force to a level, or give it up after its time."""
         course, sup, controller = self._course, self._course.sup, self.controller
         course.step_number, course.level_n = number, level_n
         if not self._same_contact:
@@ -94,11 +79,11 @@ class LoadSteps:
         held = self._same_contact and self._ticks
         rested_n = self.held_mean[0] if held else course.dwelt_n
         controller.begin(
-            level_n, sup.smooth_n, sup.arm.position_m, sign, self._same_contact, rested_n,
-            course.target_m,
+            level_n, sup.smooth_n, sup.arm.position_m, 1.0 if up else -1.0, self._same_contact,
+            rested_n, course.target_m,
         )  # fmt: skip
         self._same_contact = True
-        course.enter(which)
+        course.enter(Phase.LOAD if up else Phase.UNLOAD)
         patience_s = step_patience_s(course.plan)
         while True:
             yield
@@ -114,16 +99,9 @@ class LoadSteps:
                 return None
 
     @phase(Phase.HOLD, "a level was reached or given up", May.STAND, Exit.FAIL)
-    def hold(self) -> Steps:
-        """Hold a level on the way up until it has settled."""
-        return (yield from self._hold(Phase.HOLD))
-
     @phase(Phase.UNLOAD_HOLD, "a level was reached or given up", May.STAND, Exit.FAIL)
-    def unload_hold(self) -> Steps:
-        """Hold a level on the way down until it has settled."""
-        return (yield from self._hold(Phase.UNLOAD_HOLD))
-
-    def _hold(self, which: Phase) -> Steps:
+    def _hold(self, up: bool) -> Steps:
+        """Hold a level until it has settled."""
         course, limits, sup, settle = (
             self._course, self._course.limits, self._course.sup, self._settle
         )  # fmt: skip
@@ -135,7 +113,7 @@ class LoadSteps:
         self._force_sum_n = self._position_sum_m = 0.0
         self._ticks = 0
         self._rest_n = math.nan
-        course.enter(which)
+        course.enter(Phase.HOLD if up else Phase.UNLOAD_HOLD)
         longest_s = hold_s + course.plan.settle_timeout_s
         while True:
             yield
@@ -153,7 +131,7 @@ class LoadSteps:
             {"level_n": course.level_n, "force_n": sup.smooth_n,
              "settled": settle.settled and self.controller.reached, "held_s": held_s,
              "cycle": course.cycle, "step": course.step_number,
-             "loading": which is Phase.HOLD},
+             "loading": up},
         )  # fmt: skip
         return None
 

@@ -443,7 +443,7 @@ def steps(**procedure: Any) -> tuple[Stage, LoadSteps, Any]:
 def test_a_step_that_does_not_come_to_its_level_is_given_up_after_its_time() -> None:
     stage, part, _ = steps(settle_timeout_s=0.125)
     begin_s = stage.now_s
-    stage.begin(part.up(1, 50.0))
+    stage.begin(part.step(1, 50.0))
     while stage.course.phase == Phase.LOAD:
         stage.ticks(1, 20.0)
     assert stage.now_s - begin_s == 20.0 * 0.125
@@ -453,7 +453,7 @@ def test_a_step_that_does_not_come_to_its_level_is_given_up_after_its_time() -> 
 
 def test_a_level_that_was_given_up_is_not_settled_though_its_force_is_at_rest() -> None:
     stage, part, _ = steps(settle_timeout_s=2.0)
-    stage.begin(part.up(1, 50.0))
+    stage.begin(part.step(1, 50.0))
     while not stage.then:
         stage.ticks(1, 20.0)
     held = stage.find("held")
@@ -464,7 +464,7 @@ def test_a_level_that_was_given_up_is_not_settled_though_its_force_is_at_rest() 
 def test_unloading_that_does_not_open_the_contact_goes_back_by_a_retract_and_no_further() -> None:
     stage, part, controller = steps()
     controller.step_m = -1e-6
-    stage.begin(part.down(1, 50.0))
+    stage.begin(part.step(1, 50.0, up=False))
     stage.ticks(2000, 100.0)
     assert stage.course.failure is not None
     assert stage.course.failure.rule == "not_open"
@@ -475,10 +475,9 @@ def test_unloading_that_does_not_open_the_contact_goes_back_by_a_retract_and_no_
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_phases_and_signs_of_loading_and_unloading(sign: float) -> None:
     stage, part, controller = steps()
-    begin = part.up if sign > 0.0 else part.down
     stage.sup.smooth_n, stage.sup.arm.position_m = 12.0, 3e-6
     stage.course.dwelt_n = 11.0
-    stage.begin(begin(4, 50.0))
+    stage.begin(part.step(4, 50.0, sign > 0.0))
     assert stage.course.phase == (Phase.LOAD if sign > 0.0 else Phase.UNLOAD)
     assert (stage.course.step_number, stage.course.level_n) == (4, 50.0)
     assert controller.begun == [(50.0, 12.0, 3e-6, sign, False, 11.0, stage.course.target_m)]
@@ -487,17 +486,17 @@ def test_phases_and_signs_of_loading_and_unloading(sign: float) -> None:
     assert stage.course.phase == (Phase.HOLD if sign > 0.0 else Phase.UNLOAD_HOLD)
     for force_n in (13.0, 15.0):
         stage.ticks(1, force_n)
-    stage.begin(begin(5, 60.0))
+    stage.begin(part.step(5, 60.0, sign > 0.0))
     assert controller.begun[-1][4:6] == (True, 14.0)
     part.new_contact()
-    stage.begin(begin(6, 70.0))
+    stage.begin(part.step(6, 70.0, sign > 0.0))
     assert controller.begun[-1][4:6] == (False, 11.0)
 
 
 def hold(forces: Any, **procedure: Any) -> tuple[float, dict[str, Any]]:
     """How long a hold of 0.5 s lasts, and what is said of it."""
     stage, part, controller = steps(hold_s=0.5, settle_timeout_s=3.0, **procedure)
-    stage.begin(part.up(1, 50.0))
+    stage.begin(part.step(1, 50.0))
     controller.reached = True
     stage.ticks(1, 50.0)
     begin_s = stage.now_s
