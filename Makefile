@@ -20,7 +20,7 @@ export OMP_NUM_THREADS := 1
 export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: help compiled long demo demo-wire test lint types imports source made virtual realtime \
-  test-under-load mutants installed wire campaign bench benches fuzz docs paper clean
+  test-under-load mutants installed dist wire campaign bench benches fuzz docs paper clean
 
 help: ## Show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -97,6 +97,13 @@ mutants: $(READY) ## Every operator of mutmut on the safety rooms; a test must f
 	$(BIN)/mutmut run --max-children 1 | tail -n 1
 	$(BIN)/mutmut results
 
+dist: $(READY) ## sdist and wheel of both packages in dist/, checked
+	rm -rf dist
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'build>=1.2,<2' 'twine>=6,<8'
+	$(BIN)/python -m build --outdir dist .
+	$(BIN)/python -m build --outdir dist verify
+	$(BIN)/twine check --strict dist/*
+
 installed: ## The wheels in a clean environment, outside the checkout
 	.ci/installed
 
@@ -125,10 +132,10 @@ fuzz: $(READY) ## Property tests on new examples; random frames into every decod
 	$(BIN)/python bench/fuzz_decoders.py --frames 10000000
 
 docs: $(READY) ## The site of all pages in site/; it asks the network for nothing
-	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict --site-dir site
+	$(BIN)/zensical build --clean --strict
 
 paper: compiled ## Regenerate docs/paper.md
 	$(BIN)/stepload paper --out docs/paper.md
 
 clean: ## Remove the environment and what was generated
-	rm -rf $(VENV) .compiled runs campaign mutants .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) .cache .compiled dist runs campaign mutants .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -23,16 +23,16 @@ from typing import Any
 ROOT = Path(__file__).resolve().parent
 HOT = {
     "src/stepload/engine": (
-        "anchor", "answers", "cadence", "controller", "course", "cross_check", "follow",
+        "anchor", "force_response", "cadence", "controller", "course", "cross_check", "tracking",
         "force_filter", "motion", "retract_guard",
         "settle", "supervisor", "tare", "tick", "watch", "wrench",
     ),
     "src/stepload/record": ("ring",),
     "drivers/stepload_drivers/sim": (
-        "adhesion", "channels", "contact", "creep", "drive", "faults", "felt", "friction",
-        "held", "lag", "laws", "layers", "limit_left", "mechanics", "moving_plate", "plant",
-        "sensor_errors", "simulation", "six_channels", "six_plant", "six_tip",
-        "six_world", "slow", "springs", "stream",
+        "adhesion", "channels", "contact", "creep", "drift_and_creep", "drive", "faults",
+        "friction", "lag", "lateral_derating", "laws", "layers", "mechanics", "moving_plate",
+        "plant", "sensor_errors", "sensor_load", "simulation", "six_channels", "six_plant",
+        "six_tip", "six_world", "springs", "stream", "tip_constraint",
     ),
 }  # fmt: skip
 """Not `sim/noise.py`: its endless generators would be made into lists. Not the simulated devices: a

@@ -84,8 +84,8 @@ def cpu_of_process(words: list[str], repeats: int) -> list[float]:
 def starts(effort: Effort) -> Iterator[Row]:
     """How soon the command line answers."""
     for name, words, goal, libraries in (
-        ("stepload --help", ["--help"], 0.2, "typer"),
-        ("preflight of the plastic sphere", ["preflight", str(PLAN)], 0.5, LIBRARIES),
+        ("stepload --help", ["--help"], 0.1, "typer"),
+        ("preflight of the plastic sphere", ["preflight", str(PLAN)], 0.45, LIBRARIES),
     ):
         values = cpu_of_process(["-m", "stepload", *words], 2 * effort.repeats)
         beside = cpu_of_process(["-c", f"import {libraries}"], 2 * effort.repeats)

@@ -20,9 +20,9 @@ from typing import Any
 
 from stepload.engine.loop import run_loop
 from stepload.engine.operator import Operator
+from stepload.engine.realtime import realtime_conditions
 from stepload.engine.rehearse import world_for
 from stepload.engine.tick import Engine
-from stepload.engine.undisturbed import undisturbed
 from stepload.envelope.envelope import envelope_of
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
@@ -139,7 +139,7 @@ def empty_once(period_s: float, ticks: int) -> tuple[list[float], float]:
     clock = MonotonicClock()
     late_s = []
     cpu_s = time.thread_time()
-    with undisturbed(virtual=False):
+    with realtime_conditions(virtual=False):
         deadline_s = clock.now_s()
         for _ in range(ticks):
             now_s = clock.now_s()

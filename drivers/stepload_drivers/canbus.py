@@ -8,33 +8,31 @@ silence for ever). All others are used as they are.
 from __future__ import annotations
 
 import contextlib
+import logging
 import re
 import select
 import socket
 import time
-from collections.abc import Mapping
-from typing import Any
+from typing import Annotated, Any
 
 import can
 import serial
 from can.interfaces.slcan import slcanBus
 from can.interfaces.socketcand import SocketCanDaemonBus
 
+from stepload.declaration.quantities import PathText, Verbatim
+from stepload.declaration.sections import key
 from stepload.errors import BadInputError, DeviceError
 from stepload.rig.faults import FaultCode
-from stepload.rig.options import Option
 from stepload.rig.usb import MAX_LATENCY_MS, latency_timer_ms
 from stepload_drivers.canframe import CanFrame
 
-CAN_OPTIONS: Mapping[str, Option] = {
-    "interface": Option(
-        "text", "python-can interface: socketcan, slcan, socketcand, pcan, …", default="socketcan"
-    ),
-    "channel": Option("text", "can0, /dev/ttyACM0, HOST:PORT/can0", required=True),
-}
+Interface = Annotated[Verbatim, key("python-can interface: socketcan, slcan, socketcand, pcan, …")]
+Channel = Annotated[PathText, key("can0, /dev/ttyACM0, HOST:PORT/can0")]
 WAIT_S = 0.1
-MAX_BATCH = 64
 """Time limit of one read, so that a slow reader returns what it has."""
+MAX_BATCH = 64
+_log = logging.getLogger(__name__)
 
 
 _SLCAN_LINE = re.compile(r"t([0-7][0-9A-Fa-f]{2})([0-8])((?:[0-9A-Fa-f]{2})*)", re.ASCII)
@@ -155,6 +153,7 @@ class CanLink:
                 code=FaultCode.NOT_CONNECTED,
                 hint="check interface, channel, bit rate, and that the link is up",
             ) from error
+        _log.debug("CAN bus %s open: %d bit/s", self.where, bitrate)
         if latency_ms is not None and latency_ms > MAX_LATENCY_MS:
             self.close()
             raise DeviceError(
@@ -208,6 +207,7 @@ class CanLink:
             pass
 
     def close(self) -> None:
+        _log.debug("CAN bus %s closed", self.where)
         with contextlib.suppress(can.CanError, OSError, ValueError):
             self._bus.shutdown()
         if isinstance(self._bus, slcanBus):

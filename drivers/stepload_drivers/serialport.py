@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import select
 from pathlib import Path
+from typing import Annotated
 
 import serial
 
+from stepload.declaration.quantities import PathText
+from stepload.declaration.sections import key
 from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
 from stepload.rig.usb import MAX_LATENCY_MS, USB_SERIAL, latency_timer_ms
 
 WAIT_S = 0.05
+Port = Annotated[PathText, key("serial port, e.g. /dev/serial/by-id/…")]
+
+_log = logging.getLogger(__name__)
 
 
 class SerialPort:
@@ -40,6 +47,7 @@ class SerialPort:
             self._port.set_low_latency_mode(True)
         self.latency_ms = latency_timer_ms(path)
         self.slow = self.latency_ms is not None and self.latency_ms > MAX_LATENCY_MS
+        _log.debug("%s open: %d Bd, latency timer %s ms", path, baud, self.latency_ms)
         if self.slow and refuse_latency:
             self.close()
             name = Path(path).resolve().name
@@ -91,3 +99,4 @@ class SerialPort:
     def close(self) -> None:
         with contextlib.suppress(serial.SerialException, OSError):
             self._port.close()
+            _log.debug("%s closed", self.path)

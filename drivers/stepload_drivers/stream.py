@@ -143,6 +143,11 @@ class Stream(Generic[Sample]):
             self._fault = Fault(code, message, hint, time.monotonic())
         self._progress.set()
 
+    @property
+    def latched(self) -> Fault | None:
+        """The first fault so far; looks for none."""
+        return self._fault
+
     def looked(self, began_s: float) -> None:
         """The reader has taken all that had arrived when it began to look (reader thread)."""
         self._looked_s = began_s

@@ -3,27 +3,30 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import math
 import threading
 import time
 from abc import abstractmethod
 from operator import attrgetter
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Annotated, Any, ClassVar, Generic, TypeVar
 
+from stepload.declaration.quantities import Setting, Verbatim
+from stepload.declaration.sections import key
 from stepload.errors import DeviceError
 from stepload.rig.device import Device, Health, Identity
 from stepload.rig.faults import Fault, FaultCode
-from stepload.rig.options import Option
 from stepload_drivers.priority import prefer_this_thread
 from stepload_drivers.stream import Stream
 
 Sample = TypeVar("Sample")
 
 STALE_S = 0.1
-MAX_AGE = Option(
-    "quantity", "silence after which the sensor counts as dead", unit="s", default=STALE_S,
-    low=0.02, high=5.0,
-)  # fmt: skip
+_log = logging.getLogger(__name__)
+MaxAge = Annotated[
+    float, Setting("s", 0.02, 5.0), key("silence after which the sensor counts as dead")
+]
+OtherSensor = Annotated[Verbatim, key("refuse a sensor with another serial number")]
 
 
 class Deadline:
@@ -69,13 +72,17 @@ def require_serial_number(name: str, found: str, expected: str) -> None:
 
 
 class Reader(threading.Thread):
-    """Calls `step` until stopped; whatever `step` raises becomes the stream's fault."""
+    """Reads until stopped; whatever the sensor raises becomes the stream's fault.
+
+    The fault is logged here: a log that blocks must not hold up the engine's thread.
+    """
 
     def __init__(self, sensor: Streamed[Sample], stream: Stream[Sample]) -> None:
         super().__init__(name=f"read {stream.name}", daemon=True)
         self._sensor = sensor
         self._stream = stream
         self._halt = threading.Event()
+        self._logged = False
 
     def run(self) -> None:
         prefer_this_thread()
@@ -84,6 +91,8 @@ class Reader(threading.Thread):
                 began_s = time.monotonic()
                 self._sensor._read(self._stream)
                 self._stream.looked(began_s)
+                if self._stream.latched is not None:
+                    self._log_fault()
         except DeviceError as error:
             self._stream.latch(FaultCode(error.code), error.message, error.hint)
         except Exception as error:
@@ -93,9 +102,19 @@ class Reader(threading.Thread):
                 "a bug of the driver: please report it with the record",
             )
 
+        self._log_fault()
+
+    def _log_fault(self) -> None:
+        """Log the stream's fault once."""
+        fault = self._stream.latched
+        if fault is not None and not self._logged:
+            self._logged = True
+            _log.warning("%s: fault %s: %s", self._stream.name, fault.code.value, fault.message)
+
     def stop(self) -> None:
         self._halt.set()
         self.join(timeout=2.0)
+        self._log_fault()
 
 
 class Streamed(Device, Generic[Sample]):
@@ -159,6 +178,7 @@ class Streamed(Device, Generic[Sample]):
         except BaseException:
             self.close()
             raise
+        _log.info("%s: open at %.6g Hz, %s", stream.name, 1.0 / stream.period_s, identity)
         return identity
 
     def drain(self) -> list[Sample]:
@@ -174,8 +194,9 @@ class Streamed(Device, Generic[Sample]):
         """Do nothing: a sensor drives nothing, and its data must show the arm's retract."""
 
     def close(self) -> None:
-        if self._reader is not None:
+        if self._reader is not None and self._stream is not None:
             self._reader.stop()
             self._reader = None
+            _log.info("%s: closed, %s", self._stream.name, self._stream.health())
         with contextlib.suppress(Exception):
             self._disconnect()

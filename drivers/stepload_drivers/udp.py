@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import select
 import socket
 
@@ -13,6 +14,7 @@ BUFFER_BYTES = 4 << 20
 """Requested buffer; Linux gives at most net.core.rmem_max, and counts some 800 bytes a datagram."""
 MOST_AT_ONCE = 1024
 LONGEST = 2048
+_log = logging.getLogger(__name__)
 
 
 class UdpLink:
@@ -32,6 +34,7 @@ class UdpLink:
         except OSError as error:
             self._sock.close()
             raise self._lost(error) from error
+        _log.debug("UDP %s open", self.where)
 
     def _lost(self, error: OSError) -> DeviceError:
         return DeviceError(
@@ -46,6 +49,7 @@ class UdpLink:
         Raises:
             DeviceError: it could not leave, or the peer has refused an earlier one.
         """
+        _log.debug("UDP %s <- %s", self.where, data.hex())
         try:
             self._sock.send(data)
         except OSError as error:

@@ -16,12 +16,12 @@ compiled_modules = use(Path(__file__).parents[2])
 
 _FROM = {
     "Identified": "stepload.calls",
-    "Run": "stepload.data.opened",
+    "Run": "stepload.data.run",
     "Table": "stepload.data.table",
     "catalog": "stepload.data.catalog",
     "identify": "stepload.calls",
     "load_plan": "stepload.plan.load",
-    "open": "stepload.data.opened",
+    "open": "stepload.data.run",
     "preflight": "stepload.calls",
     "run": "stepload.calls",
 }

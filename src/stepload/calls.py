@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stepload.data.opened import Run, open_run
+from stepload.data.run import Run, open_run
 from stepload.engine.operator import Operator
 from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.errors import BadInputError

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from difflib import get_close_matches
 from enum import IntEnum
 
 
@@ -82,3 +84,15 @@ def in_words(error: BaseException) -> str:
         return f"{type(error).__name__}: {error}"
     except Exception as another:
         return f"{type(error).__name__}, whose text is a {type(another).__name__}"
+
+
+def printable(text: str, limit: int = 60) -> str:
+    """`text` cut to `limit` characters, with everything that could steer a terminal escaped."""
+    cut = text if len(text) <= limit else text[: limit - 3] + "..."
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in cut)
+
+
+def guess(name: str, known: Iterable[str]) -> str:
+    """A question whether the nearest known name is meant, for a hint; "" where none is near."""
+    near = get_close_matches(name[:60], list(known), n=1)
+    return f"did you mean {near[0]!r}? " if near else ""

@@ -111,6 +111,8 @@ def _parse_unit(text: str, wanted: _Unit | None = None) -> _Unit:
                 f"the unit {text!r} can be read in two ways",
                 hint='write what multiplies before the "/", as in "N s/m"',
             )
+        if factors.count("%") > 1:
+            raise QuantityError(f"{text!r} has two signs of percent", hint="write one")
         for factor in factors:
             match = _FACTOR.fullmatch(factor)
             if match is None or match[1] not in _UNITS:

@@ -16,11 +16,11 @@ from stepload.record.outcome import RunOutcome
 from stepload.rig.device import ArmConfiguration, Identity
 from stepload.rig.samples import ArmSample, ForceSample
 from stepload.setup.answers import Answers
-from stepload.setup.bench import FORCE, SECOND, Bench
 from stepload.setup.context import Setup
-from stepload.setup.flat import Value
+from stepload.setup.open_devices import FORCE, SECOND, Bench
 from stepload.setup.questions import Question
 from stepload.setup.state import Done, Found, State
+from stepload.setup.yaml_keys import Value
 from stepload_verify.emulators.tool import Tool
 
 DAY = date(2026, 11, 22)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, get_args
 
-from stepload.plan.quantities import Quantity
+from stepload.declaration.quantities import Quantity
 
 
 def quantity_in(hint: Any) -> Quantity | None:

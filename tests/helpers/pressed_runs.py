@@ -17,7 +17,7 @@ from stepload.estimators.fit import FloatArray
 from stepload.estimators.sources import Sources
 from stepload.evidence.lateral import Sideways
 from stepload.evidence.loops import Track
-from stepload.evidence.pressed import Pressed, Touch
+from stepload.evidence.run_data import RunData, Touch
 
 Law = Callable[[FloatArray], FloatArray]
 HERTZ_K = 6.57e8
@@ -58,7 +58,7 @@ class World:
     said: dict[str, Any] = field(default_factory=dict)
 
 
-def press(world: World, seed: int = 0) -> Pressed:
+def press(world: World, seed: int = 0) -> RunData:
     """Press a world once."""
     rng = np.random.default_rng(seed)
     force, cycle, unloading, held = _course(world)
@@ -100,7 +100,7 @@ def press(world: World, seed: int = 0) -> Pressed:
         rough_length_m=0.0,
     )  # fmt: skip
     moved = world.set_m + world.drift_m_per_s * float(time[-1])
-    made = Pressed(
+    made = RunData(
         tracks, conditions,
         touches=(Touch(0.0, 0.0, 3.0), Touch(float(time[-1]), moved, 3.0)),
         sideways=Sideways("guided", world.lateral, relative=0.3 * (world.lateral or 0.0)),
@@ -118,11 +118,11 @@ def straight_table(stiffness_n_per_m: float, top_n: float) -> dict[str, Any]:
     }
 
 
-def told(run: Pressed, **changes: Any) -> Pressed:
+def told(run: RunData, **changes: Any) -> RunData:
     """The run with other statements, by the names of its own, its conditions' or its sources'."""
     sources, conditions, own = (
         {each.name: changes[each.name] for each in fields(of) if each.name in changes}
-        for of in (Sources, Conditions, Pressed)
+        for of in (Sources, Conditions, RunData)
     )
     assert {*sources, *conditions, *own} == {*changes}
     conditions = {"sources": replace(run.conditions.sources, **sources)} | conditions
@@ -159,12 +159,12 @@ def _smooth(force: FloatArray, world: World, rng: np.random.Generator) -> FloatA
     return np.asarray(np.interp(force, grid, world.smooth_m * (root @ rng.standard_normal(80))))
 
 
-def there_and_back(force_n: FloatArray, travel_m: FloatArray, conditions: Conditions) -> Pressed:
+def there_and_back(force_n: FloatArray, travel_m: FloatArray, conditions: Conditions) -> RunData:
     """One loading given as samples (N,), and the same way back."""
     time = np.arange(force_n.size, dtype=float) / 100.0
     held = np.zeros(force_n.size, dtype=int)
     back = Track(time + time[-1], force_n[::-1], travel_m[::-1], held)
-    return Pressed(
+    return RunData(
         [(1, Track(time, force_n, travel_m, held), back)],
         conditions,
         

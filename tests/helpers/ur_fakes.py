@@ -11,8 +11,8 @@ from stepload.errors import DeviceError
 from stepload.rig.device import ArmConfiguration
 from stepload.rig.faults import FaultCode
 from stepload_drivers.ur import wire
+from stepload_drivers.ur.configuration import RATE_HZ
 from stepload_drivers.ur.state import PLAYING, ROBOT_RUNNING, UrState, travel_m
-from stepload_drivers.ur.told import RATE_HZ
 
 APPROACH = (0.0, 0.0, -1.0)
 HOME = (0.4, -0.1, 0.3, 0.0, 3.14, 0.0)

@@ -196,7 +196,7 @@ BROKEN = [
         "no yield strength", "    yield_strength: 70 MPa\n", "", 2, 1, "missing key 'force_limit'"
     ),
     Broken("secant", _END, _END + "identify: {secant_force: 1 kN}\n", 22, 26, "beyond the top"),
-    Broken("format", "stepload: 1", "stepload: 2", 1, 11, "'2' is not accepted", "1"),
+    Broken("format", "stepload: 1", "stepload: 2", 1, 11, "2 is not accepted", "1"),
     Broken(
         "directory", _END, _END + "record: {directory: ../x}\n", 22, 21, "`..`", "working directory"
     ),

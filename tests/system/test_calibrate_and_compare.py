@@ -15,7 +15,7 @@ from real_runs import ROOT, in_process
 from stepload.errors import BadInputError
 from stepload.plan.calibration import read_calibration, write_calibration
 from stepload.results.calibration import from_system_runs
-from stepload.results.saved import saved_run
+from stepload.results.run_record import saved_run
 
 KS = 3.49e6
 PAYLOADS = ROOT / "procedures" / "payloads"

@@ -203,7 +203,7 @@ def test_excel_holds_the_same(
     openpyxl = pytest.importorskip("openpyxl")
     run = stepload.open(quick_run)
     part = run.between(run.levels[1].end_s, run.levels[2].end_s)
-    monkeypatch.setattr("stepload.data.opened.open_run", lambda _: part)
+    monkeypatch.setattr("stepload.data.run.open_run", lambda _: part)
     out = tmp_path / "tables"
     assert in_process("export", quick_run, "--xlsx", "--out", out).returncode == 0
     [book] = out.glob("*.xlsx")

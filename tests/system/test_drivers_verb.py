@@ -45,7 +45,7 @@ def lab_package(monkeypatch):
         theirs = EntryPoints((own, broken)).select(group=group)
         return EntryPoints((*entry_points(group=group), *theirs))
 
-    monkeypatch.setattr(plugins, "_installed", found)
+    monkeypatch.setattr(plugins, "installed", found)
 
 
 def invoke(*words):

@@ -7,6 +7,7 @@ import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
@@ -18,9 +19,10 @@ from real_runs import in_process
 from typer.main import get_command
 
 from stepload.cli.explain import codes
-from stepload.cli.main import app
+from stepload.cli.main import app, main
 from stepload.cli.run_paths import run_ids
 from stepload.cli.verbs import LINES, OwnVerbs
+from stepload.errors import ExitCode
 from stepload.explain.codes import explained
 
 
@@ -187,3 +189,29 @@ def test_the_shell_completes_verbs_that_are_not_built(typed: str, offered: str) 
         COMP_CWORD=str(len(line.split()) - 1),
     )
     assert offered in shown
+
+
+@pytest.mark.parametrize("words", [*([verb] for verb in OwnVerbs.ELSEWHERE), ["paper", "--help"]])
+def test_a_verb_names_the_package_of_ours_that_is_not_installed(
+    words: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(OwnVerbs, "_ask_others", lambda self: None)
+    monkeypatch.setattr(sys, "argv", ["stepload", *words])
+    with pytest.raises(SystemExit) as left:
+        main()
+    told = capsys.readouterr().err
+    assert (left.value.code, "stepload-verify" in told) == (ExitCode.BAD_INPUT, True)
+    project = tomllib.loads((HOME / "pyproject.toml").read_text())["project"]
+    [extra] = re.findall(r"stepload\[(\w+)\]", told)
+    assert project["optional-dependencies"][extra] == ["stepload-verify"]
+
+
+def test_a_library_that_is_not_installed_is_named() -> None:
+    plan = HOME / "procedures" / "plastic-sphere.yaml"
+    code = "import sys; sys.modules['ruamel.yaml'] = None; import stepload.__main__"
+    done = subprocess.run(
+        [sys.executable, "-c", code, "preflight", plan], capture_output=True, text=True
+    )
+    assert (done.returncode, done.stdout) == (ExitCode.BAD_INPUT, "")
+    assert "ruamel.yaml" in done.stderr
+    assert "internal error" not in done.stderr

@@ -18,7 +18,7 @@ from stepload.record.reader import Recording, read_recording
 from stepload.record.rows import Phase
 from stepload.results.analyse import whole_cycles
 from stepload.results.provenance import schema_text
-from stepload.results.stored import evaluation_of
+from stepload.results.record_evaluation import evaluation_of
 from stepload.results.until import Loaded, loaded
 from stepload.session.experiment import Finished, run_plan
 from stepload.session.resume import resumable
@@ -232,7 +232,7 @@ def test_preflight_says_what_every_level_needs(tmp_path: Path) -> None:
     [
         (True, 0.04, "±5 % was to be expected there (10 µm needed)"),
         (False, 0.06, "it also has in it what the contact did of its own, such as creep"),
-        (False, 0.04, "the interval came out as ±4%, but the result is not identified"),
+        (False, 0.04, "the interval came out as ±4 %, but the result is not identified"),
         (False, None, "the run has no interval"),
     ],
 )

@@ -88,7 +88,7 @@ def test_a_code_is_found_however_it_is_written() -> None:
 def test_a_key_of_a_plan_is_explained_with_the_places_where_it_may_stand() -> None:
     told, word = explained("stuck_ratio")
     assert word.group == "word"
-    assert told.means.startswith("rig.system_stiffness.stuck_ratio: Largest stiffness while")
+    assert told.means.startswith("rig.system_stiffness.stuck_ratio: ")
     assert told.do == "Write a plain number from 1 to 100."
     [axis] = explained("axis")
     assert axis.means.startswith("rig.force.axis, rig.second_force.sensor.axis: ")

@@ -1,5 +1,6 @@
 """Sensor drivers and their emulators when all is well: settings, values, nothing lost."""
 
+import logging
 import math
 import socket
 import statistics
@@ -281,3 +282,33 @@ def test_missing_ports_are_not_connected(make):
 def test_settings_that_cannot_work_are_refused_before_opening(make, words):
     with pytest.raises(BadInputError, match=words):
         make()
+
+
+@pytest.mark.parametrize(
+    ("name", "exchange"),
+    [
+        ("robotous_uart", "SERIAL"),
+        ("robotous_can", "SERIAL"),
+        ("bota_serial", "FW version"),
+        ("ati_can", "FIRMWARE"),
+        ("ati_net", "netftapi2.xml"),
+    ],
+)
+def test_states_and_exchanges_are_logged_and_no_sample(emulated, caplog, name, exchange):
+    with caplog.at_level(logging.DEBUG, "stepload_drivers"), emulated(name) as pair:
+        assert any(
+            r.levelno == logging.DEBUG and exchange in r.getMessage() for r in caplog.records
+        )
+        states = [r for r in caplog.records if r.levelno == logging.INFO]
+        assert [r.name for r in states] == ["stepload_drivers.streamed"]
+        before = len(caplog.records)
+        pair.run(0.3)
+        assert len(pair.samples) > 50
+        assert len(caplog.records) == before
+        pair.emulator.board.switch_on("silent", 1.0)
+        assert pair.until(pair.driver.fault)
+    warnings = [r.getMessage() for r in caplog.records if r.levelno >= logging.WARNING]
+    assert len(warnings) == 1
+    assert f"fault {pair.driver.fault().code.value}:" in warnings[0]
+    closed = caplog.records[before:]
+    assert any(r.levelno == logging.INFO and "closed" in r.getMessage() for r in closed)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import http.client
+import logging
 import math
 import re
 import socket
@@ -22,6 +23,7 @@ HTTP_PORT = 80
 PAGE = "/netftapi2.xml"
 MOST_BYTES = 65536
 ALIVE_S = 0.05
+_log = logging.getLogger(__name__)
 _ENTRY = re.compile(r"<(\w+)>([^<]*)</\1>")
 
 
@@ -63,6 +65,7 @@ def fetch(host: str, port: int, name: str, deadline: Deadline) -> str:
             text = answer.read(MOST_BYTES).decode("utf-8", "replace")
         deadline.left_s(what)
         status = answer.status
+        _log.debug("http://%s:%d%s -> %d, %s", host, port, PAGE, status, text)
         if answer.length:  # cut short, or more than any device has to say
             raise http.client.IncompleteRead(b"", answer.length)
     except (OSError, http.client.HTTPException) as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import struct
 
@@ -24,6 +25,7 @@ from stepload_drivers.streamed import Deadline
 REPLY_S = 0.5
 """Time in s for an answer; it is asked before and after a run. A sensor takes some ms, a busy host
 more."""
+_log = logging.getLogger(__name__)
 MATRIX_OPS = (Op.MATRIX, Op.MATRIX_2, Op.MATRIX_3)
 
 
@@ -51,6 +53,8 @@ class Dialogue:
                         heard[Op(frame.id & 0xF)] = frame.data
                 if len(heard) == len(expect):
                     break
+            answer = {op.name: data.hex() for op, data in heard.items()}
+            _log.debug("%s <- %s %s -> %s", self.name, op.name, data.hex(), answer)
             complete = [len(heard.get(o, b"")) for o in expect]
             if len(heard) == len(expect) and (not sizes or complete == list(sizes)):
                 return heard

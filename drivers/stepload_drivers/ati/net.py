@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import time
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
+from pydantic.dataclasses import dataclass
+
+from stepload.declaration.quantities import PathText, Setting, Verbatim, number
+from stepload.declaration.sections import SECTION, key
 from stepload.errors import BadInputError, DeviceError
 from stepload.rig.device import ForceSensor, Identity
 from stepload.rig.faults import FaultCode
-from stepload.rig.options import Option
 from stepload.rig.samples import ForceSample, SixFloats, Status
 from stepload_drivers.ati import box, rdt
 from stepload_drivers.ati.box import HTTP_PORT, Box
 from stepload_drivers.ati.rdt import MONITOR, SUMMARY, Command, Record, Scale, StatusWord, step
 from stepload_drivers.clockwatch import JUMP_S, ClockWatch
-from stepload_drivers.options import values
 from stepload_drivers.stream import Stream
-from stepload_drivers.streamed import MAX_AGE, Deadline, Streamed, require_serial_number
+from stepload_drivers.streamed import STALE_S, Deadline, MaxAge, Streamed, require_serial_number
 from stepload_drivers.udp import UdpLink
 
 FROZEN_S = 0.05
@@ -28,7 +30,36 @@ MEASURED_RECORDS = 33
 RATE_TOLERANCE = 0.05
 LOOK_S = 5e-4
 """Least time between two reads of a stream faster than 1 kHz: several records are read at once."""
+_log = logging.getLogger(__name__)
 UNKNOWN_STATUS = StatusWord({31: "error"}, 0)
+
+
+_Port = Annotated[int, number(1, 65535)]
+_Counts = Annotated[float, number(1e-3, 1e9)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class AtiNetOptions:
+    """Options of a device that speaks RDT."""
+
+    host: Annotated[PathText, key("address of the device, a number rather than a name")]
+    port: Annotated[_Port, key("UDP port of RDT")] = rdt.PORT
+    http_port: Annotated[_Port, key("port of its pages")] = HTTP_PORT
+    rate_hz: Annotated[
+        Annotated[float, Setting("Hz", 10.0, 8000.0)] | None,
+        key("records per second; refuse a device that sends at another"),
+    ] = None
+    counts_per_newton: Annotated[
+        _Counts | None,
+        key("for a device without ATI's page (OnRobot: 10000); then `rate` is needed"),
+    ] = None
+    counts_per_newton_metre: Annotated[
+        _Counts | None, key("the same for torque (OnRobot: 100000)")
+    ] = None
+    serial_number: Annotated[
+        Verbatim, key("refuse another serial number of the active calibration")
+    ] = ""
+    max_age_s: MaxAge = STALE_S
 
 
 class AtiNet(Streamed[ForceSample], ForceSensor):
@@ -40,32 +71,12 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
 
     DRIVER = "ati_net"
     ADDRESS = ("host", "port")
-    OPTIONS: ClassVar[Mapping[str, Option]] = {
-        "host": Option("text", "address of the device, a number rather than a name", required=True),
-        "port": Option("integer", "UDP port of RDT", default=rdt.PORT, low=1, high=65535),
-        "http_port": Option("integer", "port of its pages", default=HTTP_PORT, low=1, high=65535),
-        "rate": Option(
-            "quantity", "records per second; refuse a device that sends at another", unit="Hz",
-            low=10.0, high=8000.0,
-        ),
-        "counts_per_newton": Option(
-            "number", "for a device without ATI's page (OnRobot: 10000); then `rate` is needed",
-            low=1e-3, high=1e9,
-        ),
-        "counts_per_newton_metre": Option(
-            "number", "the same for torque (OnRobot: 100000)", low=1e-3, high=1e9
-        ),
-        "serial_number": Option(
-            "text", "refuse another serial number of the active calibration", default=""
-        ),
-        "max_age": MAX_AGE,
-    }  # fmt: skip
+    OPTIONS: ClassVar[type] = AtiNetOptions
 
     def __init__(self, **options: Any) -> None:
-        told = values(self.OPTIONS, options)
-        self._asked_hz: float | None = told["rate"]
-        self._serial_number: str = told["serial_number"]
-        given = (told["counts_per_newton"], told["counts_per_newton_metre"])
+        told = AtiNetOptions(**options)
+        self._asked_hz, self._serial_number = told.rate_hz, told.serial_number
+        given = (told.counts_per_newton, told.counts_per_newton_metre)
         if any(given) and not (all(given) and self._asked_hz):
             raise BadInputError(
                 "ati_net: counts_per_newton, counts_per_newton_metre and rate belong together",
@@ -76,9 +87,10 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
                 "ati_net: a device without ATI's page does not tell its serial_number",
                 hint="leave it out",
             )
-        self._host, self._port, self._http_port = told["host"], told["port"], told["http_port"]
-        self._given = Scale(1.0 / given[0], 1.0 / given[1]) if all(given) else None
-        self._max_age_s = told["max_age"]
+        self._host, self._port, self._http_port = told.host, told.port, told.http_port
+        force, torque = given
+        self._given = Scale(1.0 / force, 1.0 / torque) if force and torque else None
+        self._max_age_s = told.max_age_s
         self.rate_hz = self._asked_hz or 1000.0
         self._name = f"RDT sensor at {self._host}"
         self._link: UdpLink | None = None
@@ -251,6 +263,7 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
         if self._link is None:
             return False
         self._link.send(rdt.request(Command.BIAS))
+        _log.info("%s: zeroed by its own command", self._name)
         return True
 
     def _stop(self, link: UdpLink) -> None:

@@ -5,25 +5,43 @@ from __future__ import annotations
 import math
 import time
 import zlib
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
+from pydantic.dataclasses import dataclass
+
+from stepload.declaration.quantities import Setting, Verbatim, number
+from stepload.declaration.sections import SECTION, key
 from stepload.errors import DeviceError
 from stepload.rig.device import ForceSensor, Identity
 from stepload.rig.faults import FaultCode
-from stepload.rig.options import Option
 from stepload.rig.samples import ForceSample, Status
 from stepload_drivers.ati import codec
 from stepload_drivers.ati.codec import DEFAULT_BASE, Calibration, Op, frame_id
 from stepload_drivers.ati.link import Dialogue
 from stepload_drivers.ati.poller import Answer, Poller
-from stepload_drivers.canbus import CAN_OPTIONS, CanLink
-from stepload_drivers.options import values
+from stepload_drivers.canbus import CanLink, Channel, Interface
 from stepload_drivers.stream import Stream
-from stepload_drivers.streamed import MAX_AGE, Deadline, Streamed, require_serial_number
+from stepload_drivers.streamed import STALE_S, Deadline, MaxAge, Streamed, require_serial_number
 
 FROZEN_S = 0.05
 PAIR_LIMIT_S = 1e-3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class AtiCanOptions:
+    """Options of a NETCANOEM board."""
+
+    interface: Interface = "socketcan"
+    channel: Channel
+    bitrate: Annotated[
+        int, number(10_000, 1_000_000), key("bit/s; the device's default is 250000")
+    ] = 250_000
+    base: Annotated[int, number(0, 0x7F), key("base id of the device")] = DEFAULT_BASE
+    rate_hz: Annotated[float, Setting("Hz", 10.0, 1000.0), key("polling rate")] = 500.0
+    calibration: Annotated[int, number(0, 15), key("calibration slot")] = 0
+    units: Annotated[Verbatim, key('only for firmware before 3.7, e.g. "N N-m"')] = ""
+    serial_number: Annotated[Verbatim, key("refuse a device with another serial number")] = ""
+    max_age_s: MaxAge = STALE_S
 
 
 class AtiCan(Streamed[ForceSample], ForceSensor):
@@ -34,25 +52,16 @@ class AtiCan(Streamed[ForceSample], ForceSensor):
 
     DRIVER = "ati_can"
     ADDRESS = ("channel", "base")
-    OPTIONS: ClassVar[Mapping[str, Option]] = {
-        **CAN_OPTIONS,
-        "bitrate": Option("integer", "bit/s; the device's default is 250000", default=250_000),
-        "base": Option("integer", "base id of the device", default=DEFAULT_BASE, low=0, high=0x7F),
-        "rate": Option("quantity", "polling rate", unit="Hz", default=500.0, low=10.0, high=1000.0),
-        "calibration": Option("integer", "calibration slot", default=0, low=0, high=15),
-        "units": Option("text", 'only for firmware before 3.7, e.g. "N N-m"', default=""),
-        "serial_number": Option("text", "refuse a device with another serial number", default=""),
-        "max_age": MAX_AGE,
-    }
+    OPTIONS: ClassVar[type] = AtiCanOptions
 
     def __init__(self, **options: Any) -> None:
-        told = values(self.OPTIONS, options)
-        self._interface, self._channel = told["interface"], told["channel"]
-        self._bitrate, self._base = told["bitrate"], told["base"]
-        self._slot, self._units = told["calibration"], told["units"]
-        self._serial_number = told["serial_number"]
-        self._max_age_s = told["max_age"]
-        self.rate_hz = told["rate"]
+        told = AtiCanOptions(**options)
+        self._interface, self._channel = told.interface, told.channel
+        self._bitrate, self._base = told.bitrate, told.base
+        self._slot, self._units = told.calibration, told.units
+        self._serial_number = told.serial_number
+        self._max_age_s = told.max_age_s
+        self.rate_hz = told.rate_hz
         self._name = f"NETCANOEM on {self._channel}"
         self._link: CanLink | None = None
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import re
 import time
 
@@ -16,6 +17,7 @@ CHARACTER_S = 0.005
 RESET = "#"
 CONFIGURE = "C"
 RUN = "R"
+_log = logging.getLogger(__name__)
 _BANNER = re.compile(
     rb"name: (?P<name>[^\r\n]*)[\r\n]+.*?S/N: (?P<serial>[^\r\n]*)[\r\n]+"
     rb".*?FW version: (?P<firmware>[^\r\n]*)[\r\n]",
@@ -35,6 +37,7 @@ def filter_command(sinc: int, *, fir: bool) -> str:
 
 def send(port: SerialPort, command: str) -> None:
     """Send `command` character by character."""
+    _log.debug("%s <- %s", port.path, command)
     for character in command:
         port.write(character.encode("ascii"))
         time.sleep(CHARACTER_S)
@@ -81,4 +84,5 @@ def _heard(
         deadline.left_s(f"{port.path}: {what}")
         heard = heard[-longest:] + port.read()
         if match := pattern.search(heard):
+            _log.debug("%s -> %r", port.path, match[0])
             return match

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
+from pydantic.dataclasses import dataclass
+
+from stepload.declaration.quantities import Baud, Flag, Setting
+from stepload.declaration.sections import SECTION, key
 from stepload.errors import BadInputError, DeviceError
 from stepload.rig.device import ForceSensor, Identity
 from stepload.rig.faults import FaultCode
-from stepload.rig.options import Option
 from stepload.rig.samples import ForceSample, Status
 from stepload_drivers.bota import dialogue
 from stepload_drivers.bota.codec import (
@@ -24,32 +26,43 @@ from stepload_drivers.bota.codec import (
     FrameStatus,
 )
 from stepload_drivers.clockwatch import JUMP_S, ClockWatch
-from stepload_drivers.options import values
-from stepload_drivers.serialport import SerialPort
+from stepload_drivers.serialport import Port, SerialPort
 from stepload_drivers.stream import Stream
-from stepload_drivers.streamed import MAX_AGE, Deadline, Streamed, require_serial_number
+from stepload_drivers.streamed import (
+    STALE_S,
+    Deadline,
+    MaxAge,
+    OtherSensor,
+    Streamed,
+    require_serial_number,
+)
 
 FROZEN_S = 0.05
 LINE_SHARE = 0.95
 MEASURED_FRAMES = 32
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class BotaOptions:
+    """Options of a Bota sensor with serial interface."""
+
+    port: Port
+    baud: Annotated[Baud, key("the sensor's bit rate")] = 460800
+    rate_hz: Annotated[float, Setting("Hz", 100.0, 1000.0), key("sample rate")] = 1000.0
+    fir: Annotated[Flag, key("the sensor's FIR filter (lower noise, more lag)")] = False
+    serial_number: OtherSensor = ""
+    max_age_s: MaxAge = STALE_S
+
+
 class BotaSerial(Streamed[ForceSample], ForceSensor):
     """Rokubi or SensONE on a serial port; losses are found from the device's own clock."""
 
     DRIVER = "bota_serial"
-    OPTIONS: ClassVar[Mapping[str, Option]] = {
-        "port": Option("text", "serial port, e.g. /dev/serial/by-id/…", required=True),
-        "baud": Option("integer", "the sensor's bit rate", default=460800),
-        "rate": Option("quantity", "sample rate: 100 to 1000 Hz", unit="Hz", default=1000.0),
-        "fir": Option("boolean", "the sensor's FIR filter (lower noise, more lag)", default=False),
-        "serial_number": Option("text", "refuse a sensor with another serial number", default=""),
-        "max_age": MAX_AGE,
-    }
+    OPTIONS: ClassVar[type] = BotaOptions
 
     def __init__(self, **options: Any) -> None:
-        told = values(self.OPTIONS, options)
-        port, baud, rate = told["port"], told["baud"], told["rate"]
+        told = BotaOptions(**options)
+        baud, rate = told.baud, told.rate_hz
         if rate not in SINC_OF_RATE:
             listed = ", ".join(f"{value:g}" for value in sorted(SINC_OF_RATE))
             raise BadInputError(f"rate {rate:g} Hz: a Bota serial sensor has {listed} Hz")
@@ -60,11 +73,11 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
                 f"{rate:g} Hz needs {FRAME_BYTES * 10 * rate:.0f} bit/s, more than {baud} Bd carry",
                 hint="use 460800 Bd or a lower rate",
             )
-        self._path, self._baud, self._fir = port, baud, told["fir"]
-        self._serial_number = told["serial_number"]
-        self._max_age_s = told["max_age"]
+        self._path, self._baud, self._fir = told.port, baud, told.fir
+        self._serial_number = told.serial_number
+        self._max_age_s = told.max_age_s
         self._asked_hz = self.rate_hz = rate
-        self._name = f"Bota sensor on {port}"
+        self._name = f"Bota sensor on {told.port}"
         self._link: SerialPort | None = None
 
     def _connect(self, deadline: Deadline) -> Identity:

@@ -3,22 +3,45 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
+from pydantic.dataclasses import dataclass
+
+from stepload.declaration.quantities import Baud, Choice, Flag, Setting, Verbatim
+from stepload.declaration.sections import SECTION, key
 from stepload.rig.device import DisplacementSensor, Identity
 from stepload.rig.faults import FaultCode
-from stepload.rig.options import Option
 from stepload.rig.samples import DisplacementSample, Status
 from stepload_drivers.line.codec import TERMINATORS, escaped_bytes
 from stepload_drivers.line.pattern import line_pattern, number_of
 from stepload_drivers.line.sensor import LineSensor, LineSettings
-from stepload_drivers.options import values
+from stepload_drivers.serialport import Port
 from stepload_drivers.stream import Stream
 
 STALE_S = 0.5
 UNITS_M = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "in": 0.0254}
 DEFAULT_PATTERN = r"(?:\d\dA)?(?P<value>[+-]?\d+(?:\.\d+)?)"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class GaugeOptions:
+    """Options of a digital gauge with a serial port."""
+
+    port: Port
+    baud: Annotated[Baud, key("bit rate")] = 9600
+    rate_hz: Annotated[float, Setting("Hz", 0.5, 1000.0), key("readings per second")] = 10.0
+    request: Annotated[
+        Verbatim, key("sent to get one reading (\\r, \\n allowed); empty: it streams")
+    ] = ""
+    pattern: Annotated[
+        Verbatim, key("regular expression of a whole line, number in group `value`")
+    ] = DEFAULT_PATTERN
+    terminator: Annotated[str, Choice(tuple(TERMINATORS)), key("what ends a line")] = "CR"
+    unit: Annotated[str, Choice(tuple(UNITS_M)), key("unit of the number")] = "mm"
+    inverted: Annotated[Flag, key("the reading falls when the gap closes")] = False
+    range_m: Annotated[float, Setting("m", 0.0, 10.0), key("largest possible |reading|")] = 0.1
+    model: Annotated[Verbatim, key("model, for the record")] = "digital gauge"
+    serial_number: Annotated[Verbatim, key("serial number, for the record")] = "unknown"
 
 
 class GaugeSerial(LineSensor[DisplacementSample], DisplacementSensor):
@@ -30,48 +53,27 @@ class GaugeSerial(LineSensor[DisplacementSample], DisplacementSensor):
 
     DRIVER = "gauge_serial"
     VALUE = "displacement_m"
-    OPTIONS: ClassVar[Mapping[str, Option]] = {
-        "port": Option("text", "serial port, e.g. /dev/serial/by-id/…", required=True),
-        "baud": Option("integer", "bit rate", default=9600),
-        "rate": Option(
-            "quantity", "readings per second", unit="Hz", default=10.0, low=0.5, high=1000.0
-        ),
-        "request": Option(
-            "text", "sent to get one reading (\\r, \\n allowed); empty: it streams", default=""
-        ),
-        "pattern": Option(
-            "text",
-            "regular expression of a whole line, number in group `value`",
-            default=DEFAULT_PATTERN,
-        ),
-        "terminator": Option("text", "what ends a line", default="CR", choices=tuple(TERMINATORS)),
-        "unit": Option("text", "unit of the number", default="mm", choices=tuple(UNITS_M)),
-        "inverted": Option("boolean", "the reading falls when the gap closes", default=False),
-        "range": Option("quantity", "largest possible |reading|", unit="m", default=0.1, low=0.0),
-        "model": Option("text", "model, for the record", default="digital gauge"),
-        "serial_number": Option("text", "serial number, for the record", default="unknown"),
-    }
+    OPTIONS: ClassVar[type] = GaugeOptions
 
     def __init__(self, **options: Any) -> None:
-        told = values(self.OPTIONS, options)
+        told = GaugeOptions(**options)
         settings = LineSettings(
-            name=f"gauge on {told['port']}",
-            port=told["port"],
-            baud=told["baud"],
-            rate_hz=told["rate"],
-            terminator=TERMINATORS[told["terminator"]],
-            request=escaped_bytes(told["request"]),
+            name=f"gauge on {told.port}",
+            port=told.port,
+            baud=told.baud,
+            rate_hz=told.rate_hz,
+            terminator=TERMINATORS[told.terminator],
+            request=escaped_bytes(told.request),
             max_age_s=STALE_S,
             frozen_s=math.inf,
             refuse_latency=False,
         )
-        model, serial_number = told["model"], told["serial_number"]
         super().__init__(
-            settings, Identity(self.DRIVER, model, serial_number, "unknown", "unknown")
+            settings, Identity(self.DRIVER, told.model, told.serial_number, "unknown", "unknown")
         )
-        scale = UNITS_M[told["unit"]] * (-1.0 if told["inverted"] else 1.0)
-        self._number = number_of(line_pattern(told["pattern"], "value"), "value", scale)
-        self._range_m = told["range"]
+        scale = UNITS_M[told.unit] * (-1.0 if told.inverted else 1.0)
+        self._number = number_of(line_pattern(told.pattern, "value"), "value", scale)
+        self._range_m = told.range_m
 
     def reading(self, line: str) -> float:
         return self._number(line)

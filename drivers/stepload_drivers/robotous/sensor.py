@@ -2,27 +2,37 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 from abc import abstractmethod
-from collections.abc import Iterable, Mapping
-from typing import Any, ClassVar
+from collections.abc import Iterable
+from typing import Annotated, Any, ClassVar
 
+from pydantic.dataclasses import dataclass
+
+from stepload.declaration.quantities import Baud, Setting, number
+from stepload.declaration.sections import SECTION, key
 from stepload.errors import BadInputError, DeviceError
 from stepload.rig.device import ForceSensor, Identity
 from stepload.rig.faults import FaultCode
-from stepload.rig.options import Option
 from stepload.rig.samples import ForceSample, Status
 from stepload_drivers.arrival import ArrivalCounter, spread_back
-from stepload_drivers.canbus import CAN_OPTIONS, CanLink
-from stepload_drivers.options import values
+from stepload_drivers.canbus import CanLink, Channel, Interface
 from stepload_drivers.robotous import codec
 from stepload_drivers.robotous.codec import Command
 from stepload_drivers.robotous.link import CanPairLink, Link, UartLink
 from stepload_drivers.robotous.models import Model, model_named
-from stepload_drivers.serialport import SerialPort
+from stepload_drivers.serialport import Port, SerialPort
 from stepload_drivers.stream import Stream
-from stepload_drivers.streamed import MAX_AGE, Deadline, Streamed, require_serial_number
+from stepload_drivers.streamed import (
+    STALE_S,
+    Deadline,
+    MaxAge,
+    OtherSensor,
+    Streamed,
+    require_serial_number,
+)
 
 CAN_BITRATE = 1_000_000
 REPLY_S = 0.5
@@ -30,13 +40,40 @@ REPLY_S = 0.5
 more."""
 STOP_S = 0.02
 FROZEN_S = 0.05
+_CanId = Annotated[int, number(1, 255)]
 
-COMMON: Mapping[str, Option] = {
-    "rate": Option("quantity", "sample rate: 10 to 1000 Hz", unit="Hz", default=1000.0),
-    "filter": Option("quantity", "low-pass cut-off, 0 Hz for none", unit="Hz", default=0.0),
-    "serial_number": Option("text", "refuse a sensor with another serial number", default=""),
-    "max_age": MAX_AGE,
-}
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class RobotousOptions:
+    """Options of every RFT sensor."""
+
+    rate_hz: Annotated[float, Setting("Hz", 10.0, 1000.0), key("sample rate")] = 1000.0
+    filter_hz: Annotated[
+        float, Setting("Hz", 0.0, 1000.0), key("low-pass cut-off, 0 Hz for none")
+    ] = 0.0
+    serial_number: OtherSensor = ""
+    max_age_s: MaxAge = STALE_S
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class UartOptions(RobotousOptions):
+    """Options of an RFT sensor on a serial port."""
+
+    port: Port
+    baud: Annotated[Baud, key("the sensor's bit rate")] = 921600
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class CanOptions(RobotousOptions):
+    """Options of an RFT sensor on CAN."""
+
+    interface: Interface = "socketcan"
+    channel: Channel
+    receiver_id: Annotated[_CanId, key("id the sensor listens to")] = 0x64
+    first_id: Annotated[_CanId, key("id of D1..D8")] = 1
+    second_id: Annotated[_CanId, key("id of D9..D16")] = 2
 
 
 def _one_of(name: str, value: float, allowed: Iterable[float]) -> float:
@@ -57,11 +94,11 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
     _link: Link | None = None
     _model: Model
 
-    def __init__(self, told: Mapping[str, Any]) -> None:
-        self.rate_hz = _one_of("rate", told["rate"], codec.RATE_CODES)
-        self._cutoff_hz = _one_of("filter", told["filter"], (0.0, *codec.CUTOFFS_HZ))
-        self._serial_number = told["serial_number"]
-        self._max_age_s = told["max_age"]
+    def __init__(self, told: RobotousOptions) -> None:
+        self.rate_hz = _one_of("rate", told.rate_hz, codec.RATE_CODES)
+        self._cutoff_hz = _one_of("filter", told.filter_hz, (0.0, *codec.CUTOFFS_HZ))
+        self._serial_number = told.serial_number
+        self._max_age_s = told.max_age_s
         self._name = f"RFT sensor ({self.DRIVER})"
 
     @abstractmethod
@@ -126,6 +163,8 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
         for _ in range(2):
             wait = Deadline(min(REPLY_S, deadline.left_s(f"{self._name}: {name.name}")))
             reply = self._reply(self._link, wait, name, *parameters)
+            answer = "no answer" if reply is None else reply.hex()
+            _log.debug("%s <- %s %s -> %s", self._name, name.name, parameters, answer)
             if reply is not None:
                 return reply
         raise DeviceError(
@@ -193,6 +232,7 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
         if self._link is None:
             return False
         self._link.send(codec.command(Command.BIAS, 1))
+        _log.info("%s: zeroed by its own command", self._name)
         return True
 
     def _stop(self, link: Link) -> None:
@@ -213,16 +253,12 @@ class RobotousUart(_Robotous):
     """RFT sensor on a serial port (8N1, 19-byte frames)."""
 
     DRIVER = "robotous_uart"
-    OPTIONS: ClassVar[Mapping[str, Option]] = {
-        "port": Option("text", "serial port, e.g. /dev/serial/by-id/…", required=True),
-        "baud": Option("integer", "the sensor's bit rate", default=921600),
-        **COMMON,
-    }
+    OPTIONS: ClassVar[type] = UartOptions
 
     def __init__(self, **options: Any) -> None:
-        told = values(self.OPTIONS, options)
+        told = UartOptions(**options)
         super().__init__(told)
-        self._port, self._baud = told["port"], told["baud"]
+        self._port, self._baud = told.port, told.baud
         rate, baud = self.rate_hz, self._baud
         slowest = 921600 if rate > 500 else 230400 if rate > 333 else 57600
         if baud < slowest:
@@ -240,19 +276,13 @@ class RobotousCan(_Robotous):
 
     DRIVER = "robotous_can"
     ADDRESS = ("channel", "first_id")
-    OPTIONS: ClassVar[Mapping[str, Option]] = {
-        **CAN_OPTIONS,
-        "receiver_id": Option("integer", "id the sensor listens to", default=0x64, low=1, high=255),
-        "first_id": Option("integer", "id of D1..D8", default=1, low=1, high=255),
-        "second_id": Option("integer", "id of D9..D16", default=2, low=1, high=255),
-        **COMMON,
-    }
+    OPTIONS: ClassVar[type] = CanOptions
 
     def __init__(self, **options: Any) -> None:
-        told = values(self.OPTIONS, options)
+        told = CanOptions(**options)
         super().__init__(told)
-        self._interface, self._channel = told["interface"], told["channel"]
-        self._ids = (told["receiver_id"], told["first_id"], told["second_id"])
+        self._interface, self._channel = told.interface, told.channel
+        self._ids = (told.receiver_id, told.first_id, told.second_id)
         if len(set(self._ids)) != 3:
             raise BadInputError(f"CAN ids {self._ids} must all be different")
 

@@ -6,130 +6,129 @@ them is opened and ends when the last is closed.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
-from stepload.rig.options import Option
+from pydantic.dataclasses import dataclass
+
+from stepload.declaration.quantities import Axis, Flag, Setting, Verbatim, number
+from stepload.declaration.sections import SECTION, key
 from stepload.rig.world import PayloadTruth
-from stepload_drivers.options import values
 from stepload_drivers.sim import live
 from stepload_drivers.sim.arm import WorldArm
 from stepload_drivers.sim.sensors import WorldDisplacementSensor, WorldForceSensor
 
-_WORLD = Option("text", "name of the simulated world to live in", default="sim")
+_World = Annotated[Verbatim, key("name of the simulated world to live in")]
+_Length = Annotated[float, Setting("m", 0.0, 10.0)]
+_Force = Annotated[float, Setting("N", 0.0, 1e6)]
+_Delay = Annotated[float, Setting("s", 0.0, 10.0)]
+_Rate = Annotated[float, Setting("Hz", 1.0, 8000.0), key("sample rate")]
 
 
-def _length(help_text: str, default: float, low: float = 0.0) -> Option:
-    return Option("quantity", help_text, unit="m", default=default, low=low)
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class SimArmOptions:
+    """Options of the simulated arm and its payload."""
+
+    world: _World = "sim"
+    seed: Annotated[int, number(0, 2**31 - 1), key("seed of the noise")] = 0
+    rate_hz: _Rate = 1000.0
+    surface_m: Annotated[_Length, key("travel at which the payload is touched")] = 2e-3
+    payload_k: Annotated[
+        float, number(1.0, 1e30), key("K of the payload in N/m^n", alias="payload_k")
+    ] = 6.57e8
+    payload_n: Annotated[float, number(1.0, 10.0), key("n of the payload", alias="payload_n")] = 1.5
+    system_stiffness_n_per_m: Annotated[float, Setting("N/m", 1.0, 1e12), key("K_s")] = 3.49e6
+    mass_kg: Annotated[float, Setting("kg", 1e-3, 1e4), key("effective mass")] = 20.0
+    command_delay_s: Annotated[_Delay, key("from command to start of motion")] = 0.002
+    lag_s: Annotated[_Delay, key("first-order lag of the servo")] = 0.004
+    max_push_n: Annotated[_Force, key("largest force along the axis")] = 1000.0
+    position_quantum_m: Annotated[_Length, key("resolution of the measured position")] = 2e-6
+    has_force: Annotated[Flag, key("whether the arm estimates the force")] = True
+    force_noise_n: Annotated[_Force, key("noise of the arm's own force")] = 3.0
 
 
-def _force(help_text: str, default: float) -> Option:
-    return Option("quantity", help_text, unit="N", default=default, low=0.0)
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class SimForceOptions:
+    """Options of the simulated force sensor."""
+
+    world: _World = "sim"
+    second: Annotated[Flag, key("whether this is the second force sensor")] = False
+    rate_hz: _Rate = 1000.0
+    axis: Annotated[Axis, key("wrench component that is positive when pressing")] = "+fz"
+    noise_n: Annotated[_Force, key("standard deviation of the noise")] = 0.1
+    quantum_n: Annotated[_Force, key("resolution")] = 0.05
+    delay_s: Annotated[_Delay, key("from force to sample on the host")] = 0.002
+    range_n: Annotated[_Force, key("rated force")] = 1000.0
+    bias_n: Annotated[float, Setting("N", -1e6, 1e6), key("reading in free air")] = 5.0
 
 
-def _time(help_text: str, default: float) -> Option:
-    return Option("quantity", help_text, unit="s", default=default, low=0.0)
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class SimGaugeOptions:
+    """Options of the simulated gauge."""
 
-
-def _rate(default: float) -> Option:
-    return Option("quantity", "sample rate", unit="Hz", default=default, low=1.0, high=8000.0)
+    world: _World = "sim"
+    rate_hz: _Rate = 100.0
+    noise_m: Annotated[_Length, key("standard deviation of the noise")] = 0.1e-6
+    quantum_m: Annotated[_Length, key("resolution")] = 0.1e-6
 
 
 class SimArm(WorldArm):
     """A simulated arm with its payload, in real time."""
 
-    OPTIONS: ClassVar[Mapping[str, Option]] = {
-        "world": _WORLD,
-        "seed": Option("integer", "seed of the noise", default=0, low=0),
-        "rate": _rate(1000.0),
-        "surface": _length("travel at which the payload is touched", 2e-3),
-        "payload_k": Option("number", "K of the payload in N/m^n", default=6.57e8, low=1.0),
-        "payload_n": Option("number", "n of the payload", default=1.5, low=1.0, high=10.0),
-        "system_stiffness": Option(
-            "quantity", "K_s", unit="N/m", default=3.49e6, low=1.0, high=1e12
-        ),
-        "mass": Option("quantity", "effective mass", unit="kg", default=20.0, low=1e-3),
-        "command_delay": _time("from command to start of motion", 0.002),
-        "lag": _time("first-order lag of the servo", 0.004),
-        "max_push": _force("largest force along the axis", 1000.0),
-        "position_quantum": _length("resolution of the measured position", 2e-6),
-        "has_force": Option("boolean", "whether the arm estimates the force", default=True),
-        "force_noise": _force("noise of the arm's own force", 3.0),
-    }
+    OPTIONS: ClassVar[type] = SimArmOptions
 
     def __init__(self, **options: Any) -> None:
-        told = values(self.OPTIONS, options)
-        stiffness, mass = told["system_stiffness"], told["mass"]
+        told = SimArmOptions(**options)
+        stiffness, mass = told.system_stiffness_n_per_m, told.mass_kg
         truth = {
-            "seed": told["seed"],
-            "arm_rate_hz": told["rate"],
-            "surface_m": told["surface"],
-            "payload": PayloadTruth("smooth", told["payload_k"], told["payload_n"]),
+            "seed": told.seed,
+            "arm_rate_hz": told.rate_hz,
+            "surface_m": told.surface_m,
+            "payload": PayloadTruth("smooth", told.payload_k, told.payload_n),
             "system_stiffness_n_per_m": stiffness,
             "system_damping_n_s_per_m": live.damping(stiffness, mass),
             "effective_mass_kg": mass,
-            "command_delay_s": told["command_delay"],
-            "lag_s": told["lag"],
-            "max_push_n": told["max_push"],
-            "position_quantum_m": told["position_quantum"],
-            "arm_has_force": told["has_force"],
-            "arm_force_noise_n": told["force_noise"],
+            "command_delay_s": told.command_delay_s,
+            "lag_s": told.lag_s,
+            "max_push_n": told.max_push_n,
+            "position_quantum_m": told.position_quantum_m,
+            "arm_has_force": told.has_force,
+            "arm_force_noise_n": told.force_noise_n,
         }
-        super().__init__(live.Lease(told["world"], truth))
+        super().__init__(live.Lease(told.world, truth))
 
 
 class SimForceSensor(WorldForceSensor):
     """A simulated force sensor, in real time."""
 
-    OPTIONS: ClassVar[Mapping[str, Option]] = {
-        "world": _WORLD,
-        "second": Option("boolean", "whether this is the second force sensor", default=False),
-        "rate": _rate(1000.0),
-        "axis": Option(
-            "text",
-            "wrench component that is positive when pressing",
-            default="+fz",
-            choices=("+fx", "-fx", "+fy", "-fy", "+fz", "-fz"),
-        ),
-        "noise": _force("standard deviation of the noise", 0.1),
-        "quantum": _force("resolution", 0.05),
-        "delay": _time("from force to sample on the host", 0.002),
-        "range": _force("rated force", 1000.0),
-        "bias": Option("quantity", "reading in free air", unit="N", default=5.0),
-    }
+    OPTIONS: ClassVar[type] = SimForceOptions
 
     def __init__(self, **options: Any) -> None:
-        told = values(self.OPTIONS, options)
-        second = told["second"]
+        told = SimForceOptions(**options)
+        second = told.second
         prefix = "second_force" if second else "force"
         truth = {
-            f"{prefix}_rate_hz": told["rate"],
-            f"{prefix}_axis": told["axis"],
-            f"{prefix}_noise_n": told["noise"],
-            f"{prefix}_quantum_n": told["quantum"],
-            f"{prefix}_delay_s": told["delay"],
-            f"{prefix}_range_n": told["range"],
+            f"{prefix}_rate_hz": told.rate_hz,
+            f"{prefix}_axis": told.axis,
+            f"{prefix}_noise_n": told.noise_n,
+            f"{prefix}_quantum_n": told.quantum_n,
+            f"{prefix}_delay_s": told.delay_s,
+            f"{prefix}_range_n": told.range_n,
         }
         if not second:
-            truth["start_force_bias_n"] = told["bias"]
-        super().__init__(live.Lease(told["world"], truth), second=second)
+            truth["start_force_bias_n"] = told.bias_n
+        super().__init__(live.Lease(told.world, truth), second=second)
 
 
 class SimDisplacementSensor(WorldDisplacementSensor):
     """A simulated gauge across the contact, in real time."""
 
-    OPTIONS: ClassVar[Mapping[str, Option]] = {
-        "world": _WORLD,
-        "rate": _rate(100.0),
-        "noise": _length("standard deviation of the noise", 0.1e-6),
-        "quantum": _length("resolution", 0.1e-6),
-    }
+    OPTIONS: ClassVar[type] = SimGaugeOptions
 
     def __init__(self, **options: Any) -> None:
-        told = values(self.OPTIONS, options)
+        told = SimGaugeOptions(**options)
         truth = {
-            "gauge_rate_hz": told["rate"],
-            "gauge_noise_m": told["noise"],
-            "gauge_quantum_m": told["quantum"],
+            "gauge_rate_hz": told.rate_hz,
+            "gauge_noise_m": told.noise_m,
+            "gauge_quantum_m": told.quantum_m,
         }
-        super().__init__(live.Lease(told["world"], truth))
+        super().__init__(live.Lease(told.world, truth))

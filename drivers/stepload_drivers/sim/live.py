@@ -16,7 +16,7 @@ from stepload.rig.faults import FaultCode
 from stepload.rig.mount import ZERO, Vector3
 from stepload.rig.samples import SixFloats
 from stepload.rig.world import PayloadTruth, WorldSpec
-from stepload_drivers.sim.felt import Felt
+from stepload_drivers.sim.sensor_load import SensorLoad
 from stepload_drivers.sim.simulation import World
 from stepload_drivers.sim.six_plant import SixPlant
 
@@ -104,9 +104,9 @@ class LiveWorld:
         self._delay_s = spec.command_delay_s
         plant = self.world.plant
         self._six = plant if isinstance(plant, SixPlant) else None
-        self._felt: Felt | None = None
+        self._felt: SensorLoad | None = None
         if self._six is not None:
-            self._felt = Felt(self._six, self._six.mount.sensor, spec.force_axis)
+            self._felt = SensorLoad(self._six, self._six.mount.sensor, spec.force_axis)
         self._lock = threading.Lock()
         steps = round(_HISTORY_S / self.world.plant.step_s)
         self._states = deque([self._state()], maxlen=steps)

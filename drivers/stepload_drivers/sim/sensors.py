@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from typing import Generic, TypeVar
 
 from stepload.errors import DeviceError
@@ -12,6 +13,7 @@ from stepload_drivers.sim.channels import Channel
 from stepload_drivers.sim.stream import NO_HEALTH, Host, Place, Stream
 
 SampleT = TypeVar("SampleT")
+_log = logging.getLogger(__name__)
 
 
 class Listener(Generic[SampleT]):
@@ -40,6 +42,7 @@ class Listener(Generic[SampleT]):
                     raise DeviceError(message, code=FaultCode.NOT_CONNECTED)
                 self._stream = Stream(self._name, host, channel, timeout_s)
                 self._begin(host, channel)
+                _log.info("%s: open", self._name)
             except BaseException:
                 self._place.give_back()
                 raise
@@ -56,6 +59,9 @@ class Listener(Generic[SampleT]):
 
     def close(self) -> None:
         if self._stream:
+            if fault := self.fault():
+                _log.warning("%s: fault %s: %s", self._name, fault.code.value, fault.message)
+            _log.info("%s: closed, %s", self._name, self.health())
             self._stream.close()
         self._stream = None
         self._place.give_back()

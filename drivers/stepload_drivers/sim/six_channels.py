@@ -10,8 +10,8 @@ import numpy as np
 from stepload.rig.mount import SensorMount
 from stepload.rig.samples import ForceSample, Status
 from stepload_drivers.sim.channels import SensorChannel, Wrench
-from stepload_drivers.sim.felt import Felt
 from stepload_drivers.sim.noise import noise_about
+from stepload_drivers.sim.sensor_load import SensorLoad
 from stepload_drivers.sim.sensor_truth import SensorTruth
 
 _FULL_SCALE = int(Status.OVERRANGE | Status.SATURATED)
@@ -39,7 +39,7 @@ class WrenchChannel(SensorChannel):
 
     def __init__(
         self,
-        felt: Felt,
+        felt: SensorLoad,
         sensor: SensorMount,
         truth: SensorTruth,
         *,

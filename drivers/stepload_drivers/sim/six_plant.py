@@ -10,9 +10,9 @@ from stepload_drivers.sim.contact import Contact, path_give
 from stepload_drivers.sim.drive import Drive
 from stepload_drivers.sim.faults import Schedule
 from stepload_drivers.sim.frames import times
-from stepload_drivers.sim.held import held
 from stepload_drivers.sim.moving_plate import moving_plate
 from stepload_drivers.sim.six_tip import SWING_RAD, SixTip
+from stepload_drivers.sim.tip_constraint import tip_constraint
 
 _WAY_STEPS = 500
 """Base steps of the way to a start pose that presses, and of rest after it."""
@@ -53,7 +53,7 @@ class SixPlant:
         self._axial = Drive(spec, step_s)
         self._across = Drive(spec, step_s, across=True), Drive(spec, step_s, across=True)
         self._shifted = False
-        self._held = held(spec, mount, step_s)
+        self._held = tip_constraint(spec, mount, step_s)
         axes = self._held.to_press
         self._pulls = tuple(times(self._held.stiffness, axis) for axis in axes)
         self._creep = contact.creep

@@ -14,10 +14,10 @@ import math
 
 from stepload.rig.mount import Mount, Vector3
 from stepload_drivers.sim.friction import CLEAN, Follow, Rubbing, following, rub
-from stepload_drivers.sim.held import Held
+from stepload_drivers.sim.lateral_derating import lateral_derating
 from stepload_drivers.sim.laws import ContactLaw
-from stepload_drivers.sim.limit_left import limit_left
 from stepload_drivers.sim.springs import Springs, Swing
+from stepload_drivers.sim.tip_constraint import TipConstraint
 
 SWING_RAD = 0.3
 """Largest phase of the fastest oscillation in one sub-step while it rings."""
@@ -50,7 +50,7 @@ class SixTip:
 
     def __init__(
         self,
-        held: Held,
+        held: TipConstraint,
         mount: Mount,
         law: ContactLaw,
         surface_m: float,
@@ -69,7 +69,7 @@ class SixTip:
         self.resting = self._calm = False
         self.sub_steps = 0
         self._law, self._evaluate = law, law.evaluate
-        self._left = limit_left(poisson_ratio)
+        self._left = lateral_derating(poisson_ratio)
         self._static, self._kinetic = mount.friction_static, mount.friction_kinetic
         self._ratio, self._exponent = mount.tangential_ratio, exponent
         self._springs = Springs(held)

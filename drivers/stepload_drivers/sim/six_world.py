@@ -5,16 +5,16 @@ from __future__ import annotations
 from stepload.rig.mount import SensorMount
 from stepload.rig.samples import ArmSample
 from stepload.rig.world import WorldSpec
-from stepload_drivers.sim.arm_across import ArmAcross
+from stepload_drivers.sim.arm_lateral_force import ArmLateralForce
 from stepload_drivers.sim.channels import ArmChannel
 from stepload_drivers.sim.contact import Contact
+from stepload_drivers.sim.drift_and_creep import plant_of
 from stepload_drivers.sim.faults import Schedule
-from stepload_drivers.sim.felt import Felt
 from stepload_drivers.sim.mechanics import Mechanics
+from stepload_drivers.sim.sensor_load import SensorLoad
 from stepload_drivers.sim.sensor_truth import SensorTruth
 from stepload_drivers.sim.six_channels import WrenchChannel
 from stepload_drivers.sim.six_plant import SixPlant
-from stepload_drivers.sim.slow import plant_of
 
 
 def mechanics_of(spec: WorldSpec, contact: Contact, *, step_s: float) -> Mechanics:
@@ -31,7 +31,7 @@ def sensor_of(
     bend: tuple[float, float] = (0.0, 0.0),
 ) -> WrenchChannel:
     """A force sensor where it sits."""
-    felt = Felt(plant, sensor, truth.axis)
+    felt = SensorLoad(plant, sensor, truth.axis)
     return WrenchChannel(felt, sensor, truth, bend=bend)
 
 
@@ -47,7 +47,7 @@ class SixArmChannel(ArmChannel):
     ) -> None:
         super().__init__(plant, spec, force_offset_n=force_offset_n, faults=faults)
         self._six = plant
-        self._across = ArmAcross(plant, spec, faults) if spec.arm_has_force else None
+        self._across = ArmLateralForce(plant, spec, faults) if spec.arm_has_force else None
 
     def sample(self, time_s: float, back: float) -> None:
         x_m, y_m = self._six.shift_m

@@ -13,7 +13,7 @@ import math
 from stepload.rig.mount import Vector3
 from stepload_drivers.sim.frames import solved
 from stepload_drivers.sim.friction import Follow
-from stepload_drivers.sim.held import Held
+from stepload_drivers.sim.tip_constraint import TipConstraint
 
 Swing = tuple[Vector3, Vector3, Vector3]
 """How far the drive is ahead of the tip, speed of the tip, load of the contact."""
@@ -22,7 +22,7 @@ Swing = tuple[Vector3, Vector3, Vector3]
 class Springs:
     """What holds the tip; without state."""
 
-    def __init__(self, held: Held) -> None:
+    def __init__(self, held: TipConstraint) -> None:
         self._mass, self._stiffness, self._damping_s = held.mass, held.stiffness, held.damping_s
 
     def unbalanced_n(self, tip: Swing) -> float:

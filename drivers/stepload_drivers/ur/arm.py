@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 from collections.abc import Mapping
@@ -10,7 +11,6 @@ from typing import Any, ClassVar
 from stepload.errors import DeviceError
 from stepload.rig.device import Arm, ArmConfiguration, Health, Identity, StopProof
 from stepload.rig.faults import TAKEN_OVER, Fault, FaultCode
-from stepload.rig.options import Option
 from stepload.rig.samples import ArmSample, Status
 from stepload_drivers.motion import (
     NO_SHIFT,
@@ -19,12 +19,12 @@ from stepload_drivers.motion import (
     require_positive,
     require_shift,
 )
-from stepload_drivers.ur import lookout, rescue, state, wire
-from stepload_drivers.ur.last_seen import LastSeen, Reach
+from stepload_drivers.ur import dashboard_watch, direct_stop, state, wire
+from stepload_drivers.ur.last_state import LastState, Reach
+from stepload_drivers.ur.packet_counter import PacketCounter
 from stepload_drivers.ur.preflight import preflight
 from stepload_drivers.ur.process import ChildProcess
-from stepload_drivers.ur.settings import OPTIONS, settings_from
-from stepload_drivers.ur.tally import Tally
+from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.unload import Unloading
 
 CONNECTION_LOST = frozenset(
@@ -50,6 +50,7 @@ PROGRAM_ENDED = TAKEN_OVER | {FaultCode.WATCHDOG_STOP}
 """Faults after which no target can reach the arm, or none may."""
 
 RESCUE_S = 1.0
+_log = logging.getLogger(__name__)
 WHY_S = 0.5
 """Time limit longer than the child needs to ask the dashboard why the program does not run."""
 
@@ -62,7 +63,7 @@ class UrArm(Arm):
     approach: a second channel of about ±10 N in each component.
     """
 
-    OPTIONS: ClassVar[Mapping[str, Option]] = OPTIONS
+    OPTIONS: ClassVar[type] = Settings
     SETTINGS_AT: ClassVar[Mapping[str, str]] = {
         "tcp_offset": "the pendant: Installation, General, TCP",
         "payload_kg": "the pendant: Installation, General, Payload",
@@ -73,7 +74,7 @@ class UrArm(Arm):
     can_shift = True
 
     def __init__(self, **options: Any) -> None:
-        self._settings = settings_from(options)
+        self._settings = Settings(**options)
         self._axes = state.pressing_axes(self._settings.approach)
         self._child: ChildProcess | None = None
         self._loaded = ""
@@ -84,7 +85,7 @@ class UrArm(Arm):
     def _begin(self, period_s: float) -> None:
         """Know nothing of the arm but its control period."""
         self.period_s = period_s
-        self._tally = Tally(period_s)
+        self._tally = PacketCounter(period_s)
         self._samples: list[ArmSample] = []
         self._start: state.Vector6 | None = None
         self._target_m = 0.0
@@ -94,6 +95,7 @@ class UrArm(Arm):
         self._fault: Fault | None = None
         self._unloading: Unloading | None = None
         self._reach = Reach(self._settings)
+        self._fault_logged = self._opened = False
         self._stage = ""
         self._replies: dict[int, dict[str, Any]] = {}
 
@@ -109,7 +111,13 @@ class UrArm(Arm):
         except BaseException:  # an interrupt too must not leave a child behind
             self._kill()
             raise
-        self._loaded = lookout.loaded_program(self._settings.host)
+        self._loaded = dashboard_watch.loaded_program(self._settings.host)
+        self._opened = True
+        _log.info(
+            "%s: open, %s, serial number %s, %s, period %g s, %s",
+            self._settings.host, controller.model, controller.serial_number, controller.firmware,
+            self.period_s, self._configuration,
+        )  # fmt: skip
         return Identity(
             driver="ur",
             model=controller.model or "unknown",
@@ -119,8 +127,12 @@ class UrArm(Arm):
         )
 
     def _wait_for_first_sample(self, deadline_s: float, timeout_s: float) -> None:
+        stage = ""
         while self._last is None:
             self._pump(min(0.05, max(0.001, deadline_s - time.monotonic())))
+            if self._stage != stage:
+                stage = self._stage
+                _log.debug("%s: opening, %s", self._settings.host, stage)
             if self._last is None and time.monotonic() > deadline_s:
                 self._latch(
                     FaultCode.NOT_CONNECTED,
@@ -129,6 +141,7 @@ class UrArm(Arm):
                     "check the pendant for messages, and the network",
                 )
             if (fault := self._fault) is not None:
+                self._log_fault()
                 raise DeviceError(fault.message, code=fault.code, hint=fault.hint)
 
     def drain(self) -> list[ArmSample]:
@@ -187,6 +200,7 @@ class UrArm(Arm):
 
     def safe(self, timeout_s: float) -> None:
         deadline_s = time.monotonic() + timeout_s
+        self._log_fault()
         if self._child is not None:
             reply = self._request("safe", min(0.6 * timeout_s, 2.5))
             if reply is not None and reply["ok"]:
@@ -204,10 +218,11 @@ class UrArm(Arm):
                 code=FaultCode.NOT_CONNECTED,
                 hint="keep clear of the arm; use the emergency stop before anybody goes near it",
             )
-        rescue.stop(self._settings.host, deadline_s)
+        direct_stop.stop(self._settings.host, deadline_s)
 
     def retract(self, distance_m: float, speed_m_s: float, timeout_s: float) -> None:
         require_positive("retract", distance_m=distance_m, speed_m_s=speed_m_s, timeout_s=timeout_s)
+        self._log_fault()
         deadline_s = time.monotonic() + timeout_s
         self._pump()
         self._refuse_if_taken_over()
@@ -224,10 +239,10 @@ class UrArm(Arm):
         self._unloading = self._unloading or Unloading(self._settings, self._last_seen())
         self._unloading.retract(distance_m, speed_m_s, deadline_s)
 
-    def _last_seen(self) -> LastSeen:
+    def _last_seen(self) -> LastState:
         last = self._last
         band = self._reach.after(last) if last else (0.0, 0.0)
-        return LastSeen(self._settings, last, band, self._configuration, self._loaded)
+        return LastState(self._settings, last, band, self._configuration, self._loaded)
 
     def _hear_who_stopped_it(self) -> None:
         """Give the child time to ask why the program does not run: a person may have ended it."""
@@ -262,7 +277,7 @@ class UrArm(Arm):
         if reply is None or not reply["ok"]:
             why = reply["message"] if reply else f"no answer within {timeout_s:g} s"
             self._kill()
-            rescue.stop(self._settings.host, time.monotonic() + RESCUE_S)
+            direct_stop.stop(self._settings.host, time.monotonic() + RESCUE_S)
             raise DeviceError(
                 f"the stop of the arm's watchdog is not proven: {why}",
                 code=FaultCode.REFUSED_COMMAND,
@@ -272,9 +287,13 @@ class UrArm(Arm):
         return StopProof(reply["stop_s"], reply["still_s"], reply["travel_m"])
 
     def close(self) -> None:
+        self._log_fault()
         if self._child is not None:
             self._child.quit()
             self._child = None
+        if self._opened:
+            self._opened = False
+            _log.info("%s: closed, %s", self._settings.host, self._tally.health(time.monotonic()))
         if self._unloading is not None:
             self._unloading.close()
 
@@ -348,6 +367,14 @@ class UrArm(Arm):
         if self._fault is None:
             self._fault = Fault(code, message, hint, time.monotonic())
 
+    def _log_fault(self) -> None:
+        """Log the fault once; not where it is found, for that may be a tick."""
+        fault = self._fault
+        if fault is not None and not self._fault_logged:
+            self._fault_logged = True
+            host, code = self._settings.host, fault.code.value
+            _log.warning("%s: fault %s: %s (%s)", host, code, fault.message, fault.hint)
+
     def _send(self, message: bytes) -> bool:
         self._sent_s = time.monotonic()
         return self._child is not None and self._child.send(message)
@@ -363,7 +390,10 @@ class UrArm(Arm):
         while self._child is not None and time.monotonic() < until_s:
             self._pump(min(0.02, max(0.001, until_s - time.monotonic())))
             if number in self._replies:
-                return self._replies.pop(number)
+                reply = self._replies.pop(number)
+                _log.debug("%s: %s %s -> %s", self._settings.host, op, fields, reply)
+                return reply
+        _log.debug("%s: %s %s -> no answer", self._settings.host, op, fields)
         return None
 
     def _gone(self) -> DeviceError:

@@ -6,6 +6,7 @@ Used for checks before ur_rtde is constructed, and for actions after it has fail
 from __future__ import annotations
 
 import contextlib
+import logging
 import socket
 import struct
 import time
@@ -20,6 +21,7 @@ DASHBOARD, RTDE = 29999, 30004
 SCRIPT_PORTS = (30003, 30002, 30001)
 CONNECT_LIMIT_S = 1.0
 SCRIPT_LINGER_S = 0.1
+_log = logging.getLogger(__name__)
 
 Version = tuple[int, int, int, int]
 
@@ -41,6 +43,7 @@ def _connect(host: str, port: int, deadline_s: float) -> socket.socket:
     except OSError as error:
         raise _no_answer(host, port, f"cannot connect ({error})") from error
     sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    _log.debug("%s:%d connected", host, port)
     return sock
 
 
@@ -102,6 +105,7 @@ class RtdeClient:
         while True:
             frame = self._next()
             if frame.kind == kind:
+                _log.debug("%s:%d <- %c %r -> %r", self._host, RTDE, kind, payload, frame.payload)
                 return frame.payload
 
     def version(self) -> Version:
@@ -214,7 +218,9 @@ class Dashboard:
             self._sock.sendall(command.encode("ascii") + b"\n")
         except OSError as error:
             raise _no_answer(self._host, DASHBOARD, f"connection lost ({error})") from error
-        return self._line(deadline_s)
+        reply = self._line(deadline_s)
+        _log.debug("%s:%d <- %s -> %s", self._host, DASHBOARD, command, reply)
+        return reply
 
     def _line(self, deadline_s: float) -> str:
         while b"\n" not in self._text:
@@ -245,6 +251,7 @@ def send_script(host: str, script: str, deadline_s: float) -> None:
             with contextlib.closing(_connect(host, port, deadline_s)) as sock:
                 sock.sendall(script.encode("ascii"))
                 _swallow(sock)
+                _log.info("%s:%d takes a program: %s", host, port, " ".join(script.split()))
                 return
         except (DeviceError, OSError) as error:
             errors.append(str(error).splitlines()[0])

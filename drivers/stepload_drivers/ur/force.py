@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
+from pydantic.dataclasses import dataclass
+
+from stepload.declaration.quantities import PathText, Setting, Verbatim
+from stepload.declaration.sections import SECTION, key
 from stepload.errors import DeviceError
 from stepload.rig.device import ForceSensor, Identity
 from stepload.rig.faults import FaultCode
-from stepload.rig.options import Option
 from stepload.rig.samples import ForceSample, Status
 from stepload_drivers.clockwatch import JUMP_S, ClockWatch
-from stepload_drivers.options import values
 from stepload_drivers.stream import Stream
-from stepload_drivers.streamed import MAX_AGE, Deadline, Streamed, require_serial_number
+from stepload_drivers.streamed import STALE_S, Deadline, MaxAge, Streamed, require_serial_number
 from stepload_drivers.ur.client import RtdeClient, Version, dashboard
 from stepload_drivers.ur.state import UrState
 
@@ -31,6 +32,19 @@ RANGE_N = {"UR3": 30.0, "UR5": 50.0, "UR10": 100.0, "UR16": 160.0}
 """Rated force of each axis by the dashboard's name of the e-Series model; UR, data sheets."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class UrForceOptions:
+    """Options of the sensor in the flange of a UR arm."""
+
+    host: Annotated[PathText, key("address of the controller, a number rather than a name")]
+    range_n: Annotated[
+        Annotated[float, Setting("N", 1.0, 1000.0)] | None,
+        key("rated force; a reading of that size is an overload; default: the model's"),
+    ] = None
+    serial_number: Annotated[Verbatim, key("refuse any other controller; empty: any")] = ""
+    max_age_s: MaxAge = STALE_S
+
+
 class UrForce(Streamed[ForceSample], ForceSensor):
     """`actual_TCP_force`: forces at the TCP in the arm's base frame, less the payload's weight.
 
@@ -39,25 +53,15 @@ class UrForce(Streamed[ForceSample], ForceSensor):
 
     DRIVER = "ur_force"
     built_into_arm = True
-    OPTIONS: ClassVar[Mapping[str, Option]] = {
-        "host": Option("text", "address of the controller, a number rather than a name",
-                       required=True),
-        "range": Option(
-            "quantity", "rated force; a reading of that size is an overload; default: the model's",
-            unit="N", low=1.0, high=1000.0,
-        ),
-        "serial_number": Option("text", "refuse any other controller; empty: any", default=""),
-        "max_age": MAX_AGE,
-    }  # fmt: skip
+    OPTIONS: ClassVar[type] = UrForceOptions
 
     rate_hz = RATE_HZ
     _period_s = 1.0 / RATE_HZ
 
     def __init__(self, **options: Any) -> None:
-        told = values(self.OPTIONS, options)
-        self._host, self._serial_number = told["host"], told["serial_number"]
-        self._range_n: float | None = told["range"]
-        self._max_age_s = told["max_age"]
+        told = UrForceOptions(**options)
+        self._host, self._serial_number = told.host, told.serial_number
+        self._range_n, self._max_age_s = told.range_n, told.max_age_s
         self._name = f"UR sensor at {self._host}"
         self._link: RtdeClient | None = None
 

@@ -31,7 +31,7 @@ from stepload_drivers.ur.state import (
     target_pose,
     travel_m,
 )
-from stepload_drivers.ur.taken_over import WATCHDOG_SHARE
+from stepload_drivers.ur.stop_cause import WATCHDOG_SHARE
 from stepload_drivers.ur.watch import Watch
 
 POLL_S = 0.0004

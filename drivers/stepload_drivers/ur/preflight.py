@@ -7,18 +7,22 @@ they rely on is asked first, with time-outs of our own.
 from __future__ import annotations
 
 import contextlib
+import sys
 from dataclasses import dataclass
+from importlib.util import find_spec
 
 from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
-from stepload_drivers.ur.changed import slow_problem
 from stepload_drivers.ur.client import RtdeClient, Version, dashboard
+from stepload_drivers.ur.configuration import read_configuration
+from stepload_drivers.ur.setting_changes import slow_problem
 from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import safety_problem
-from stepload_drivers.ur.told import told
 
 OLDEST: Version = (3, 4, 0, 0)
 OLDEST_E_SERIES: Version = (5, 4, 0, 0)
+WHEELS = "3.11 and 3.12"
+"""Versions of Python for which ur-rtde 1.6.5 has wheels; so does pyproject.toml."""
 SUPPORTED = "3.4 to 3.15 or 5.4 to 5.x"
 UPPER_OFFSET = 24
 INTEGERS_USED, DOUBLES_USED = 8, 18
@@ -42,6 +46,20 @@ class Controller:
     @property
     def firmware(self) -> str:
         return "PolyScope " + ".".join(map(str, self.version))
+
+
+def check_library() -> None:
+    """Refuse where ur_rtde is missing. It is looked for only: it is loaded in a process of its own.
+
+    Raises:
+        DeviceError: UNSUPPORTED, with the versions of Python that have wheels.
+    """
+    if find_spec("rtde_control") is None:
+        raise DeviceError(
+            "ur-rtde is not installed",
+            code=FaultCode.UNSUPPORTED,
+            hint=f"its wheels are for Python {WHEELS}; this is Python {sys.version.split()[0]}",
+        )
 
 
 def check_version(version: Version, *, upper_registers: bool) -> None:
@@ -89,9 +107,11 @@ def preflight(settings: Settings, deadline_s: float) -> Controller:
     """Ask version, registers, data, speed slider, identity, remote control; ends by `deadline_s`.
 
     Raises:
-        DeviceError: NOT_CONNECTED, UNSUPPORTED (version, slider below 100 %), WRONG_DEVICE,
-            NOT_REMOTE, REFUSED_COMMAND (registers taken), or the stop that is in force.
+        DeviceError: NOT_CONNECTED, UNSUPPORTED (no ur_rtde, version, slider below 100 %),
+            WRONG_DEVICE, NOT_REMOTE, REFUSED_COMMAND (registers taken), or the stop that is in
+            force.
     """
+    check_library()
     with contextlib.closing(RtdeClient(settings.host, deadline_s)) as rtde:
         version = rtde.version()
         check_version(version, upper_registers=settings.upper_registers)
@@ -107,7 +127,7 @@ def preflight(settings: Settings, deadline_s: float) -> Controller:
         rtde.start(125.0)
         if problem := safety_problem(rtde.read()):
             raise problem.error(f"{settings.host}: ")
-    if problem := slow_problem(told(settings.host, deadline_s)):
+    if problem := slow_problem(read_configuration(settings.host, deadline_s)):
         raise problem.error(f"{settings.host}: ")
     serial_number, model = _identity(settings, version, deadline_s)
     return Controller(version, serial_number, model)

@@ -17,9 +17,10 @@ from stepload.errors import DeviceError
 from stepload.rig.device import ArmConfiguration
 from stepload.rig.faults import FaultCode
 from stepload_drivers.ur.client import RtdeClient, dashboard, send_script
-from stepload_drivers.ur.last_seen import LastSeen
-from stepload_drivers.ur.lookout import Lookout, require_nobody
-from stepload_drivers.ur.rescue import IDLE_LIMIT_S, retract_script, soon, started
+from stepload_drivers.ur.configuration import read_configuration
+from stepload_drivers.ur.dashboard_watch import DashboardWatch, require_nobody
+from stepload_drivers.ur.direct_stop import IDLE_LIMIT_S, retract_script, soon, started
+from stepload_drivers.ur.last_state import LastState
 from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import (
     PAUSED,
@@ -30,7 +31,6 @@ from stepload_drivers.ur.state import (
     safety_problem,
     travel_m,
 )
-from stepload_drivers.ur.told import told
 
 SENDINGS = 2
 """Largest number of times that a program is sent: once more if it was lost."""
@@ -52,7 +52,7 @@ class Unloading:
     `close` the dashboard is watched.
     """
 
-    def __init__(self, settings: Settings, last: LastSeen) -> None:
+    def __init__(self, settings: Settings, last: LastState) -> None:
         self._settings = settings
         self._last = last
         self._from: Vector6 | None = None
@@ -61,12 +61,14 @@ class Unloading:
         self._handed_over_s = math.nan
         self._refused: DeviceError | None = None
         self._own_s = 1.0 / settings.watchdog_hz + OWN_PROGRAM_S
-        self._lookout = Lookout(settings.host, self._own_s, lambda: self.under_way, last.loaded)
-        self._lookout.start()
+        self._dashboard = DashboardWatch(
+            settings.host, self._own_s, lambda: self.under_way, last.loaded
+        )
+        self._dashboard.start()
 
     def close(self) -> None:
         """Watch the dashboard no longer."""
-        self._lookout.close()
+        self._dashboard.close()
 
     @property
     def under_way(self) -> bool:
@@ -140,7 +142,7 @@ class Unloading:
 
     def _refuse_after_a_sign(self) -> None:
         """One sign of a person, at any time, is enough."""
-        if self._refused is None and (sign := self._lookout.sign):
+        if self._refused is None and (sign := self._dashboard.sign):
             told = f"while the arm did not answer, {sign.message}: "
             if self.under_way:
                 told += (
@@ -181,13 +183,13 @@ class Unloading:
                     "move it clear by hand on the pendant",
                 )
             self._keep(package)
-        answers = self._lookout.ask()
+        answers = self._dashboard.ask()
         until_s = min(deadline_s, begun_s + self._own_s)
         while package is None and answers and answers.program == "PLAYING":
             if time.monotonic() >= until_s:
                 break
             time.sleep(ASK_AGAIN_S)  # until our own program has ended by its watchdog
-            answers = self._lookout.ask()
+            answers = self._dashboard.ask()
         self._refuse_after_a_sign()
         if package is None:
             require_nobody(self._settings.host, answers)
@@ -200,7 +202,7 @@ class Unloading:
 
     def _configuration(self, deadline_s: float) -> ArmConfiguration | None:
         try:
-            return told(self._settings.host, deadline_s)
+            return read_configuration(self._settings.host, deadline_s)
         except DeviceError:
             return None
 

@@ -6,12 +6,12 @@ import time
 
 from stepload.rig.device import ArmConfiguration
 from stepload.rig.faults import FaultCode
-from stepload_drivers.ur.changed import change
+from stepload_drivers.ur.configuration import ConfigurationClient
 from stepload_drivers.ur.remote import RemoteCheck
+from stepload_drivers.ur.setting_changes import change
 from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import PLAYING, Problem, UrState, safety_problem
-from stepload_drivers.ur.taken_over import local_control, stopped
-from stepload_drivers.ur.told import ToldClient
+from stepload_drivers.ur.stop_cause import local_control, stopped
 
 TOLD_S = 1.0
 TOLD_AGE_S = 3.0
@@ -29,7 +29,7 @@ class Watch:
     """
 
     def __init__(self, settings: Settings) -> None:
-        self.told = ToldClient(settings.host, time.monotonic() + TOLD_S)
+        self.told = ConfigurationClient(settings.host, time.monotonic() + TOLD_S)
         self.armed: ArmConfiguration | None = None
         self._remote_check = RemoteCheck(settings.host)
         self._watchdog_s = 1.0 / settings.watchdog_hz

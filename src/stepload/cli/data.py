@@ -98,7 +98,7 @@ def export(
     Example: stepload export runs/20260801-101500-demo --csv --out tables
     """
     from stepload.data.export import Format, no_curve, write_tables
-    from stepload.data.opened import open_run
+    from stepload.data.run import open_run
 
     output = Output(as_json=as_json)
     formats = [

@@ -12,7 +12,7 @@ from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
 
 if TYPE_CHECKING:
-    from stepload.rig.options import Option
+    from stepload.declaration.sections import Key
 
 
 class DriverNames(TyperGroup):
@@ -93,9 +93,7 @@ def show(
 
     Example: stepload drivers ur
     """
-    from dataclasses import asdict
-
-    from stepload.plan.driver_options import expected
+    from stepload.declaration.sections import keys, schema_of
     from stepload.rig.plugins import GROUPS, driver_names, load_driver
 
     out = Output(as_json=as_json)
@@ -105,15 +103,21 @@ def show(
         driver = load_driver(group, name)
         about = (driver.__doc__ or "").strip().split("\n\n")[0]
         out.line(f"{name} ({KEYS[group]}): {' '.join(about.split())}")
-        rows = [
-            (key, expected(option), _default(option), option.help)
-            for key, option in driver.OPTIONS.items()
-        ]
+        options = keys(driver.OPTIONS)
+        rows = [(key.name, key.expected, _default(key), key.meaning) for key in options]
         out.table("options", ("key", "value", "default", "meaning"), rows)
-        needed = [key for key, option in driver.OPTIONS.items() if option.required]
+        needed = [key.name for key in options if key.required]
         inside = f", options: {{{', '.join(f'{key}: …' for key in needed)}}}" if needed else ""
         out.line(f"in a plan: rig: {{{KEYS[group]}: {{driver: {name}{inside}}}}}")
-        shown[group] = {key: asdict(option) for key, option in driver.OPTIONS.items()}
+        shown[group] = {
+            key.name: {
+                "help": key.meaning,
+                "required": key.required,
+                "default": None if key.required else key.info.default,
+                "schema": schema_of(key.hint),
+            }
+            for key in options
+        }
     out.result({"name": name, "options": shown})
 
 
@@ -125,18 +129,13 @@ KEYS = {
 """Key of a plan under which a driver of each group is named."""
 
 
-def _default(option: Option) -> str:
-    if option.required:
+def _default(key: Key) -> str:
+    if key.required:
         return "required"
-    if option.default is None:
-        return ""
-    if option.kind == "quantity" and isinstance(option.default, float):
-        from stepload.units import format_quantity
-
-        return format_quantity(option.default, option.unit)
-    if isinstance(option.default, bool):
-        return str(option.default).lower()
-    return str(option.default)
+    shown = key.default_text
+    if isinstance(shown, bool):
+        return str(shown).lower()
+    return str(key.info.default or "") if shown is None else str(shown)
 
 
 @drivers.command("test")

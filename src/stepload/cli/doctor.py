@@ -43,7 +43,7 @@ def doctor(
     from stepload.engine.operator import Operator
     from stepload.envelope.envelope import envelope_of
     from stepload.plan.load import load_plan
-    from stepload.session.ready import refuse_simulated
+    from stepload.session.hardware_check import refuse_simulated
     from stepload.setup.checkup import examine
 
     out = Output(as_json=as_json)

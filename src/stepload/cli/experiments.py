@@ -120,7 +120,7 @@ def press(
     from stepload.cli.progress import progress
     from stepload.envelope.reason import PlanVerdict
     from stepload.session.experiment import refuse_what_may_not_run, run_plan
-    from stepload.session.unfinished import repair_all
+    from stepload.session.repair import repair_all
 
     if not dry_run:  # before a preflight is shown in vain
         refuse_what_may_not_run(envelope, dry_run)

@@ -68,8 +68,8 @@ def hazards(
 
 def _plan_of(rig: str) -> Plan:
     """A plan with this rig: the one that is named, or one that is made to read the rig."""
-    from stepload.envelope.benches import PROBE_N
-    from stepload.envelope.unwritten import plan_of
+    from stepload.envelope.draft_plan import plan_of
+    from stepload.envelope.map_grid import PROBE_N
     from stepload.plan.load import load_plan
     from stepload.plan.places import tree_of
     from stepload.plan.shipped import payload_folder
@@ -176,7 +176,7 @@ def _ask_wiring(envelope: Envelope, checked: bool) -> bool:
 def _may_move(envelope: Envelope) -> bool:
     """Whether the plan may run on devices."""
     from stepload.envelope.reason import PlanVerdict
-    from stepload.session.ready import simulated_devices
+    from stepload.session.hardware_check import simulated_devices
 
     plan = envelope.plan
     refused = envelope.verdict is PlanVerdict.REFUSED

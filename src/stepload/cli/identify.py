@@ -16,7 +16,7 @@ from stepload.errors import BadInputError
 from stepload.results.terminal import AsJson, Output
 
 if TYPE_CHECKING:
-    from stepload.data.again import Again
+    from stepload.data.reevaluation import Again
     from stepload.results.stated import Stated
 
 EVERY_S = 10.0
@@ -47,6 +47,10 @@ def identify(
     position_noise: Annotated[
         str | None,
         typer.Option("--position-noise", help='Noise (σ) of a position sample, "0.2 um".'),
+    ] = None,
+    drift: Annotated[
+        str | None,
+        typer.Option("--drift", help='Drift (σ) of the travel, one cycle, "0.05 nm/s".'),
     ] = None,
     nonlinearity: Annotated[
         str | None,
@@ -110,6 +114,7 @@ def identify(
         smooth_length_n=quantity(smooth_length, "N"),
         force_noise_n=quantity(force_noise, "N"),
         position_noise_m=quantity(position_noise, "m"),
+        travel_drift_m_per_s=quantity(drift, "m/s"),
         nonlinearity=quantity(nonlinearity, "%"),
         laws=laws_of(law or ()),
         branch=branch,
@@ -142,7 +147,7 @@ def identify(
         raise BadInputError(f"--kind {kind!r}", hint="payload or system")
     out.show(document)
     if write_to is not None:
-        from stepload.session.again import results_again, write_new
+        from stepload.session.reevaluation import results_again, write_new
 
         whole = {**about({}, {}), **data}, document
         report = write_new(write_to, *(results_again(file, stated) if is_record(file) else whole))
@@ -170,7 +175,7 @@ def _show_all(directory: Path, stated: Stated, processes: int | None, output: Ou
     Raises:
         BadInputError: it is no directory, or there is no record.
     """
-    from stepload.data.again import identify_all
+    from stepload.data.reevaluation import identify_all
     from stepload.runner.pool import Pool
 
     due_s = [time.monotonic() + EVERY_S]

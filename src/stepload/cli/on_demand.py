@@ -10,11 +10,13 @@ from __future__ import annotations
 
 from functools import cache
 from importlib import import_module
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import typer
 from typer.core import TyperCommand, TyperGroup
 from typer.main import get_group
+
+from stepload.errors import BadInputError
 
 ENTRY_POINTS = "stepload.verbs"
 
@@ -72,6 +74,8 @@ class VerbsOnDemand(TyperGroup):
     """A group of verbs of which only the one that is called is built."""
 
     VERBS: tuple[Verb, ...] = ()
+    ELSEWHERE: ClassVar[dict[str, tuple[str, str]]] = {}
+    """Verbs of a package of ours that need not be installed: its name, and how it is."""
 
     def __init__(self, **attrs: Any) -> None:
         super().__init__(**attrs)
@@ -84,9 +88,16 @@ class VerbsOnDemand(TyperGroup):
             self.commands = {**_group_of(_others()).commands, **self.commands}
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """The verb of this name, or its placeholder; None where there is none."""
+        """The verb of this name, or its placeholder; None where there is none.
+
+        Raises:
+            BadInputError: the package that it is in is not installed.
+        """
         if cmd_name not in self.commands:
             self._ask_others()
+        if cmd_name not in self.commands and cmd_name in self.ELSEWHERE:
+            package, hint = self.ELSEWHERE[cmd_name]
+            raise BadInputError(f"`{cmd_name}` needs {package}, which is not installed", hint=hint)
         return self.commands.get(cmd_name)
 
     def list_commands(self, ctx: Any) -> list[str]:

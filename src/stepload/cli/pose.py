@@ -67,7 +67,7 @@ def pose(
     Example: stepload pose ur5e --height "0 mm" --payload procedures/payloads/silicone-sphere.yaml
     """
     from stepload.posture import tables
-    from stepload.posture.make import make
+    from stepload.posture.rig_search import make
     from stepload.posture.search import direction
 
     output = Output(as_json=as_json)

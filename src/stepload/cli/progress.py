@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from stepload.live.words import KEYS, clock, where
+from stepload.live.phase_text import KEYS, clock, where
 from stepload.record.rows import Phase
 
 if TYPE_CHECKING:

@@ -41,7 +41,7 @@ def recover(
 
     Example: stepload recover runs
     """
-    from stepload.session.unfinished import repair, repair_all
+    from stepload.session.repair import repair, repair_all
 
     output = Output(as_json=as_json)
     if (broken := _broken_in(file)) is not None:
@@ -92,7 +92,7 @@ def replay(
     Example: stepload replay runs/20260801-101500-demo --force-limit "250 N"
     """
     from stepload.engine.replayed import replay_file
-    from stepload.results.saved import record_in
+    from stepload.results.run_record import record_in
 
     output = Output(as_json=as_json)
     stated = {} if force_limit is None else {"force_limit_n": force_limit}

@@ -80,9 +80,9 @@ def calibrate(
     from stepload.results.calibration_document import calibration_data, calibration_document
     from stepload.results.page import render
     from stepload.results.provenance import sealed, sealed_runs
-    from stepload.results.saved import saved_run
+    from stepload.results.run_record import saved_run
     from stepload.session.files import write_file
-    from stepload.setup.calibrated import put_record, state_to_take_it
+    from stepload.setup.calibration_record import put_record, state_to_take_it
 
     output, operator = Output(as_json=as_json), Operator()
     given, made = list(files or ()), list(from_runs or ())
@@ -233,7 +233,7 @@ def compare(
     from stepload.results.curve import deformation_curve
     from stepload.results.page import render
     from stepload.results.provenance import sealed_runs
-    from stepload.results.saved import saved_run
+    from stepload.results.run_record import saved_run
     from stepload.session.files import write_file
     from stepload.units import parse_quantity
 

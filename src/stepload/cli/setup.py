@@ -72,7 +72,7 @@ def setup(
     Example: stepload setup rig.yaml
     """
     from stepload.session.experiment import press
-    from stepload.setup.story import STEPS, set_up
+    from stepload.setup.wizard import STEPS, set_up
 
     out = Output(as_json=as_json)
     given = _answers(context.args, yes, out)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from stepload.cli.on_demand import Verb, VerbsOnDemand
 
 LINES = {
@@ -58,3 +60,7 @@ class OwnVerbs(VerbsOnDemand):
     """The `stepload` command's group."""
 
     VERBS = tuple(map(_verb, LINES))
+    ELSEWHERE: ClassVar = dict.fromkeys(
+        ("campaign", "emulate", "falsify", "paper"),
+        ("stepload-verify", 'pip install "stepload[verify]"'),
+    )

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from stepload.contact.checks import require_material
 from stepload.contact.elastic import equivalent_modulus, equivalent_radius
+from stepload.contact.material_range import is_range
 from stepload.contact.materials import Geometry, Material
-from stepload.contact.unknown import is_range
 
 
 @dataclass(frozen=True, slots=True)

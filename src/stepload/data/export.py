@@ -14,11 +14,10 @@ from typing import Any
 import numpy as np
 
 from stepload.data.libraries import library
-from stepload.data.opened import Run
+from stepload.data.run import Run
 from stepload.data.streams import STREAMS
 from stepload.data.table import PHASE, Table
-from stepload.errors import BadInputError
-from stepload.plan.problems import printable
+from stepload.errors import BadInputError, printable
 from stepload.record.rows import Phase
 
 EXCEL_ROWS = 1_048_575

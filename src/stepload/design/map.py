@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stepload.envelope.benches import Bench, Specimen, bench, k_max, specimen
+from stepload.envelope.map_grid import Bench, Specimen, bench, k_max, specimen
 from stepload.envelope.order import CYCLES, DEFAULT, FREE_S
 from stepload.errors import BadInputError, DomainError
 from stepload.estimators.conditions import Conditions
@@ -17,8 +17,8 @@ from stepload.estimators.fit import FloatArray
 from stepload.evidence.changes import finer, for_sale, gauged, known, stiffer
 from stepload.evidence.expected import Course, Narrowing, expected_chord, expected_run, narrowing
 from stepload.evidence.figures import HOPELESS
-from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Line
+from stepload.evidence.run_data import RunData
 from stepload.plan.shipped import payload_folder
 
 SPHERE = 1.5
@@ -62,7 +62,7 @@ class Point:
     conditions: Conditions
     touch_n: float
 
-    def run(self) -> Pressed:
+    def run(self) -> RunData:
         """Its run without error, in the default order of steps and holds."""
         order, told = DEFAULT, self.conditions
         course = Course(

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from stepload.design.map import BUY, LARGEST, PAYLOADS, Map, Row
-from stepload.envelope.benches import Bench, Specimen
+from stepload.envelope.map_grid import Bench, Specimen
 from stepload.evidence.changes import relative_sigma
 from stepload.evidence.expected import Narrowing
 from stepload.results.model import Table

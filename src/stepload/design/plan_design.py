@@ -10,15 +10,15 @@ from pathlib import Path
 
 from stepload.design.map_report import half_text, narrowing_text
 from stepload.design.top_force import Ceiling, ceiling
+from stepload.envelope.draft_plan import plan_of
 from stepload.envelope.envelope import Envelope, derive
 from stepload.envelope.order import CYCLES, Order
 from stepload.envelope.reason import PlanVerdict, Severity
 from stepload.envelope.until import planned_run
-from stepload.envelope.unwritten import plan_of
 from stepload.errors import BadInputError, DomainError, RefusedError
 from stepload.evidence.expected import Narrowing, expected_chord, narrowing
-from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Quantity
+from stepload.evidence.run_data import RunData
 from stepload.plan.problems import PlanError
 from stepload.units import format_quantity, rounded_down
 
@@ -51,7 +51,7 @@ class Candidate:
     share: float
     order: Order
     duration_s: float
-    run: Pressed
+    run: RunData
     chord: Quantity
 
     @property

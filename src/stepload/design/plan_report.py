@@ -16,8 +16,8 @@ from stepload.design.plan_design import ALIKE, LONGER, SHARES, Candidate, Design
 from stepload.envelope.envelope import envelope_of, refusal_of
 from stepload.envelope.order import CYCLES
 from stepload.envelope.reason import PlanVerdict
+from stepload.errors import printable
 from stepload.plan.load import load_plan
-from stepload.plan.problems import printable
 from stepload.plan.references import names_a_file
 from stepload.plan.room_to_write import check_new
 from stepload.results.model import Table

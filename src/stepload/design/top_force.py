@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from stepload.envelope.benches import most_push
+from stepload.envelope.draft_plan import plan_of
 from stepload.envelope.envelope import Envelope, derive
+from stepload.envelope.map_grid import most_push
 from stepload.envelope.order import DEFAULT, Order
 from stepload.envelope.pressing import largest_top_force
-from stepload.envelope.unwritten import plan_of
 from stepload.errors import BadInputError, RefusedError
 from stepload.plan.model import Plan
 from stepload.results.conditions import planned

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import math
 
-from stepload.envelope.leash import (
+from stepload.envelope.limits import RunLimits
+from stepload.envelope.travel_limit import (
     ANCHOR_WINDOW_S,
     ANSWER_SIGMAS,
     DRIFT_SHARE,
     DRIFT_SIGMAS,
     END_WINDOW_S,
 )
-from stepload.envelope.limits import RunLimits
 
 
 class Anchor:

@@ -6,11 +6,11 @@ import math
 from collections import deque
 
 from stepload.engine.course import Course
-from stepload.engine.follow import Lead
 from stepload.engine.phases import Exit, May, Steps, phase
 from stepload.engine.retract import REST_S, not_open
 from stepload.engine.settle import RingTest
 from stepload.engine.touch import TouchTest
+from stepload.engine.tracking import Lead
 from stepload.engine.zeroing import Zeroing
 from stepload.envelope.schedule import SLOW_SHARE, WORTH, touch_gap_m
 from stepload.record.outcome import Touch

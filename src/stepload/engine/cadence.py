@@ -11,6 +11,7 @@ from typing import Any
 
 from stepload.engine.device_faults import DeviceFaults
 from stepload.engine.interfaces import RecordSink, RigDevices
+from stepload.engine.notices import EventLog
 from stepload.engine.operator import StopLevel
 from stepload.engine.tick import Engine
 from stepload.errors import in_words
@@ -38,12 +39,14 @@ class Cadence:
         record: RecordSink,
         faults: DeviceFaults,
         on_progress: Callable[[Engine], None] | None,
+        log: EventLog,
     ) -> None:
         self.ticks = 0
         self.busy = ""
         self._engine, self._rig, self._record = engine, rig, record
         self._faults = faults
         self._on_progress = on_progress
+        self._log = log
         self._overruns = 0
         self._worst_s = self._total_s = 0.0
 
@@ -156,6 +159,7 @@ class Cadence:
             if engine.events:
                 for event in engine.events:
                     record.event(*event)
+                    self._log.add(*event)
                 engine.events.clear()
         except Exception as error:  # the arm comes before the record
             self._faults.raised("recorder", now_s, error)

@@ -14,10 +14,10 @@ import math
 
 from stepload.engine.anchor import Anchor
 from stepload.engine.compliance import TangentCompliance
-from stepload.engine.follow import Lead
-from stepload.envelope.catch_up import sudden_step
-from stepload.envelope.climb import LOOK_AHEAD, STIFFENING
+from stepload.engine.tracking import Lead
+from stepload.envelope.command_backlog import sudden_step
 from stepload.envelope.limits import RunLimits
+from stepload.envelope.load_times import LOOK_AHEAD, STIFFENING
 from stepload.envelope.pressing import LONGEST_STALL_S
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext, suppress
@@ -10,16 +11,18 @@ from stepload.engine.cadence import Cadence
 from stepload.engine.device_faults import DeviceFaults
 from stepload.engine.hang import LOOK_S, LOOKS, LoopHungError, hang_watch
 from stepload.engine.interfaces import RecordSink, RigDevices
-from stepload.engine.notices import Say, nothing
+from stepload.engine.notices import EventLog, Say, nothing
+from stepload.engine.realtime import realtime_conditions
 from stepload.engine.safe_end import make_rig_safe
 from stepload.engine.safing import Action, make_safe, stop_notice, why_it_stopped
 from stepload.engine.tick import Engine
-from stepload.engine.undisturbed import undisturbed
 from stepload.errors import in_words
 from stepload.record.outcome import ActionResult, Cause, RunOutcome, RunStatus
 from stepload.rig.device import Identity
 
 EXPLAIN_DEADLINE_S = 1.0
+_log = logging.getLogger(__name__)
+Event = tuple[float, str, dict[str, object]]
 
 
 def run_loop(
@@ -43,7 +46,7 @@ def run_loop(
     run.make_safe()
     run.explain()
     outcome = run.outcome()
-    _record_end(record, engine, outcome)
+    _record_end(record, run.log, engine, outcome)
     return outcome
 
 
@@ -62,16 +65,17 @@ class _Run:
         self.engine, self.rig, self.say = engine, rig, say
         self.errors: list[str] = []
         self.faults = DeviceFaults(engine, rig, identities, self.errors)
-        self.cadence = Cadence(engine, rig, record, self.faults, on_progress)
         self.safing: tuple[ActionResult, ...] = ()
         self.start_s = self.loop_end_s = self.end_s = rig.clock.now_s()
+        self.log = EventLog(_log, self.start_s)
+        self.cadence = Cadence(engine, rig, record, self.faults, on_progress, self.log)
         engine.on_stop = lambda cause: say(stop_notice(cause, self.start_s))
         engine.on_word = say
 
     def drive(self) -> None:
         """Tick until the loop has ended, in whatever way; never raises."""
         try:
-            with undisturbed(self.rig.clock.virtual), self._watched():
+            with realtime_conditions(self.rig.clock.virtual), self._watched():
                 self.cadence.run()
         except LoopHungError:
             pass
@@ -153,16 +157,18 @@ class _Run:
         )  # fmt: skip
 
 
-def _record_end(record: RecordSink, engine: Engine, outcome: RunOutcome) -> None:
+def _record_end(record: RecordSink, log: EventLog, engine: Engine, outcome: RunOutcome) -> None:
+    end_s = outcome.end_s
+    actions: list[Event] = [
+        (end_s, "safing_action",
+         {"name": action.name, "sent": action.sent, "error": action.error,
+          "duration_s": action.duration_s})
+        for action in outcome.safing
+    ]  # fmt: skip
+    end: Event = (end_s, "end", {"status": outcome.status.value, "why": outcome.why})
     with suppress(BaseException):  # the outcome must not be lost with the record's end
-        for event in engine.events:
+        for event in (*engine.events, *actions, end):
+            log.add(*event)
             record.event(*event)
-        for action in outcome.safing:
-            record.event(
-                outcome.end_s,
-                "safing_action",
-                {"name": action.name, "sent": action.sent, "error": action.error,
-                 "duration_s": action.duration_s},
-            )  # fmt: skip
-        record.event(outcome.end_s, "end", {"status": outcome.status.value, "why": outcome.why})
     engine.events.clear()
+    log.close()

@@ -1,10 +1,11 @@
-"""Messages to the operator, printed by a separate thread so that printing cannot block the run."""
+"""Messages to the operator and the log, written by a separate thread so as not to block the run."""
 
 from __future__ import annotations
 
+import logging
 import queue
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 
 Say = Callable[[str], None]
@@ -42,3 +43,30 @@ class Notices:
         while (text := self._lines.get()) is not None:
             with suppress(Exception):  # a terminal that is gone
                 self._write(text)
+
+
+class EventLog:
+    """Logs the events of a run at INFO, from a separate thread; no thread if nobody listens.
+
+    Args:
+        log: where they go.
+        start_s: time on the run's clock that counts as zero.
+    """
+
+    def __init__(self, log: logging.Logger, start_s: float) -> None:
+        self._start_s = start_s
+        self._notices = Notices(log.info) if log.isEnabledFor(logging.INFO) else None
+
+    def add(self, time_s: float, kind: str, data: Mapping[str, object]) -> None:
+        """Queue an event and return at once."""
+        if self._notices is not None:
+            told = ", ".join(
+                f"{key} {f'{value:.6g}' if isinstance(value, float) else value}"
+                for key, value in data.items()
+            )
+            self._notices.say(f"{time_s - self._start_s:.3f} s, {kind}: {told}")
+
+    def close(self) -> None:
+        """Wait until all events are written, at most `LAST_WORDS_S`."""
+        if self._notices is not None:
+            self._notices.close()

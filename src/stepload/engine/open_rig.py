@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
@@ -31,6 +32,7 @@ from stepload.rig.world import WorldView, load_world
 OPEN_TIMEOUT_S = 15.0
 CLOSE_DEADLINE_S = 10.0
 RATE_TOLERANCE = 0.05
+_log = logging.getLogger(__name__)
 
 
 @dataclass(slots=True)
@@ -74,7 +76,9 @@ def _devices(plan: Plan) -> tuple[Arm, ForceSensor, DisplacementSensor | None, F
 def _close(role: str, device: Device, errors: list[str]) -> None:
     """Close a device with a deadline: one that hangs must not block finishing the record."""
     closing = Action(f"closing the {role.replace('_', ' ')}", device.close, CLOSE_DEADLINE_S)
-    errors += [f"{o.name}: {o.error}" for o in make_safe([closing], Operator()) if o.error]
+    failed = [f"{o.name}: {o.error}" for o in make_safe([closing], Operator()) if o.error]
+    _log.info("%s closed%s", role, "".join(f"; {each}" for each in failed))
+    errors += failed
 
 
 def _check_rates(plan: Plan, arm: Arm, force: ForceSensor, second: ForceSensor | None) -> None:
@@ -153,7 +157,9 @@ def opened(envelope: Envelope, *, dry_run: bool, seed: int | None = None) -> Ite
         for role, device in roles.items():
             if device is not None:
                 stack.callback(_close, role, device, errors)
-                identities[role] = device.open(OPEN_TIMEOUT_S)
+                _log.info("opening the %s: %s", role, type(device).__name__)
+                identities[role] = identity = device.open(OPEN_TIMEOUT_S)
+                _log.info("%s open: %s", role, identity)
         _check_rates(plan, arm, force, second)
         _check_shift(plan, arm, dry_run=dry_run)
         _check_held(arm)

@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 
 from stepload.engine.replay import Replayed, Zero, group_by_tick, replay
+from stepload.envelope.lateral_limits import SIDEWAYS
 from stepload.envelope.limits import RunLimits
-from stepload.envelope.sideways import SIDEWAYS
-from stepload.errors import BadInputError, DomainError
-from stepload.plan.problems import printable
+from stepload.errors import BadInputError, DomainError, printable
 from stepload.record.reader import Event, Recording, read_recording
 from stepload.record.rows import Phase, TickRow, rows_of
 from stepload.record.untrusted import untrusted

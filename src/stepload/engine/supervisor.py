@@ -23,9 +23,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from stepload.engine.answers import AnswerWatch
 from stepload.engine.cross_check import CrossCheck
 from stepload.engine.force_filter import ForceFilter
+from stepload.engine.force_response import ForceResponseWatch
 from stepload.engine.motion import SEARCHING, MotionWatch
 from stepload.engine.overload import OverloadWatch
 from stepload.engine.watch import ArmWatch, Breach, ForceWatch, Found
@@ -109,7 +109,7 @@ class Supervisor:
         self._wrong_way = self._second_wrong_way = 0
         noises_n = limits.noise_n, limits.second_noise_n
         self._cross = CrossCheck(period_s, limits.channel_skew_s, limits.cross_filter_s, noises_n)
-        self.answers = AnswerWatch(limits, found)
+        self.answers = ForceResponseWatch(limits, found)
         self._cross_s = self._last_n = 0.0
         self._now_s = self._zeroed_s = 0.0
         self.zero_n = self.second_zero_n = 0.0

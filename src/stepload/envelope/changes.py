@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-from stepload.contact.limit_doubt import doubted_limits
+from stepload.contact.limit_uncertainty import doubted_limits
 from stepload.contact.materials import BluntTip, Sphere
 from stepload.envelope.bounds import LOAD_TIMEOUTS
 from stepload.envelope.reason import Reason

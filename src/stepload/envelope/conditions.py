@@ -9,8 +9,8 @@ from stepload.contact.materials import BluntTip, Sphere
 from stepload.contact.rough import RoughSphere, length_sigma, roughness_number
 from stepload.envelope.stiffness import known_stiffness
 from stepload.envelope.theory import Theory
-from stepload.estimators.across import Across
 from stepload.estimators.conditions import ROUGH_LENGTH_SIGMA, UNKNOWN_OFFSET_M, Conditions
+from stepload.estimators.lateral_effect import Across
 from stepload.estimators.sources import ASSUMED_NONLINEARITY, Sources
 from stepload.plan.model import (
     DisplacementSpec,

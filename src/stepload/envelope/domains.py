@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stepload.contact.doubts import DomainDoubt, Pressed, domain_doubts
+from stepload.contact.validity import DomainDoubt, Pressed, domain_doubts
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import ENDS, Theory
 from stepload.plan.model import Payload, Plan

@@ -17,10 +17,11 @@ from stepload.envelope.aligning import (
     nulling_of,
 )
 from stepload.envelope.bounds import Measured, press_rig
-from stepload.envelope.climb import Climbs, climbs_of
 from stepload.envelope.domains import domain_reasons
 from stepload.envelope.friction import friction_reasons
+from stepload.envelope.lateral_limits import lateral_reasons, share_reasons
 from stepload.envelope.limits import RunLimits, limits_of
+from stepload.envelope.load_times import LoadTimes, load_times
 from stepload.envelope.one_channel import one_channel_reasons
 from stepload.envelope.press import PressRig, Term
 from stepload.envelope.pressing import Pressing, largest_top_force, pressing_for
@@ -33,13 +34,12 @@ from stepload.envelope.reasons import (
     identifiable_reasons,
     rig_reasons,
 )
+from stepload.envelope.retract_friction import way_back_reasons
 from stepload.envelope.schedule import NULLING_TIMES, Stage, align_s, schedule
-from stepload.envelope.sideways import share_reasons, sideways_reasons
 from stepload.envelope.softness import softness
 from stepload.envelope.stiffness import stiffness_reasons
 from stepload.envelope.theory import Theory, theory_of
 from stepload.envelope.until import Until, expected_result, until_of, until_reasons
-from stepload.envelope.way_back import way_back_reasons
 from stepload.envelope.zero_drift import second_zero_n
 from stepload.envelope.zero_reasons import looked_after_s, zero_drift_reasons
 from stepload.errors import DomainError, RefusedError
@@ -96,7 +96,7 @@ class Envelope:
     fast_speed_m_s: float
     force_budget: tuple[Term, ...]
     stages: tuple[Stage, ...]
-    climbs: Climbs | None = None
+    climbs: LoadTimes | None = None
     until: Until | None = None
     aligning: Aligning | None = None
     nulling: NullingLaw | None = None
@@ -216,7 +216,7 @@ def _derived(plan: Plan, measured: Measured | None) -> Envelope:
     stages: tuple[Stage, ...] = ()
     climbs = aligning = nulling = None
     if limits is not None:
-        climbs = climbs_of(plan, limits, theory.law)
+        climbs = load_times(plan, limits, theory.law)
         aligning, nulling = aligning_of(plan, limits), nulling_of(plan, limits)
         stages = schedule(
             plan.procedure,
@@ -236,7 +236,7 @@ def _derived(plan: Plan, measured: Measured | None) -> Envelope:
         *cycle_reasons(plan),
         *stiffness_reasons(plan),
         *friction_reasons(plan, theory),
-        *sideways_reasons(plan),
+        *lateral_reasons(plan),
         *way_back_reasons(plan, theory.counted.lower_n),
         *aligning_reasons(plan, limits),
     ]

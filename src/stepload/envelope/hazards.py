@@ -17,8 +17,8 @@ from stepload.envelope.bounds import (
     press_rig,
     stuck_ratio,
 )
-from stepload.envelope.catch_up import catch_up_force
-from stepload.envelope.dragged import UNMEASURED_TILT_RAD
+from stepload.envelope.command_backlog import catch_up_force
+from stepload.envelope.lateral_derating import UNMEASURED_TILT_RAD
 from stepload.envelope.press import IMPACT_FACTOR, PressRig
 from stepload.envelope.pressing import HARD_STOP_N_PER_M
 from stepload.plan.model import SecondForceSource, Structure

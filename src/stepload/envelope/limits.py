@@ -16,9 +16,9 @@ from stepload.envelope.bounds import (
     step_band_n,
     step_rate_per_s,
 )
+from stepload.envelope.lateral_limits import OVERLOADS, SECOND_OVERLOADS, lateral_limits
 from stepload.envelope.press import NOISE_MULTIPLE, Term
 from stepload.envelope.pressing import Pressing
-from stepload.envelope.sideways import OVERLOADS, SECOND_OVERLOADS, sideways_limits
 from stepload.envelope.zero_drift import SECOND_ZERO_SHARE, second_zero_n
 from stepload.errors import DomainError
 from stepload.plan.model import ForceSpec, Plan, SecondForceSource
@@ -366,7 +366,7 @@ def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimi
         band_n=step_band_n(press.noise_n),
         load_rate_n_per_s=procedure.load_rate_n_per_s,
         touch_force_n=procedure.touch_force_n,
-        **sideways_limits(plan, noise_n, forces.allowed_n),
+        **lateral_limits(plan, noise_n, forces.allowed_n),
         moved_zero_n=MOVED_ZERO_SHARE * procedure.touch_force_n,
         zero_shift_n=pressing.zero_shift_n,
         zero_drift_n_per_s=pressing.zero_drift_n_per_s,

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from functools import cache
 from typing import cast
 
+from stepload.declaration.sections import keys, schema_of
 from stepload.envelope.reason import Reason, Severity
 from stepload.plan.model import DeviceSpec, Plan, SecondForceSource
 from stepload.rig.device import ForceSensor
@@ -54,8 +55,8 @@ def _address(choice: DeviceSpec) -> str:
     """A device's address: the options in the driver's `ADDRESS`, or its required texts."""
     driver = _driver(choice.driver)
     names = driver.ADDRESS or tuple(
-        name
-        for name, option in driver.OPTIONS.items()
-        if option.required and option.kind == "text" and not option.choices
+        key.name
+        for key in keys(driver.OPTIONS)
+        if key.required and key.is_text and "enum" not in schema_of(key.hint)
     )
     return ", ".join(f"{name} {choice.options.get(name)}" for name in names)

@@ -13,10 +13,9 @@ from stepload.envelope.bounds import (
     follow_travel,
     press_rig,
 )
-from stepload.envelope.catch_up import largest_catch_up
-from stepload.envelope.dragged import counted_left
-from stepload.envelope.ladder import ForceLimits, force_limits, headroom
-from stepload.envelope.leash import OLD_S, ONE_CHANNEL, TWO_CHANNELS, leash_travel, least_rise_n
+from stepload.envelope.command_backlog import largest_catch_up
+from stepload.envelope.force_limits import ForceLimits, force_limits, headroom
+from stepload.envelope.lateral_derating import counted_left
 from stepload.envelope.press import (
     IMPACT_FACTOR,
     NOISE_MULTIPLE,
@@ -25,6 +24,13 @@ from stepload.envelope.press import (
     force_budget,
     largest_speed,
     series_stiffness,
+)
+from stepload.envelope.travel_limit import (
+    OLD_S,
+    ONE_CHANNEL,
+    TWO_CHANNELS,
+    least_rise_n,
+    travel_limit,
 )
 from stepload.envelope.zero_drift import counted_shift_n, second_zero_n, unchecked_drift
 from stepload.errors import RefusedError
@@ -133,7 +139,7 @@ def pressing_for(
     tangent = stiffest.tangent(forces.limit_n)
     guarded, fast = _budgeted_speeds(procedure.touch_force_n, press, forces, tangent)
     reading_n = math.hypot(noise_n, rig.force.resolution_n / math.sqrt(12.0))
-    leash_m = leash_travel(
+    leash_m = travel_limit(
         forces.limit_n, procedure.touch_force_n, reading_n, press.stiffness_n_per_m
     )
     one_channel = rig.second_force.source is SecondForceSource.NONE

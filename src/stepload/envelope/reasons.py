@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator
 
 from stepload.envelope.bounds import AGE_S
-from stepload.envelope.ladder import headroom
+from stepload.envelope.force_limits import headroom
 from stepload.envelope.pressing import largest_losses
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import DECLARED, Theory

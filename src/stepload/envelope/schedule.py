@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from stepload.contact.plane import CIRCLE
 from stepload.envelope.aligning import Aligning
-from stepload.envelope.climb import Climbs
 from stepload.envelope.limits import RunLimits
+from stepload.envelope.load_times import LoadTimes
 from stepload.plan.model import Procedure
 
 LOOK_S = 0.2
@@ -105,7 +105,7 @@ def renewals(limits: RunLimits, fast_m: float, way_m: float, retract_m: float) -
 def schedule(
     procedure: Procedure,
     limits: RunLimits,
-    climbs: Climbs,
+    climbs: LoadTimes,
     *,
     align_s: float = 0.0,
     null_s: float = 0.0,

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from stepload.envelope.bounds import step_patience_s
-from stepload.envelope.climb import climbs_of
 from stepload.envelope.limits import RunLimits
+from stepload.envelope.load_times import load_times
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import Theory
 from stepload.plan.model import Plan
@@ -38,7 +38,7 @@ def softness(plan: Plan, limits: RunLimits, theory: Theory) -> Iterator[Reason]:
         )  # fmt: skip
     yield from _rigid_reason(limits, procedure.levels_n)
     patience_s = step_patience_s(procedure)
-    climbs = climbs_of(plan, limits, law)
+    climbs = load_times(plan, limits, law)
     step_s = max(climbs.up_s)
     if SPARE * step_s > patience_s:
         yield Reason(

@@ -6,16 +6,16 @@ from dataclasses import dataclass, replace
 
 from stepload.contact.elastic import law_for
 from stepload.contact.limit import ElasticLimit, elastic_limit, no_limit_reason
-from stepload.contact.limit_doubt import (
+from stepload.contact.limit_uncertainty import (
     DoubtedLimit,
     Source,
     doubted_limits,
     limit_in,
     probability_below,
 )
+from stepload.contact.material_range import is_range, softest, stiffest
 from stepload.contact.materials import Material
 from stepload.contact.power_law import ContactLaw
-from stepload.contact.unknown import is_range, softest, stiffest
 from stepload.errors import RefusedError
 from stepload.plan.model import Payload
 

@@ -16,8 +16,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from stepload.envelope.climb import Climbs
 from stepload.envelope.conditions import conditions_of
+from stepload.envelope.load_times import LoadTimes
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import Theory
 from stepload.estimators.conditions import BRANCHES, Conditions
@@ -25,8 +25,8 @@ from stepload.estimators.fit import FloatArray
 from stepload.estimators.smooth import NORMAL_95
 from stepload.evidence.chord import REFERENCE_SHARE
 from stepload.evidence.expected import Course, expected_chord, expected_run
-from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Quantity
+from stepload.evidence.run_data import RunData
 from stepload.plan.checks_between import LEAST_LEVELS
 from stepload.plan.model import Plan
 from stepload.units import beside_limit, format_quantity
@@ -99,7 +99,7 @@ def until_of(plan: Plan, theory: Theory) -> Until | None:
     return Until(asked, tuple(needs), conditions)
 
 
-def expected_result(plan: Plan, theory: Theory, climbs: Climbs | None) -> Quantity:
+def expected_result(plan: Plan, theory: Theory, climbs: LoadTimes | None) -> Quantity:
     """The chord of a run by theory's stiffest law, with the interval that the known errors give.
 
     Raises:
@@ -108,7 +108,7 @@ def expected_result(plan: Plan, theory: Theory, climbs: Climbs | None) -> Quanti
     return expected_chord(planned_run(plan, theory, climbs))
 
 
-def planned_run(plan: Plan, theory: Theory, climbs: Climbs | None) -> Pressed:
+def planned_run(plan: Plan, theory: Theory, climbs: LoadTimes | None) -> RunData:
     """The run of a plan without error, by theory's stiffest law; `climbs`: its ramps' times.
 
     Raises:

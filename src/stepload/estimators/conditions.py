@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stepload.errors import DomainError
-from stepload.estimators.across import Across
 from stepload.estimators.fit import FloatArray
+from stepload.estimators.lateral_effect import Across
 from stepload.estimators.sources import Sources
 
 BRANCHES = ("loading", "unloading", "reloading")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -56,6 +57,8 @@ class Sources:
         gain_sigma: relative uncertainty of the force calibration.
         zero_drift_n_per_s: largest drift of the force's zero that is stated; it counts where the
             zero was not looked at again after the contact.
+        travel_drift_m_per_s: standard uncertainty of a drift of the travel that is stated; None:
+            the run itself bounds it.
         nonlinearity: largest departure of the force reading from a line, as a share of the largest
             force of the data.
         temperature_sigma_k: standard uncertainty of the temperature, which also covers its change
@@ -80,6 +83,7 @@ class Sources:
     lag_sigma_s: float = 0.0
     gain_sigma: float = 0.0
     zero_drift_n_per_s: float = 0.0
+    travel_drift_m_per_s: float | None = None
     nonlinearity: float = 0.0
     temperature_sigma_k: float = 0.0
     position_m_per_k: float = 0.0
@@ -97,7 +101,7 @@ class Sources:
         """
         if self.system_stiffness_n_per_m is None or not self.deflection_force_n:
             return None
-        return DeflectionTable(self.deflection_force_n, self.deflection_m, self.deflection_sigma_m)
+        return _table(self.deflection_force_n, self.deflection_m, self.deflection_sigma_m)
 
     @property
     def system_m_per_n(self) -> float:
@@ -109,6 +113,10 @@ class Sources:
     def quantum_left_m(self) -> float:
         """Standard deviation of what noise leaves of the position's quantum in a mean."""
         return quantum_left(self.position_resolution_m, self.position_noise_m)
+
+
+_table = lru_cache(maxsize=16)(DeflectionTable)
+"""A run's conditions ask for its table a thousand times."""
 
 
 def quantum_left(quantum: float, noise: float) -> float:

@@ -28,10 +28,10 @@ from stepload.evidence.lawfit import (
 )
 from stepload.evidence.laws import FIXED, POWER
 from stepload.evidence.loops import Branch, Loop
-from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Exponent, Quantity, combined
 from stepload.evidence.reading import OF_SIGNS, branch_chord, kind_of, no_branch, read_of
-from stepload.evidence.second import against_second
+from stepload.evidence.run_data import RunData
+from stepload.evidence.second_channel import against_second
 from stepload.units import format_quantity
 
 REFUSED = 1e-3
@@ -92,7 +92,7 @@ class Evidence:
         return _within(self.headline)
 
 
-def weigh(run: Pressed) -> Evidence:
+def weigh(run: RunData) -> Evidence:
     """Compute every figure that the data of the run support.
 
     Raises:
@@ -208,7 +208,7 @@ def _largest_chi2(degrees: int) -> float:
 
 
 def _fitted(
-    run: Pressed, first: Branch, parts: Sequence[Component]
+    run: RunData, first: Branch, parts: Sequence[Component]
 ) -> tuple[Whitened, dict[str, LawFit]]:
     data = Whitened(first.path.force_n, first.deformation_m, total(parts))
     return data, fit_laws(data, run.conditions, adhesive=run.adhesive)
@@ -243,7 +243,7 @@ def _chosen(
     )
 
 
-def _cannot_show(run: Pressed, loops: Sequence[Loop]) -> tuple[list[str], list[str]]:
+def _cannot_show(run: RunData, loops: Sequence[Loop]) -> tuple[list[str], list[str]]:
     """What this run cannot show: remarks, and doubts that block every figure."""
     notes = list(run.notes)
     blocking: list[str] = []
@@ -279,5 +279,5 @@ def _cannot_show(run: Pressed, loops: Sequence[Loop]) -> tuple[list[str], list[s
         notes.append(note)
     if run.sideways.share is None or run.sideways.rule == "unknown":
         notes.append(run.sideways.note)
-    notes += run.askew.notes
+    notes += run.alignment.notes
     return notes, blocking

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from stepload.estimators.across import Across
 from stepload.estimators.conditions import UNKNOWN_OFFSET_M, Conditions
+from stepload.estimators.lateral_effect import Across
 from stepload.units import format_quantity
 
 AS_IT_IS = "as it is"

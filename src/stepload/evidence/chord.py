@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from statistics import median
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,8 +58,8 @@ def site(path: Path, force_n: float, reach: float = REACH) -> Site:
     if near.sum() < _FEWEST:
         near = np.zeros(path.size, dtype=bool)
         near[np.argsort(np.abs(path.force_n - force_n))[:_FEWEST]] = True
-    usual = float(np.median(path.count[near & (path.held == 0)])) if (
-        near & (path.held == 0)).any() else float(path.count.max())  # fmt: skip
+    moving = near & (path.held == 0)
+    usual = median(path.count[moving].tolist()) if moving.any() else float(path.count.max())
     weight = np.where(near, np.minimum(path.count, HEAVIEST * usual), 0.0)
     weight /= weight.sum()
     mean_n = float(weight @ path.force_n)

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stepload.estimators.sources import Sources
+from stepload.evidence.inelastic_signs import Compliance, signs_of
 from stepload.evidence.loops import BETWEEN, Branch, Hold, Loop
-from stepload.evidence.signs import Compliance, signs_of
 
 SIGMAS = 3.0
 
@@ -88,14 +88,16 @@ def _rate(holds: Sequence[Hold], compliance: Compliance, sources: Sources) -> Dr
     lasted_s = BETWEEN * sum(hold.lasted_s for hold in holds)
     if not lasted_s > 0.0:
         return None
-    rate = sum(hold.creep(compliance(hold.force_n)) for hold in holds) / lasted_s
+    soft = [compliance(hold.force_n) for hold in holds]
+    creeps = [hold.creep(each) for hold, each in zip(holds, soft, strict=True)]
+    rate = sum(creeps) / lasted_s
     noise = sum(
         2.0 * (sources.position_noise_m**2
-               + (compliance(h.force_n) * sources.force_noise_n) ** 2) / max(h.samples, 1)
-        + 2.0 * sources.quantum_left_m**2 for h in holds
+               + (each * sources.force_noise_n) ** 2) / max(hold.samples, 1)
+        + 2.0 * sources.quantum_left_m**2 for hold, each in zip(holds, soft, strict=True)
     )  # fmt: skip
     # Where the holds differ by more, one of them may hold a slip: what they scatter by counts.
-    pace = np.array([hold.creep(compliance(hold.force_n)) for hold in holds])
+    pace = np.array(creeps)
     apart = pace - BETWEEN * rate * np.array([hold.lasted_s for hold in holds])
     scatter = float(apart @ apart) * len(holds) / max(len(holds) - 1, 1)
     return Drift(rate, math.sqrt(max(noise, scatter)) / lasted_s)

@@ -13,7 +13,7 @@ from stepload.estimators.sources import Sources, linearity_errors
 from stepload.evidence.drift import Drift
 from stepload.evidence.elastic import Elastic
 from stepload.evidence.loops import Branch, Path
-from stepload.evidence.pressed import Pressed
+from stepload.evidence.run_data import RunData
 
 SYSTEM = "system stiffness K_s"
 ALIKE_SHARE = 0.1
@@ -36,7 +36,7 @@ def middle(count: int) -> int:
 
 
 def errors_of(
-    run: Pressed, first: Branch, elastic: Elastic, drift: Drift | None, length_n: float
+    run: RunData, first: Branch, elastic: Elastic, drift: Drift | None, length_n: float
 ) -> list[Component]:
     """The covariance of every source along a loading; the list has the same order for every one.
 

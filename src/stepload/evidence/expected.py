@@ -18,11 +18,11 @@ from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
 from stepload.evidence import figures
 from stepload.evidence.changes import narrower
-from stepload.evidence.lateral import askew_of, expected_sideways
+from stepload.evidence.lateral import alignment_of, expected_sideways
 from stepload.evidence.loops import Track
-from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Quantity
 from stepload.evidence.reading import branch_chord, no_branch, read_of
+from stepload.evidence.run_data import RunData
 from stepload.units import format_quantity
 
 SAMPLES_HZ = 200.0
@@ -97,7 +97,7 @@ def _way(
     return np.concatenate(forces), np.concatenate(held)
 
 
-def expected_run(told: Conditions, tracks: Tracks, *, looked: bool = False) -> Pressed:
+def expected_run(told: Conditions, tracks: Tracks, *, looked: bool = False) -> RunData:
     """A run that has only the errors stated in its conditions.
 
     A drift of the force's zero is stated as its largest: its rms is expected from tare to tare.
@@ -108,11 +108,11 @@ def expected_run(told: Conditions, tracks: Tracks, *, looked: bool = False) -> P
     if down is not None:
         step_n = told.sources.zero_drift_n_per_s * float(down.time_s[-1] - up.time_s[0])
         step_n /= math.sqrt(3.0)
-    return Pressed(tracks=tracks, conditions=told, sideways=expected_sideways(told),
-                   askew=askew_of(told), looked=looked, zero_step_n=step_n)  # fmt: skip
+    return RunData(tracks=tracks, conditions=told, sideways=expected_sideways(told),
+                   alignment=alignment_of(told), looked=looked, zero_step_n=step_n)  # fmt: skip
 
 
-def expected_chord(run: Pressed) -> Quantity:
+def expected_chord(run: RunData) -> Quantity:
     """The chord of the branch that is asked for, with the interval that its budget gives.
 
     Raises:
@@ -135,7 +135,7 @@ class Narrowing:
     half_width: float
 
 
-def narrowing(run: Pressed, now: Quantity | None = None) -> list[Narrowing]:
+def narrowing(run: RunData, now: Quantity | None = None) -> list[Narrowing]:
     """What narrows the chord of a run most: its two largest lines about which something helps.
 
     Args:
@@ -156,7 +156,7 @@ def narrowing(run: Pressed, now: Quantity | None = None) -> list[Narrowing]:
     return found
 
 
-def lower_force(run: Pressed, now: Quantity) -> Narrowing | None:
+def lower_force(run: RunData, now: Quantity) -> Narrowing | None:
     """A lower top force that narrows the chord of an expected run; None where none does.
 
     A softer payload counts less of the deflection of the rig, a smaller deformation more of the
@@ -178,7 +178,7 @@ def lower_force(run: Pressed, now: Quantity) -> Narrowing | None:
     return min(found, key=lambda each: each.half_width, default=None)
 
 
-def _scaled(run: Pressed, share: float) -> Pressed:
+def _scaled(run: RunData, share: float) -> RunData:
     """The same course of an expected run up to this share of its top force, from the same touch."""
     up = run.tracks[0][1]
     least_n, top_n = float(up.force_n.min()), float(up.force_n.max())
@@ -196,7 +196,7 @@ def _scaled(run: Pressed, share: float) -> Pressed:
     return replace(run, tracks=tracks)
 
 
-def changed(run: Pressed, told: Conditions) -> Pressed:
+def changed(run: RunData, told: Conditions) -> RunData:
     """The same contact, pressed under other conditions."""
     before = run.conditions
 
@@ -207,11 +207,11 @@ def changed(run: Pressed, told: Conditions) -> Pressed:
         return replace(track, travel_m=track.travel_m + bent_m)
 
     tracks = [(number, moved(up) or up, moved(down)) for number, up, down in run.tracks]
-    askew = askew_of(told, run.askew.quality, run.askew.share)
+    alignment = alignment_of(told, run.alignment.quality, run.alignment.share)
     step_n, drift = run.zero_step_n, before.sources.zero_drift_n_per_s
     if step_n is not None and drift > 0.0:
         step_n *= told.sources.zero_drift_n_per_s / drift
     aside = expected_sideways(told) if run.sideways.rule == "unknown" else run.sideways
     return replace(
-        run, tracks=tracks, conditions=told, askew=askew, zero_step_n=step_n, sideways=aside
+        run, tracks=tracks, conditions=told, alignment=alignment, zero_step_n=step_n, sideways=aside
     )

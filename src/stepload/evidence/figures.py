@@ -17,7 +17,6 @@ from stepload.evidence.errors import Component, middle, total
 from stepload.evidence.lawfit import CANNOT_TELL, LawFit, Read, at_point, union
 from stepload.evidence.laws import BILINEAR, POWER, ROUGH
 from stepload.evidence.loops import Branch, Path
-from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import (
     Exponent,
     Line,
@@ -27,6 +26,7 @@ from stepload.evidence.quantity import (
     log_interval,
     wider,
 )
+from stepload.evidence.run_data import RunData
 from stepload.units import beside_limit, percent
 
 OPEN = 5.0
@@ -77,7 +77,7 @@ class Reading:
     exponent_doubts: Sequence[str] = ()
 
 
-def _shared(run: Pressed, read_from: Reading) -> list[Line]:
+def _shared(run: RunData, read_from: Reading) -> list[Line]:
     """Lines that every figure has: what scales the force, and what the run itself shows."""
     main, q, told = read_from.main, read_from.power, run.conditions
     sources = told.sources
@@ -94,12 +94,12 @@ def _shared(run: Pressed, read_from: Reading) -> list[Line]:
     return [
         *(line for line in scale if line.relative > 0.0),
         Line("lateral force", run.sideways.size, sideways),
-        *run.askew.lines(q, main.from_n, main.to_n, main.span_m),
+        *run.alignment.lines(q, main.from_n, main.to_n, main.span_m),
         *read_from.lines,
     ]
 
 
-def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
+def quantities(run: RunData, read_from: Reading) -> dict[str, Quantity]:
     """Every stiffness by kind; the chord always, the others where there is a law."""
     main, errors = read_from.main, read_from.errors
     law_sets = read_from.law_sets
@@ -172,7 +172,7 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
     return found
 
 
-def parameter_covariance(run: Pressed, read_from: Reading, power: LawFit) -> FloatArray:
+def parameter_covariance(run: RunData, read_from: Reading, power: LawFit) -> FloatArray:
     """Covariance (3, 3) of (ln K, n, δ0) of least squares of δ0 + (F/K)^(1/n), every line in it.
 
     Args:
@@ -193,7 +193,7 @@ def parameter_covariance(run: Pressed, read_from: Reading, power: LawFit) -> Flo
     return np.asarray(found)
 
 
-def _of_looks(run: Pressed, relative: float) -> list[Line]:
+def _of_looks(run: RunData, relative: float) -> list[Line]:
     """Line for a loading that might have ended at an earlier level because of its own deformation.
 
     An error that makes the deformation large may end it. Most of that error is common to all
@@ -388,6 +388,8 @@ def _evenly(power: LawFit, branch: Branch) -> float:
     shape = force**q
     columns = np.stack([np.ones_like(shape), shape, top_m * shape * np.log(force)], axis=1)
     left_m = branch.deformation_m - zero_m - top_m * shape
+    if not (np.isfinite(columns).all() and np.isfinite(left_m).all()):
+        return math.inf
     step = np.linalg.lstsq(columns, left_m, rcond=None)[0][2]
     return float(1.0 / (q + step)) if q + step > 0.0 else math.inf
 

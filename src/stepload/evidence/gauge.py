@@ -18,7 +18,7 @@ from stepload.estimators.sources import linearity_errors
 from stepload.evidence.chord import Chord
 from stepload.evidence.lateral import GUIDED_COMPLIANCE, TURN_RAD_PER_N, UNKNOWN_FRICTION
 from stepload.evidence.loops import Path, path_of
-from stepload.evidence.pressed import Pressed
+from stepload.evidence.run_data import RunData
 from stepload.units import beside_limit, format_quantity
 
 SIGMAS = 3.0
@@ -37,7 +37,7 @@ DELAY_S = 0.02
 NOT_CHECKED = "the gauge's scale was not checked against the arm's travel: "
 
 
-def against_arm(run: Pressed, main: Chord) -> tuple[list[str], list[str]]:
+def against_arm(run: RunData, main: Chord) -> tuple[list[str], list[str]]:
     """Doubts about the gauge over the first loading, and remarks.
 
     Both are empty where no gauge was read beside an arm, and where the system is what is pressed.
@@ -85,7 +85,7 @@ def against_arm(run: Pressed, main: Chord) -> tuple[list[str], list[str]]:
 class _Sides:
     """What both sides say between two places of the first loading."""
 
-    def __init__(self, run: Pressed, told: Conditions, gauge: Path, arm: Path) -> None:
+    def __init__(self, run: RunData, told: Conditions, gauge: Path, arm: Path) -> None:
         """`told` are the conditions with the sources of the arm's travel."""
         self._run, self._told = run, told
         self._gauge, self._arm = gauge, arm

@@ -19,8 +19,8 @@ from stepload.estimators.sources import white_sigmas
 from stepload.evidence.answer import Evidence, weigh
 from stepload.evidence.expected import Narrowing, narrowing
 from stepload.evidence.loops import LEAST_STRETCHES
-from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Judgement, Quantity, ResultVerdict
+from stepload.evidence.run_data import RunData
 from stepload.units import beside_limit, format_quantity
 
 REPORTED = ("rs_btls", "rs_rtls", "joint")
@@ -48,7 +48,7 @@ class Identification:
     conditions: Conditions
     deformation_m: FloatArray
     force_n: FloatArray
-    run: Pressed
+    run: RunData
     evidence: Evidence | None = None
 
     @property
@@ -90,7 +90,7 @@ class Identification:
         return self.fit.secant_n_per_m / factor, self.fit.secant_n_per_m * factor
 
 
-def identify(selected: Selected, conditions: Conditions, run: Pressed) -> Identification:
+def identify(selected: Selected, conditions: Conditions, run: RunData) -> Identification:
     """Fit, evaluate the evidence, state the uncertainty and judge.
 
     Args:

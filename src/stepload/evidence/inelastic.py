@@ -17,9 +17,9 @@ from stepload.estimators.smooth import NORMAL_95, smooth_correlation
 from stepload.evidence.drift import Drift
 from stepload.evidence.elastic import Elastic
 from stepload.evidence.errors import dithered
+from stepload.evidence.inelastic_signs import Sign, rate_sign, signs_of
 from stepload.evidence.loops import BETWEEN, Branch, Hold, Loop
-from stepload.evidence.pressed import Pressed
-from stepload.evidence.signs import Sign, rate_sign, signs_of
+from stepload.evidence.run_data import RunData
 
 NOT_REPEATED = 0.2
 """Share of the smooth deformation error that is another one in every branch."""
@@ -67,7 +67,7 @@ class Inelastic:
 
 
 def inelastic_of(
-    run: Pressed, loops: Sequence[Loop], span_m: float, from_n: float, elastic: Elastic,
+    run: RunData, loops: Sequence[Loop], span_m: float, from_n: float, elastic: Elastic,
     drift: Drift | None,
 ) -> Inelastic:  # fmt: skip
     """Every sign that these cycles can show.
@@ -88,7 +88,7 @@ def inelastic_of(
     return Inelastic((*parts, *([creep] if creep else [])), span_m)
 
 
-def _sigma(sign: Sign, run: Pressed, elastic: Elastic, drift: Drift | None) -> float:
+def _sigma(sign: Sign, run: RunData, elastic: Elastic, drift: Drift | None) -> float:
     """Standard uncertainty of a sign in m, by the stated errors."""
     sources, variance, late_m, drifted_m = run.conditions.sources, 0.0, 0.0, 0.0
     length_n = sources.smooth_length_n or 0.5 * elastic.top_n
@@ -119,7 +119,7 @@ def _gathered(terms: Sequence[tuple[Branch, FloatArray]]) -> list[tuple[Branch, 
 
 
 def _creep(
-    run: Pressed, loops: Sequence[Loop], from_n: float, elastic: Elastic, drift: Drift | None
+    run: RunData, loops: Sequence[Loop], from_n: float, elastic: Elastic, drift: Drift | None
 ) -> Part | None:
     """Deformation that goes on in the holds of the loadings, over the first loading; None without.
 
@@ -142,7 +142,7 @@ def _creep(
     return Part("creep", pace * whole, sigma * whole)
 
 
-def _pace(holds: Sequence[Hold], run: Pressed, elastic: Elastic) -> tuple[float, float, float]:
+def _pace(holds: Sequence[Hold], run: RunData, elastic: Elastic) -> tuple[float, float, float]:
     """Creep over deformation and time in 1/s, its uncertainty, and what a drift of 1 m/s adds.
 
     Sums over all holds: low levels creep more of their deformation than high ones, which have crept

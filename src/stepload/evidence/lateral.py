@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from stepload.estimators.across import CROSS_COMPLIANCE, Across
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.contact_quality import NOT_IN_DATA, OFF_AXIS_M, ContactQuality
 from stepload.estimators.fit import FloatArray, Missing
+from stepload.estimators.lateral_effect import CROSS_COMPLIANCE, Across
+from stepload.evidence.inelastic_signs import Compliance
 from stepload.evidence.quantity import Line
-from stepload.evidence.signs import Compliance
 from stepload.units import beside_limit, format_quantity
 
 GUIDED_COMPLIANCE = 0.3
@@ -149,7 +149,7 @@ def _along(share: FloatArray) -> tuple[float, ...]:
 
 
 @dataclass(frozen=True, slots=True)
-class Askew:
+class ContactAlignment:
     """The contact of one run, and how well rig and plate are aligned.
 
     Attributes:
@@ -234,11 +234,11 @@ class Askew:
         return [_off(point.size_m, allowed_m)] if point.size_m > allowed_m else []
 
 
-def askew_of(
+def alignment_of(
     told: Conditions, quality: ContactQuality | Missing = NOT_KNOWN, share: float | None = None
-) -> Askew:
+) -> ContactAlignment:
     """The contact of a run, and how well its conditions say that rig and plate are aligned."""
-    return Askew(
+    return ContactAlignment(
         quality, told.arm, share, coupling_of(told.across, told.yields_m_per_n),
         told.misalignment_rad, told.yields_m_per_n, told.gauge_offset_m,
     )  # fmt: skip

@@ -16,8 +16,8 @@ from stepload.evidence.elastic import Elastic, elastic_of
 from stepload.evidence.errors import SYSTEM, errors_of, middle, total
 from stepload.evidence.inelastic import Inelastic, inelastic_of
 from stepload.evidence.loops import LEAST_STRETCHES, Branch, Loop, Path, loops_of
-from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Line, Quantity
+from stepload.evidence.run_data import RunData
 from stepload.units import format_quantity
 
 UNEVEN = 0.2
@@ -51,7 +51,7 @@ class Read:
     reading: figures.Reading
 
 
-def read_of(run: Pressed) -> Read:
+def read_of(run: RunData) -> Read:
     """Read the first loading of a run.
 
     Raises:
@@ -70,7 +70,7 @@ def kind_of(branch: str) -> str:
     return "chord" if branch == BRANCHES[0] else f"{branch}_chord"
 
 
-def no_branch(run: Pressed, branch: str) -> str:
+def no_branch(run: RunData, branch: str) -> str:
     """Why a run has no chord of a branch."""
     if branch == BRANCHES[2] and len(run.tracks) == 1:
         return "There is one cycle: a reloading is the second loading"
@@ -78,7 +78,7 @@ def no_branch(run: Pressed, branch: str) -> str:
 
 
 def branch_chord(
-    run: Pressed, read: Read, name: str, doubts: Sequence[str] = ()
+    run: RunData, read: Read, name: str, doubts: Sequence[str] = ()
 ) -> Quantity | None:
     """The chord of a branch of the first two cycles; None where there is none.
 
@@ -106,7 +106,7 @@ def branch_chord(
 
 
 def _reading(
-    run: Pressed, loops: Sequence[Loop], branch: Branch, local: Chord, elastic: Elastic,
+    run: RunData, loops: Sequence[Loop], branch: Branch, local: Chord, elastic: Elastic,
     drift: Drift | None, inelastic: Inelastic,
 ) -> figures.Reading:  # fmt: skip
     """The input of the figures of a branch, no law in it."""
@@ -136,7 +136,7 @@ def _seat_m(inelastic: Inelastic) -> float:
     return max(seat.shown_m - (0.0 if gap is None else abs(gap.value_m)), 0.0)
 
 
-def _reduced(run: Pressed) -> tuple[tuple[Loop, ...], Elastic, Drift | None]:
+def _reduced(run: RunData) -> tuple[tuple[Loop, ...], Elastic, Drift | None]:
     """The cycles of a run, its drift taken out, with the elastic contact and the drift.
 
     Raises:
@@ -155,7 +155,7 @@ def _reduced(run: Pressed) -> tuple[tuple[Loop, ...], Elastic, Drift | None]:
 
 
 def _own_lines(
-    run: Pressed, loops: Sequence[Loop], main: Chord, path: Path, elastic: Elastic,
+    run: RunData, loops: Sequence[Loop], main: Chord, path: Path, elastic: Elastic,
     drift: Drift | None, inelastic: Inelastic,
 ) -> list[Line]:  # fmt: skip
     """What the run itself shows of its zero, its drift and its slips."""
@@ -183,12 +183,15 @@ def _own_lines(
         if again is not None and again.shown_m > 0.0:
             uneven_m = math.hypot(uneven_m, min(abs(again.value_m) / math.sqrt(3.0), most_m))
         found += length(OF_SIGNS[0], format_quantity(uneven_m, "m"), uneven_m)
+    elif sources.travel_drift_m_per_s is not None:
+        drift_m = sources.travel_drift_m_per_s * abs(elapsed_s)
+        found += length("drift as stated", format_quantity(drift_m, "m"), drift_m)
     elif gap is not None:
         # One cycle: what lies between loading and unloading may be a drift.
         share = min(abs(elapsed_s) / max(gap.elapsed_s, 1e-12), 1.0)
         may_m = min(WHOLE_GAP * share * math.hypot(gap.value_m, gap.sigma_m), most_m)
         found += length(OF_SIGNS[1], format_quantity(may_m, "m"), may_m)
-    slipped_m, unseen_m = run.askew.slip_m(main.from_n, main.to_n, elastic.payload_at)
+    slipped_m, unseen_m = run.alignment.slip_m(main.from_n, main.to_n, elastic.payload_at)
     slip_m = math.hypot(slipped_m, unseen_m) / math.sqrt(3.0)
     return found + length("slip on a tilted plate", format_quantity(slip_m, "m"), slip_m)
 

@@ -10,10 +10,10 @@ from dataclasses import dataclass, fields
 from functools import cache
 from importlib import resources
 
+from stepload.declaration.sections import Key, keys_below
 from stepload.envelope.limits import RunLimits
 from stepload.errors import BadInputError
 from stepload.plan.model import Plan
-from stepload.plan.sections import Key, keys_below
 
 GROUPS = {
     "preflight": "reasons of a preflight",
@@ -128,7 +128,7 @@ def page() -> str:
         lines += ["", f"## {title[0].upper()}{title[1:]}", ""]
         for each in explanations():
             if each.group == group:
-                lines += [f"**`{each.code}`**: {each.means} *{each.do}* [More]({each.page})", ""]
+                lines += [f"[**`{each.code}`**]({each.page}): {each.means} *{each.do}*", ""]
         lines.pop()
     return "\n".join(lines) + "\n"
 
@@ -143,7 +143,7 @@ def glossary() -> str:
     """The page of docs/ that holds the glossary, as Markdown."""
     lines = ["# Glossary", "", "`stepload explain WORD` prints what stands here."]
     for names, means, place in words():
-        lines += ["", f"**{', '.join(names)}**: {means} [More]({place})"]
+        lines += ["", f"[**{', '.join(names)}**]({place}): {means}"]
     return "\n".join(lines) + "\n"
 
 

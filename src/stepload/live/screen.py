@@ -21,12 +21,12 @@ from rich.text import Text
 from stepload.envelope.envelope import envelope_of
 from stepload.envelope.remaining import Remaining
 from stepload.errors import SteploadError
+from stepload.live.phase_text import KEYS, clock, where
 from stepload.live.plots import Plots
 from stepload.live.state import State
 from stepload.live.tail import Tail
-from stepload.live.words import KEYS, clock, where
 from stepload.record.scan import DamageError
-from stepload.results.stored import plan_of
+from stepload.results.record_evaluation import plan_of
 
 _SHOWN = (
     OSError, DamageError, SteploadError, ValueError, LookupError, TypeError, ArithmeticError,

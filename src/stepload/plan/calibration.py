@@ -4,8 +4,6 @@ A small JSON file with units, written by `stepload calibrate` and read (as JSON 
 `rig.system_stiffness.record`.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -13,10 +11,8 @@ from typing import Annotated
 
 from pydantic.dataclasses import dataclass
 
-from stepload.contact.across import across_problem
-from stepload.estimators.deflection_rows import table_problem, upper_stiffness_n_per_m
-from stepload.plan.problems import Problem
-from stepload.plan.quantities import (
+from stepload.contact.lateral_checks import across_problem
+from stepload.declaration.quantities import (
     EXACT,
     Angle,
     Axis,
@@ -39,8 +35,10 @@ from stepload.plan.quantities import (
     Version,
     number,
 )
+from stepload.declaration.sections import SECTION, adapter, key
+from stepload.estimators.deflection_rows import table_problem, upper_stiffness_n_per_m
+from stepload.plan.problems import Problem
 from stepload.plan.reader import read_file
-from stepload.plan.sections import SECTION, adapter, key
 from stepload.plan.source import Source, read_source
 from stepload.plan.whole_file import replace_file
 from stepload.rig.samples import SixFloats
@@ -165,6 +163,10 @@ def _impossible(source: Source, record: CalibrationRecord) -> Iterator[Problem]:
         yield source.problem(1, 1, f"valid_until {last} is before measured_on {first}")
     if (len(record.tcp_position_m), len(record.tcp_rotation_rad)) not in ((0, 0), (3, 3)):
         yield source.problem(1, 1, "tcp_position and tcp_rotation: three numbers each, or none")
+    if record.sigma_n_per_m >= record.stiffness_n_per_m:
+        yield source.problem(1, 1, "sigma is not below the stiffness", "calibrate again")
+    if record.force_to_n <= record.force_from_n:
+        yield source.problem(1, 1, "force_to is not above force_from", "calibrate again")
     told = record.across_m_per_n, record.across_sigma_m_per_n, record.at_share
     if problem := across_problem(*told):
         yield source.problem(1, 1, f"lateral force: {problem}")

@@ -5,10 +5,10 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import replace
 
+from stepload.declaration.sections import UnknownError
 from stepload.plan.checks_between import impossibilities_between
 from stepload.plan.derived import RULES, follows
 from stepload.plan.model import Plan
-from stepload.plan.sections import UnknownError
 
 
 def rederived(before: Plan, after: Plan) -> Plan:

@@ -9,11 +9,12 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from itertools import pairwise
 
-from stepload.contact.across import across_problem
 from stepload.contact.elastic import law_for
+from stepload.contact.lateral_checks import across_problem
 from stepload.contact.limit import no_limit_reason
+from stepload.contact.material_range import is_range
 from stepload.contact.materials import Material
-from stepload.contact.unknown import is_range
+from stepload.declaration.sections import DERIVED, Key, Kind, keys, known, written
 from stepload.errors import DomainError
 from stepload.estimators.deflection_rows import table_problem
 from stepload.plan.calibration import disagreement
@@ -29,7 +30,6 @@ from stepload.plan.model import (
     SystemStiffness,
 )
 from stepload.plan.reader import expected
-from stepload.plan.sections import DERIVED, Key, Kind, keys, known, written
 from stepload.units import format_quantity
 
 

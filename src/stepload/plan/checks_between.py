@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stepload.contact.unknown import is_range
+from stepload.contact.material_range import is_range
 from stepload.plan.derived import elastic_travel, follows
 from stepload.plan.impossible import Check, Impossibility, metre, newton, run_checks
 from stepload.plan.model import Plan

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
+from stepload.declaration.sections import keys as keys_of
+from stepload.errors import printable
 from stepload.plan.overlay import SIMULATED, is_another, overlay, text
-from stepload.plan.problems import Problem, printable
+from stepload.plan.problems import Problem
 from stepload.plan.rig import ArmSpec, DisplacementSpec, ForceSpec
-from stepload.plan.sections import keys as keys_of
 from stepload.plan.tree import Mapping, Node, Place
 
 _SENSORS = (("force",), ("second_force", "sensor"))

@@ -8,11 +8,10 @@ from contextlib import suppress
 from itertools import pairwise
 
 from stepload.contact.elastic import law_for
-from stepload.contact.unknown import softest
-from stepload.errors import DomainError
+from stepload.contact.material_range import softest
+from stepload.declaration.sections import DERIVED, UnknownError, known, put
+from stepload.errors import DomainError, printable
 from stepload.plan.model import Plan
-from stepload.plan.problems import printable
-from stepload.plan.sections import DERIVED, UnknownError, known, put
 
 MAX_LEVELS = 1000
 RAMP_S = 1.0

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from typing import Any, NamedTuple
 
-from stepload.plan.sections import UnknownError
+from stepload.declaration.sections import UnknownError
 from stepload.units import format_quantity
 
 

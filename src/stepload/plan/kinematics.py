@@ -4,21 +4,28 @@ Six files come with stepload, in the folder `arms`; a lab writes one for an arm 
 read as strictly as a plan: every quantity with its unit, no key that means nothing.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
 from pydantic.dataclasses import dataclass
 
-from stepload.errors import BadInputError
+from stepload.declaration.quantities import (
+    Angle,
+    Length,
+    Name,
+    Offset,
+    Quantity,
+    Remark,
+    Torque,
+    Version,
+)
+from stepload.declaration.sections import SECTION, key, put
+from stepload.errors import BadInputError, guess, printable
 from stepload.plan.model import Plan
-from stepload.plan.problems import Problem, guess, printable
-from stepload.plan.quantities import Angle, Length, Name, Offset, Quantity, Remark, Torque, Version
+from stepload.plan.problems import Problem
 from stepload.plan.reader import read_file
 from stepload.plan.references import names_a_file
-from stepload.plan.sections import SECTION, key, put
 from stepload.plan.shelf import ARMS, Disk, shipped_names
 from stepload.plan.source import Source
 from stepload.plan.tree import Place

@@ -8,6 +8,7 @@ from datetime import date
 from operator import attrgetter
 from pathlib import Path
 
+from stepload.declaration.sections import UNKNOWN, UnknownError, put
 from stepload.plan.checks import impossibilities, underivable
 from stepload.plan.checks_between import impossibilities_between
 from stepload.plan.compose import at
@@ -21,7 +22,6 @@ from stepload.plan.reader import read_section
 from stepload.plan.references import References, profiles
 from stepload.plan.rig import DeviceSpec
 from stepload.plan.schema import json_schema
-from stepload.plan.sections import UNKNOWN, UnknownError, put
 from stepload.plan.shelf import Disk, Kept, Shelf
 from stepload.plan.source import Source
 from stepload.plan.stiffness import settle_stiffness

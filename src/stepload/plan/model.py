@@ -3,8 +3,6 @@
 Other rooms import every part of a plan from here.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import hashlib
 from pathlib import Path
@@ -14,11 +12,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from stepload.contact.law_names import LAW_NAMES
-from stepload.estimators.conditions import BRANCHES
-from stepload.plan.aligning import Alignment, Nulling
-from stepload.plan.payload import Payload
-from stepload.plan.problems import PlanError, Problem
-from stepload.plan.quantities import (
+from stepload.declaration.quantities import (
     Accuracy,
     Choice,
     Duration,
@@ -37,6 +31,11 @@ from stepload.plan.quantities import (
     Version,
     number,
 )
+from stepload.declaration.sections import DERIVED, INTERNAL, SECTION, key
+from stepload.estimators.conditions import BRANCHES
+from stepload.plan.aligning import Alignment, Nulling
+from stepload.plan.payload import Payload
+from stepload.plan.problems import PlanError, Problem
 from stepload.plan.rig import (
     ArmSpec,
     DeviceSpec,
@@ -50,7 +49,6 @@ from stepload.plan.rig import (
     Structure,
     SystemStiffness,
 )
-from stepload.plan.sections import DERIVED, INTERNAL, SECTION, key
 from stepload.plan.simulation import Simulation
 
 __all__ = [
@@ -67,120 +65,80 @@ class Procedure:
     top_force_n: Annotated[Force, key("Highest load.")]
     step_n: Annotated[Force, key("Load step; give this or `levels`.")] = DERIVED
     levels_n: Annotated[
-        tuple[Force, ...], key("Every load level, rising, the last one `top_force`.")
+        tuple[Force, ...], key("All load levels, rising; the last is `top_force`.")
     ] = DERIVED
     load_rate_n_per_s: Annotated[
         ForceRate,
-        key(
-            "How fast the force rises and falls at the most; default: the largest step in one "
-            "second. Lag and damping spoil data of faster ramps.",
-        ),
+        key("Largest rate of the force; default: the largest step in one second."),
     ] = DERIVED
     until: Annotated[
         Accuracy | None,
-        key(
-            'Half width of the interval that is enough, as in "±5 %": the first loading ends at '
-            "the first level that is expected to give it, and the run stops where even `top_force` "
-            "cannot give it. Left out, every run goes up to `top_force`."
-        ),
+        key('Half width of the interval at which the first loading may end, as in "±5 %".'),
     ] = None
-    hold_s: Annotated[Duration, key("How long each level is held once it has settled.")] = 3.0
-    unload: Annotated[Flag, key("Whether the levels are also held on the way down.")] = True
+    hold_s: Annotated[Duration, key("Time at each level after it has settled.")] = 3.0
+    unload: Annotated[Flag, key("Whether the levels are also held during unloading.")] = True
     cycles: Annotated[
         int,
         number(1, 1000),
-        key(
-            "How often the payload is loaded and unloaded; the second time shows what set, crept "
-            "or drifted."
-        ),
+        key("Number of loadings; the second shows set, creep and drift."),
     ] = 2
     lift_off: Annotated[
         Flag,
-        key(
-            "Whether cycles part the contact (seating; the touch tells set, and the force is "
-            "zeroed again), or unload to `unload_fraction` only (shakedown)."
-        ),
+        key("Whether the contact opens between cycles, or unloads to `unload_fraction` only."),
     ] = True
     unload_fraction: Annotated[
         float,
         Quantity("%", 0.01, 0.5),
-        key(
-            "Share of the highest load that is kept between cycles without lift-off: of "
-            "`top_force`, or of the level that `until` ended at."
-        ),
+        key("Share of the highest load kept between cycles without `lift_off`."),
     ] = 0.05
     surface_distance_m: Annotated[
-        Length, key("Travel from the start pose to where the surface is expected.")
+        Length, key("Travel from the start pose to the expected surface.")
     ]
     surface_uncertainty_m: Annotated[
-        Length, key("How wrong `surface_distance` may be, either way.")
+        Length, key("Largest error of `surface_distance`, of either sign.")
     ] = 1e-3
     search_distance_m: Annotated[
         Length,
         key(
-            "Travel beyond the nearest possible surface after which the search ends; default: 1.5 "
-            "times the width of the uncertain band, and twice the travel from the surface to "
-            "`touch_force`.",
+            "Length of the search beyond the nearest possible surface; default: from the "
+            "two keys above."
         ),
     ] = DERIVED
     touch_force_n: Annotated[
         Force,
         key(
-            "Force that counts as contact; default: 1 % of `top_force`, at least 1 N, two force "
-            "resolutions, six times the force noise, quantisation included, and 1.5 times what the "
-            "tool takes to be accelerated.",
+            "Force that counts as contact; default: from `top_force`, noise and resolution,"
+            " at least 1 N."
         ),
     ] = DERIVED
-    touches: Annotated[
-        int, number(1, 100), key("How often the surface is touched before loading.")
-    ] = 3
+    touches: Annotated[int, number(1, 100), key("Number of touches before loading.")] = 3
     retract_m: Annotated[
         Length,
-        key(
-            "Distance to move away from the contact; default: 0.5 mm, or twice the elastic travel "
-            "at `top_force` where that is more.",
-        ),
+        key("Travel away from the contact; default: 0.5 mm, or twice the elastic travel."),
     ] = DERIVED
-    tare_s: Annotated[Duration, key("Time over which the force zero is taken.")] = 10.0
+    tare_s: Annotated[Duration, key("Time over which the force zero is measured.")] = 10.0
     warm_up_s: Annotated[DurationOrZero, key("Wait before the first tare.")] = 2.0
     max_drift_n: Annotated[
         Force,
-        key(
-            "Shift of the force zero within a cycle that ends the run, and over the run that flags "
-            "it; default: 1 % of `top_force`, at least 1 N, three force resolutions and what the "
-            "stated drift of the sensor may come to in a cycle.",
-        ),
+        key("Zero shift within a cycle that ends the run; default: at least 1 % of `top_force`."),
     ] = DERIVED
     settle_timeout_s: Annotated[Duration, key("Longest wait for a level to settle.")] = 10.0
     max_lateral_share: Annotated[
         float,
         Quantity("%", 0.01, 0.5),
-        key(
-            "Largest force across the pressing axis, as a share of the force along it, at which a "
-            "run goes on (rule R12). A payload that is dragged sideways yields earlier."
-        ),
+        key("Largest lateral force, share of the axial force (rule R12)."),
     ] = 0.3
     max_eccentricity_m: Annotated[
         Length,
-        key(
-            "How far beside the force sensor's pressing axis the plate may be touched (rule R14); "
-            "known where `rig.force.lever` is stated and the sensor has torques."
-        ),
+        key("Largest distance of the contact from the sensor axis (R14); needs `rig.force.lever`."),
     ] = 0.01
     alignment: Annotated[
         Alignment | None,
-        key(
-            "Three touches on a circle before loading tell how the plate is tilted; `{}` takes all "
-            "defaults. The tool, not the plate, must carry what is round; none: not asked."
-        ),
+        key("Measures the plate tilt by three touches on a circle; `{}`: all defaults; none: off."),
     ] = None
     nulling: Annotated[
         Nulling | None,
-        key(
-            "Takes lateral force off before a level is held; `{}` takes all defaults. For "
-            "lowering that force only, it biases the result of a tool that is not aligned; none: "
-            "not done."
-        ),
+        key("Removes lateral force before each hold; `{}`: all defaults; none: off."),
     ] = None
 
 
@@ -191,20 +149,20 @@ class IdentifyPlan:
     kind: Annotated[
         str,
         Choice(("payload", "system")),
-        key("Identify the payload (K, n), or the system stiffness of the rig."),
+        key("What is identified: the payload (K, n) or the system stiffness."),
     ] = "payload"
     secant_force_n: Annotated[
         Force,
-        key("Force at which the secant is reported; default: 300 N or `top_force`."),
+        key("Force of the secant; default: 300 N or `top_force`."),
     ] = DERIVED
     branch: Annotated[
         str,
         Choice(BRANCHES),
-        key("Branch whose chord is the result; reloading: the second loading, after the first."),
+        key("Branch whose chord is the result; reloading: the second loading."),
     ] = "loading"
     laws: Annotated[
         tuple[Annotated[str, Choice(tuple(LAW_NAMES))], ...],
-        key("Laws that the figures may rest on: an assumption; left out, all that can be tried."),
+        key("Contact laws that may be fitted; default: all that apply."),
     ] = ()
     resolution_multiple_p: Annotated[
         float,
@@ -214,16 +172,16 @@ class IdentifyPlan:
     compensation_quality_s: Annotated[
         float,
         number(1.0, 1000.0),
-        key("Quality of the compensation of K_s: known to 1/s (30).", alias="s"),
+        key("Quality of the compensation: K_s is known to 1/s (30).", alias="s"),
     ] = 20.0
     accuracy_t: Annotated[
         float,
         number(1.0, 1000.0),
-        key("Accuracy asked for: deformation to 1/t (31).", alias="t"),
+        key("Accuracy wanted: deformation to 1/t (31).", alias="t"),
     ] = 5.0
-    accept_unidentifiable: Annotated[
-        Remark, key("A reason, in words, to run a payload that is beyond K_max.")
-    ] = ""
+    accept_unidentifiable: Annotated[Remark, key("Reason to run a payload stiffer than K_max.")] = (
+        ""
+    )
     temperature_c: Annotated[
         Temperature | None,
         key("Temperature of the run; compared with the calibration record."),
@@ -231,7 +189,7 @@ class IdentifyPlan:
     temperature_uncertainty_k: Annotated[
         float,
         Quantity("K", 0.0, 20.0),
-        key("Standard uncertainty of the temperature, its drift during the run included."),
+        key("Standard uncertainty of the temperature, drift during the run included."),
     ] = 0.0
 
 
@@ -240,13 +198,13 @@ class RecordPlan:
     """Where the record goes and what it says."""
 
     directory: Annotated[FilePath, key("Directory of the runs, no `..` in it.")] = Path("runs")
-    notes: Annotated[Note, key("Anything worth keeping with the record.")] = ""
+    notes: Annotated[Note, key("Notes to keep with the record.")] = ""
     operator: Annotated[Remark, key("Who runs it.")] = ""
-    specimen: Annotated[Remark, key("Which piece is pressed: its number or name.")] = ""
-    batch: Annotated[Remark, key("Which batch the specimen is of.")] = ""
+    specimen: Annotated[Remark, key("Number or name of the piece.")] = ""
+    batch: Annotated[Remark, key("Batch of the specimen.")] = ""
     tags: Annotated[
         tuple[Tag, ...],
-        key("Free words to find the run by, such as `surface=polished`; `--tag` adds more."),
+        key("Words to find the run by, such as `surface=polished`; `--tag` adds more."),
     ] = ()
 
 
@@ -269,11 +227,11 @@ class Plan:
     """
 
     stepload: Annotated[Version, key("Version of the plan format.")]
-    name: Annotated[Name, key("Name of the experiment; default: the file's.")] = DERIVED
+    name: Annotated[Name, key("Name of the experiment; default: the file's name.")] = DERIVED
     path: Annotated[Path, INTERNAL] = Path()
     payload: Annotated[Payload, key("What is pressed: a mapping or a path.")]
-    rig: Annotated[Rig, key("With what: a mapping, a path, or a profile's name.")]
-    procedure: Annotated[Procedure, key("How: a mapping or a path.")]
+    rig: Annotated[Rig, key("The rig: a mapping, a path or a profile's name.")]
+    procedure: Annotated[Procedure, key("The load steps: a mapping or a path.")]
     identify: Annotated[IdentifyPlan, key("How the data become a result.")] = Field(
         default_factory=IdentifyPlan
     )

@@ -1,7 +1,5 @@
 """The declaration of a payload: what is pressed, against which plate."""
 
-from __future__ import annotations
-
 from math import radians
 from typing import Annotated, Literal
 
@@ -17,47 +15,41 @@ from stepload.contact.materials import (
     SharpCone,
     Sphere,
 )
-from stepload.plan.quantities import (
+from stepload.declaration.quantities import (
     Expansion,
     Length,
     LengthOrZero,
-    Modulus,
     Name,
-    PoissonRatio,
     Quantity,
+    number,
+    refused,
+)
+from stepload.declaration.sections import INTERNAL, SECTION, Made, key, put
+from stepload.declaration.uncertain import (
+    Modulus,
+    PoissonRatio,
     Stated,
     UncertainForce,
     UncertainLength,
     UncertainLengthOrZero,
     UncertainPressure,
-    number,
-    refused,
     stated,
 )
-from stepload.plan.sections import INTERNAL, SECTION, Made, key, put
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
 class MaterialSection:
     """An isotropic linear elastic body."""
 
-    name: Annotated[Name, key("What it is; shown in reports.")]
+    name: Annotated[Name, key("Name in reports.")]
     youngs_modulus_pa: Annotated[
         Modulus,
-        key(
-            "Young's modulus E (4). A range where the material is not known: all "
-            "bounds hold for both ends."
-        ),
+        key("Young's modulus E (4)."),
     ]
-    poisson_ratio: Annotated[
-        PoissonRatio, key("Poisson's ratio ν (4); 0 to 0.5 where nothing is known.")
-    ]
+    poisson_ratio: Annotated[PoissonRatio, key("Poisson's ratio ν (4).")]
     yield_strength_pa: Annotated[
         UncertainPressure | None,
-        key(
-            "Yield strength Y, where it is known; needed for the elastic limit (13). "
-            "Not beside a range."
-        ),
+        key("Yield strength Y, for the elastic limit (13); not with a range."),
     ] = None
 
     def made(self) -> Material:
@@ -118,7 +110,7 @@ class SharpConeSection:
     slope_rad: Annotated[
         float,
         Quantity("rad", radians(0.1), radians(89.0)),
-        key("Angle between the flank and the plate."),
+        key("Angle between flank and plate."),
     ]
 
     def made(self) -> SharpCone:
@@ -168,20 +160,17 @@ Shape = Annotated[
 class Payload:
     """What is pressed. Inline, or the path of a file that holds these keys."""
 
-    name: Annotated[Name, key("What it is called in reports.")]
+    name: Annotated[Name, key("Name in reports.")]
     geometry: Annotated[
         Geometry,
         Made(Shape),
-        key("Shape of the payload where it touches the plate."),
+        key("Shape of the payload at the contact."),
     ]
     material: Annotated[Material, Made(MaterialSection), key("Material of the payload.")]
     plate: Annotated[Material, Made(MaterialSection), key("Material of the plate.")]
     roughness_m: Annotated[
         UncertainLengthOrZero | None,
-        key(
-            "Equivalent rms roughness σ_eq = √(σ1² + σ2²) (8). 0 m: smooth. None: not known, "
-            "which costs width where a result needs the zero."
-        ),
+        key("Equivalent rms roughness σ_eq = √(σ1² + σ2²) (8); 0 m: smooth; none: not known."),
     ] = None
     micro_hardness_pa: Annotated[
         UncertainPressure | None,
@@ -190,15 +179,14 @@ class Payload:
     declared_force_limit_n: Annotated[
         UncertainForce | None,
         key(
-            "Force that must not be exceeded, declared by a person who answers for it: taken as it "
-            "stands unless ± is written. Required where theory gives no elastic limit; elsewhere "
-            "the lower of the two counts.",
+            "Declared limit of the force; required where theory has no F_c; else the lower "
+            "one counts.",
             alias="force_limit",
         ),
     ] = None
     height_m: Annotated[
         LengthOrZero,
-        key("Height of the payload between tool and plate, which grows when heated."),
+        key("Height of the payload between tool and plate, for thermal expansion."),
     ] = 0.0
     thermal_expansion_per_k: Annotated[
         Expansion, key("Coefficient of thermal expansion of the payload.")
@@ -206,30 +194,23 @@ class Payload:
     modulus_change_per_k: Annotated[
         float,
         Quantity("1/K", 0.0, 0.1),
-        key("Relative change of its modulus, either way."),
+        key("Relative change of its modulus per kelvin, of either sign."),
     ] = 0.0
     limit_coverage: Annotated[
         float,
         number(1.0, 5.0),
-        key(
-            "How many standard uncertainties of ln F_c the limit lies below F_c: 2 leaves 2.3 % "
-            "that the payload yields below it, 3 leaves 0.13 %."
-        ),
+        key("k: how many standard uncertainties of ln F_c the limit lies below F_c."),
     ] = 2.0
     friction: Annotated[
         Annotated[float, number(0.0, 2.0)] | None,
-        key(
-            "Highest static friction µ that is possible between payload and plate, as they lie in "
-            "the rig, dry or greased: no unit. With it a serial arm is allowed only what friction "
-            "leaves of F_c, also while it draws back; it never allows more. None: not known."
-        ),
+        key("Highest possible static friction µ of payload and plate; none: not known."),
     ] = None
     roughness_sigma_m: Annotated[float | None, INTERNAL] = None
     micro_hardness_sigma_pa: Annotated[float | None, INTERNAL] = None
     declared_force_limit_sigma_n: Annotated[float | None, INTERNAL] = None
 
     @model_validator(mode="after")
-    def _spread(self) -> Payload:
+    def _spread(self) -> "Payload":
         """Put the uncertainty that is written behind a value into its own field."""
         for name in ("roughness_m", "micro_hardness_pa", "declared_force_limit_n"):
             if isinstance(value := getattr(self, name), Stated):

@@ -2,29 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
-from difflib import get_close_matches
 
-from stepload.errors import BadInputError
+from stepload.errors import BadInputError, printable
 
 MAX_PROBLEMS = 50
 """Problems shown; the rest are counted."""
 
 _WIDTH = 72
 """Characters of a line of the file; with its number, a screen is 80 columns wide."""
-
-
-def printable(text: str, limit: int = 60) -> str:
-    """`text` cut to `limit` characters, with everything that could steer a terminal escaped."""
-    cut = text if len(text) <= limit else text[: limit - 3] + "..."
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in cut)
-
-
-def guess(name: str, known: Iterable[str]) -> str:
-    """A question whether the nearest known name is meant, for a hint; "" where none is near."""
-    near = get_close_matches(name[:60], list(known), n=1)
-    return f"did you mean {near[0]!r}? " if near else ""
 
 
 @dataclass(frozen=True, slots=True)

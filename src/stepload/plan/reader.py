@@ -9,10 +9,8 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from stepload.errors import BadInputError
-from stepload.plan.problems import PlanError, Problem, guess, printable
-from stepload.plan.quantities import REFUSED, WRITTEN, shown
-from stepload.plan.sections import (
+from stepload.declaration.quantities import REFUSED, WRITTEN, Relative, shown
+from stepload.declaration.sections import (
     UNKNOWN,
     Key,
     Kind,
@@ -22,7 +20,9 @@ from stepload.plan.sections import (
     keys,
     schema_of,
 )
-from stepload.plan.sections import expected as words_for
+from stepload.declaration.sections import expected as words_for
+from stepload.errors import BadInputError, guess, printable
+from stepload.plan.problems import PlanError, Problem
 from stepload.plan.source import Source
 from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar, Sequence, parse_tree
 
@@ -111,6 +111,8 @@ def _partial(kind: Any, data: Any) -> Any:
             value = _known(key, written[key.name])
         elif isinstance(data, dict) and not info.is_required():
             value = info.default_factory() if info.default_factory else info.default  # type: ignore[call-arg]
+        if isinstance(value, Relative):  # a share of a value that may be bad
+            value = UNKNOWN
         object.__setattr__(made, name, value)
     return made
 
@@ -146,7 +148,10 @@ def checked(hint: Any, text: str) -> Any:
 
 def expected(key: Key) -> str:
     """What a key means and what may be written there."""
-    return f"{key.meaning} Expected {key.expected}" if key.expected else key.meaning
+    if not key.expected:
+        return key.meaning
+    then = " Expected" if key.meaning.endswith(".") else "; expected"
+    return f"{key.meaning}{then} {key.expected}"
 
 
 def _problem(kind: Kind, root: Node, at: Place, error: ErrorDetails) -> Problem | None:
@@ -160,6 +165,8 @@ def _problem(kind: Kind, root: Node, at: Place, error: ErrorDetails) -> Problem 
         return place.problem(f"missing key {name!r}", expected(key) if key else "")
     if told == "unexpected_keyword_argument":
         return unknown_key(place, name, [each.name for each in keys(section)])
+    if isinstance(node, Mapping) and isinstance(node.entries.get(SHAPE), Broken):
+        return None
     if key and key.shaped and told in (*_OF_UNIONS, *_NOT_A_MAPPING):
         return _of_shape(node, place, tuple(map(_shape, key.sections)))
     if told in _NOT_A_MAPPING:
@@ -173,7 +180,7 @@ def _problem(kind: Kind, root: Node, at: Place, error: ErrorDetails) -> Problem 
         hint = expected(key) if key else ""
         return node.place.problem(f"{_shown(node)} where a list belongs", hint)
     item = isinstance(loc[-1], int)
-    if isinstance(node, Sequence) and key is not None:
+    if isinstance(node, Sequence) and key is not None and not key.expected.startswith("a list"):
         return node.place.problem("a list where one value belongs", expected(key))
     may = (key.each_expected if item else key.expected) if key else ""
     message, hint = _words(error, may)

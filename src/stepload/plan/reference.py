@@ -1,4 +1,4 @@
-"""Writes the tables of docs/plan.md from the section classes: `python -m stepload.plan.reference`.
+"""Writes the tables of keys in docs: `python -m stepload.plan.reference`.
 
 A table stands between `<!-- keys: NAME -->` and `<!-- end -->`; everything else in the file is
 written by hand and left alone.
@@ -8,33 +8,32 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from stepload.plan.calibration import CalibrationRecord
+from stepload.declaration.sections import LIST, Key, Kind, keys, sections_below
 from stepload.plan.model import Plan
 from stepload.plan.reader import SHAPE
-from stepload.plan.references import about, data_sheets, profiles, read_data_sheet, read_profile
-from stepload.plan.sections import Key, Kind, keys, sections_below
-from stepload.plan.source import Source
+from stepload.plan.references import profiles, read_profile, title
 
+PAGES = ("docs/plan.md", "docs/simulation.md")
 _BLOCK = re.compile(r"(<!-- keys: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
 def table(kind: Kind) -> str:
     """Markdown table of the keys of a section."""
-    rows = ["| key | value | default | meaning |", "|---|---|---|---|"]
+    rows = ["| key | value | meaning |", "|---|---|---|"]
     for key in keys(kind):
         if key.name == SHAPE and not key.sections:
             continue
-        cells = (f"`{key.name}`", _value(key), _default(key), key.meaning)
+        name = f"**`{key.name}`**" if key.required else f"`{key.name}`"
+        cells = (name, _value(key), key.meaning)
         rows.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
     return "\n".join(rows)
 
 
-def _shipped_table(names: Sequence[str], read: Callable[[str], Source]) -> str:
-    """Markdown table of what comes with stepload, with its first sentences."""
-    rows = [f"| `{name}` | {about(read(name))} |" for name in names]
+def _profile_table() -> str:
+    """Markdown table of the rig profiles, with their titles."""
+    rows = [f"| `{name}` | {title(read_profile(name))} |" for name in profiles()]
     return "\n".join(["| profile | what it is |", "|---|---|", *rows])
 
 
@@ -44,40 +43,41 @@ def with_tables(text: str) -> str:
     Raises:
         KeyError: a table of a section that does not exist.
     """
-    kinds = {kind.__name__: kind for kind in (*sections_below(Plan), CalibrationRecord)}
+    kinds = {kind.__name__: kind for kind in sections_below(Plan)}
 
     def fill(match: re.Match[str]) -> str:
         name = match[2]
-        if name == "profiles":
-            made = _shipped_table(profiles(), read_profile)
-        elif name == "data_sheets":
-            made = _shipped_table(data_sheets(), read_data_sheet)
-        else:
-            made = table(kinds[name])
+        made = _profile_table() if name == "profiles" else table(kinds[name])
         return f"{match[1]}{made}\n{match[3]}"
 
     return _BLOCK.sub(fill, text)
 
 
 def _value(key: Key) -> str:
-    if key.shaped:
-        return "a mapping with one of the shapes below"
-    return key.expected or "a mapping"
-
-
-def _default(key: Key) -> str:
-    if key.required:
-        return "**required**"
+    """The default as a plan would write it, or else the kind of value; of a choice, both."""
     default = key.default_text
     if isinstance(default, bool):
-        return f"`{str(default).lower()}`"
-    return "" if default in (None, "") else f"`{default}`"
+        default = str(default).lower()
+    written = key.expected
+    if written.startswith("one of "):
+        choices = written.removeprefix("one of ").split(", ")
+        return ", ".join(f"`{each}`" if each == default else each for each in choices if each)
+    return f"`{default}`" if default not in (None, "") else _kind(written) or "mapping"
+
+
+def _kind(written: str) -> str:
+    """The noun of what may be written: "a force from 0 N to 1 MN" is a force."""
+    if written.startswith(LIST):
+        return f"list: {_kind(written.removeprefix(LIST).removeprefix('one of '))}"
+    noun = re.split(r" from | above | of at most | of one line|, ", written)[0]
+    more = " ±" * ("±" in written) + " or range" * ("or a range" in written)
+    return f"{re.sub('^an? ', '', noun)}{more}"
 
 
 def main() -> None:
-    """Rewrite the tables of the file named on the command line (docs/plan.md)."""
-    path = Path(sys.argv[1] if len(sys.argv) > 1 else "docs/plan.md")
-    path.write_text(with_tables(path.read_text(encoding="utf-8")), encoding="utf-8")
+    """Rewrite the tables of the files named on the command line; of both pages without any."""
+    for path in map(Path, sys.argv[1:] or PAGES):
+        path.write_text(with_tables(path.read_text(encoding="utf-8")), encoding="utf-8")
 
 
 if __name__ == "__main__":

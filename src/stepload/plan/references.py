@@ -7,9 +7,10 @@ from pathlib import Path
 
 from pydantic_core import PydanticCustomError
 
+from stepload.declaration.quantities import path_of
+from stepload.errors import guess, printable
 from stepload.plan.compose import composed, problems_of, with_data_sheets
-from stepload.plan.problems import PlanError, Problem, guess, printable
-from stepload.plan.quantities import path_of
+from stepload.plan.problems import PlanError, Problem
 from stepload.plan.shelf import PROFILES, SENSORS, Disk, Shelf, shipped_names
 from stepload.plan.source import Source
 from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar, parse_tree

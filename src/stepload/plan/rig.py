@@ -1,7 +1,5 @@
 """The declaration of a rig: arm, sensors, system stiffness and the simulated rig."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from enum import StrEnum
 from typing import Annotated
@@ -9,7 +7,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from stepload.plan.quantities import (
+from stepload.declaration.quantities import (
     Axis,
     Calendar,
     Choice,
@@ -41,7 +39,7 @@ from stepload.plan.quantities import (
     number,
     refused,
 )
-from stepload.plan.sections import DERIVED, INTERNAL, SECTION, key, put
+from stepload.declaration.sections import DERIVED, INTERNAL, SECTION, key, put
 from stepload.plan.simulation import Simulation
 from stepload.rig.samples import SixFloats
 
@@ -49,17 +47,8 @@ _Age = Annotated[float, Quantity("s", 0.002, 2.0)]
 _Drift = Annotated[float, Quantity("N/s", 0.0, 100.0)]
 _Misalignment = Annotated[float, Quantity("rad", 0.0, 0.175)]
 _StuckRatio = Annotated[float, number(1.0, 100.0)]
-_AXIS = (
-    "Wrench component, with the sign that is positive when pressing. A push by hand on the tool, "
-    "as the plate will push, tells it."
-)
 _LoopDelay = Annotated[float, Quantity("s", 1e-5, 10.0)]
 """No loop is quicker than one sample of the fastest arm."""
-_CROOKED = (
-    "Largest departure of the reading from a straight line, as a share of the largest force "
-    "pressed; a data sheet states it of the full scale; default: 1.5 % is assumed."
-)
-_OLDER = "Older data stop the run (rule R3); default: 12 ms, or four samples if longer."
 
 
 class Provenance(StrEnum):
@@ -106,7 +95,7 @@ class DeviceSpec:
     driver: Annotated[Name, key("Name of an installed driver; `stepload drivers` lists them.")]
     options: Annotated[
         Mapping[str, object],
-        key("Options of the driver, checked against what the driver declares."),
+        key("Options of the driver, on its page."),
     ] = Field(default_factory=dict)
 
 
@@ -118,20 +107,20 @@ class ArmSpec(DeviceSpec):
     max_speed_m_s: Annotated[
         float,
         Quantity("m/s", 0.0, 2.0, above=True),
-        key("Speed never to be exceeded."),
+        key("Speed limit."),
     ]
     max_acceleration_m_s2: Annotated[
         float,
         Quantity("m/s^2", 0.0, 100.0, above=True),
         key("Deceleration that the arm reaches when it stops."),
     ]
-    max_push_n: Annotated[Force, key("Largest force the arm can exert along the axis.")]
+    max_push_n: Annotated[Force, key("Largest force of the arm along the axis.")]
     effective_mass_kg: Annotated[
         float,
         Quantity("kg", 0.0, 1e4, above=True),
-        key("Moving mass felt at the contact."),
+        key("Moving mass at the contact."),
     ]
-    command_delay_s: Annotated[Delay, key("From a command to the start of motion.")]
+    command_delay_s: Annotated[Delay, key("Time from a command to the start of motion.")]
     lag_s: Annotated[Delay, key("First-order lag of the servo.")]
     lost_motion_m: Annotated[LengthOrZero, key("Backlash and stiction, as travel.")] = 0.0
     position_resolution_m: Annotated[Length, key("Resolution δ_Δ of the measured travel (29).")]
@@ -140,33 +129,27 @@ class ArmSpec(DeviceSpec):
     ] = 0.0
     model_tolerance_m: Annotated[
         Length,
-        key(
-            "How far the arm may be from where its commands put it (rule R7), and before the first"
-            " command from where its controller holds it (`held`)."
-        ),
+        key("Largest difference between measured and commanded position (rule R7)."),
     ] = 5e-5
-    max_age_s: Annotated[_Age | None, key(_OLDER)] = None
+    max_age_s: Annotated[
+        _Age | None,
+        key("Age of data that stops the run (rule R3); default: 12 ms, or four samples if longer."),
+    ] = None
     pose: Annotated[Remark, key("Name of the pose; compared with the calibration record.")] = ""
     lateral_stiffness_n_per_m: Annotated[
         Stiffness | None,
         key(
-            "Largest stiffness across the approach that is believed possible, for touches on a "
-            "circle and for nulling; none: three times the largest along it."
+            "Largest lateral stiffness, for alignment and nulling; none: three times the "
+            "largest axial one."
         ),
     ] = None
     structure: Annotated[
         Structure,
-        key(
-            "arm: a serial arm, which gives way sideways when it is pressed; machine: a guided "
-            "axis. Of an arm friction at the contact changes the system stiffness."
-        ),
+        key("arm: a serial arm, which also gives way sideways; machine: a guided axis."),
     ] = Structure.ARM
     kinematics: Annotated[
         PathText | None,
-        key(
-            "How its joints follow each other, for `stepload pose`: an arm that comes with "
-            "stepload, or a file of its DH parameters; none: a machine of one axis."
-        ),
+        key("Arm or file of DH parameters for `stepload pose`; none: one axis."),
     ] = None
 
 
@@ -176,58 +159,55 @@ class ForceSpec(DeviceSpec):
 
     profile: Annotated[
         Name | None,
-        key(
-            "Data sheet of the sensor, `stepload profiles` lists them: driver and figures, to "
-            "which `axis` and the address in `options` are added."
-        ),
+        key("Data sheet of the sensor; `stepload profiles` lists them."),
     ] = None
     rate_hz: Annotated[Rate, key("Samples per second.")]
-    axis: Annotated[Axis, key(_AXIS)]
+    axis: Annotated[
+        Axis,
+        key(
+            "Force component along the press, positive when pressing; a push by hand on the tool "
+            "shows it."
+        ),
+    ]
     range_n: Annotated[Force, key("Rated force.")]
     resolution_n: Annotated[Force, key("Smallest step of the reading.")]
     noise_n: Annotated[Force, key("Standard deviation of the reading at rest.")]
-    delay_s: Annotated[Delay, key("From force to sample on the host.")]
+    delay_s: Annotated[Delay, key("Time from force to sample on the host.")]
     gain_uncertainty: Annotated[Share, key("Relative standard uncertainty of the gain.")] = 0.01
-    nonlinearity: Annotated[Share | None, key(_CROOKED)] = None
+    nonlinearity: Annotated[
+        Share | None,
+        key("Largest deviation from a straight line, share of the largest force; default: 1.5 %."),
+    ] = None
     drift_n_per_s: Annotated[
         _Drift,
-        key(
-            "Largest rate at which the zero moves; `stepload doctor` measures an upper bound. With "
-            "one force channel this times the longest time under load, and up to the touch force "
-            "for the approach, is taken off the force that is allowed, where it is more than "
-            "`max_drift`."
-        ),
+        key("Largest drift rate of the zero; `stepload doctor` measures an upper bound."),
     ] = 0.0
-    max_age_s: Annotated[_Age | None, key(_OLDER)] = None
+    max_age_s: Annotated[
+        _Age | None,
+        key("Age of data that stops the run (rule R3); default: 12 ms, or four samples if longer."),
+    ] = None
     components: Annotated[
         str,
         Choice(("six", "one")),
-        key(
-            "six: three forces and three torques; one: a load cell. On a serial arm a load cell "
-            "does not see a payload being dragged sideways, which then counts in F_allowed."
-        ),
+        key("six: three forces and three torques; one: a load cell."),
     ] = "six"
     rated_force_n: Annotated[
         tuple[Force, ...],
-        key("Rated force of each axis of the sensor, three: fx, fy, fz; none: not watched."),
+        key("Rated forces fx, fy, fz of the sensor; none: not checked."),
     ] = ()
     rated_torque_n_m: Annotated[
         tuple[Torque, ...],
-        key("Rated torque about each axis of the sensor, three: tx, ty, tz; none: not watched."),
+        key("Rated torques tx, ty, tz of the sensor; none: not checked."),
     ] = ()
     lever_m: Annotated[
         Length | None,
         key(
-            "From the sensor's origin to the contact, along the pressing axis. With it the torques "
-            "tell where the plate is touched."
+            "Distance from the sensor's origin to the contact; with torques it locates the contact."
         ),
     ] = None
     misalignment_rad: Annotated[
         _Misalignment | None,
-        key(
-            "Largest angle between the sensor's pressing axis and the direction of the press; "
-            "none: 2 deg for an arm, 0 for a machine."
-        ),
+        key("Largest angle between sensor axis and press; none: 2 deg (arm), 0 (machine)."),
     ] = None
 
 
@@ -240,10 +220,7 @@ class DisplacementSpec(DeviceSpec):
     noise_m: Annotated[LengthOrZero, key("Standard deviation of the reading at rest.")] = 0.0
     offset_m: Annotated[
         LengthOrZero | None,
-        key(
-            "How far beside the contact it measures; an arm turns when it is pressed, and a gauge "
-            "off the axis reads that too. None: 20 mm for an arm; a machine does not turn."
-        ),
+        key("Lateral distance of the gauge from the contact; none: 20 mm (arm), 0 (machine)."),
     ] = None
 
 
@@ -260,26 +237,20 @@ class SecondForce:
     ] = SecondForceSource.NONE
     tolerance_n: Annotated[
         ForceOrZero,
-        key(
-            "Allowed difference, absolute part; more where the second zero and what the stated "
-            "drift may come to in a cycle are more."
-        ),
+        key("Allowed difference, absolute part; raised where drift and second zero need more."),
     ] = 0.0
     tolerance_relative: Annotated[Share, key("Allowed difference, share of the force.")] = 0.0
-    time_s: Annotated[Duration, key("How long the difference may last.")] = 0.02
+    time_s: Annotated[Duration, key("Longest time that the difference may last.")] = 0.02
     noise_n: Annotated[
         ForceOrZero,
-        key(
-            "Standard deviation of the second channel at rest. What it hides of a difference is "
-            "taken off F_allowed; where the tare finds half as much again, that counts."
-        ),
+        key("Standard deviation of the second channel at rest; taken off F_allowed."),
     ] = 0.0
-    sensor: Annotated[ForceSpec | None, key("The second sensor, for source sensor.")] = None
+    sensor: Annotated[ForceSpec | None, key("The second sensor, for `source: sensor`.")] = None
     zero_error_n: Annotated[
         ForceOrZero | None,
         key(
-            "How far the zero of a sound second channel may be off while the payload is pressed. "
-            "Taken off F_allowed. None: half of `tolerance`, as much as a look at its zero accepts."
+            "Largest zero error of the second channel, taken off F_allowed; none: half of "
+            "`tolerance`."
         ),
     ] = None
 
@@ -303,32 +274,23 @@ class SystemStiffness:
     damping_n_s_per_m: Annotated[Damping, key("Damping C_s, a lower bound.")] = 0.0
     provenance: Annotated[
         Provenance,
-        key("Where `value` comes from; indicative: a figure for this class of machine."),
+        key("Origin of `value`; indicative: typical of this class of machine."),
     ] = Provenance.DECLARED
     smooth_error_m: Annotated[
         LengthOrZero | None,
-        key(
-            "Smooth position error that leaves this misfit, with the part that the line absorbs; "
-            "none: `msde` stands in."
-        ),
+        key("Smooth position error behind this misfit; none: `msde` is used."),
     ] = None
     smooth_degrees: Annotated[
         Degrees | None,
-        key("Degrees of freedom `smooth_error` was estimated with; none: it is taken as known."),
+        key("Degrees of freedom of `smooth_error`; none: it is exact."),
     ] = None
     smooth_length_n: Annotated[
         Force | None,
-        key(
-            "Force over which that error stays correlated; none: every length from a twelfth to "
-            "two thirds of the peak force is carried through, and the worst counts."
-        ),
+        key("Correlation length of that error in force; none: the worst of many lengths counts."),
     ] = None
     deflection_force_n: Annotated[
         tuple[Force, ...],
-        key(
-            "Forces of a table of the system's deflection δ_s(F), rising. Subtracted in place of "
-            "F/K_s."
-        ),
+        key("Forces of a table of the deflection δ_s(F), rising; replaces F/K_s."),
     ] = ()
     deflection_m: Annotated[
         tuple[Length, ...],
@@ -336,63 +298,48 @@ class SystemStiffness:
     ] = ()
     deflection_sigma_m: Annotated[
         tuple[LengthOrZero, ...],
-        key("Standard uncertainty of each; neighbours err alike, as far apart as `smooth_length`."),
+        key("Standard uncertainty of each deflection, correlated over `smooth_length`."),
     ] = ()
     deflection_common: Annotated[
         Share,
-        key("Relative standard uncertainty that all rows of the table have in common."),
+        key("Relative standard uncertainty common to all rows of the table."),
     ] = 0.0
     across_m_per_n: Annotated[
         tuple[Compliance, ...],
-        key(
-            "Travel along the axis per newton across it, for the sensor's two other axes in the "
-            "order x, y, z: two numbers; the travel is corrected by them."
-        ),
+        key("Axial travel per newton of lateral force, for the two other sensor axes."),
     ] = ()
     across_sigma_m_per_n: Annotated[
         tuple[ComplianceError, ...], key("Standard uncertainty of each of the two.")
     ] = ()
-    across_correlation: Annotated[Correlation, key("How the errors of the two correlate.")] = 0.0
+    across_correlation: Annotated[Correlation, key("Correlation of their errors.")] = 0.0
     at_share: Annotated[
         tuple[ShareAcross, ...],
-        key(
-            "Force across over force along the axis (positive when pressing) at which `value` and "
-            "the table were measured, for the same two axes, with sign: two numbers."
-        ),
+        key("Lateral over axial force during the measurement of `value`, for the same two axes."),
     ] = ()
     share_reach: Annotated[
         Share,
-        key("How far from `at_share` the shares went from which `across` was measured."),
+        key("Largest distance from `at_share` of the shares behind `across`."),
     ] = 0.0
     stuck_ratio: Annotated[
         _StuckRatio | None,
-        key(
-            "Largest stiffness while friction holds the tip sideways, over `value`: what bounds "
-            "force counts with it; none: 1 for a machine, 3.8 for an arm."
-        ),
+        key("Largest stiffness with a stuck contact over `value`; none: 3.8 (arm), 1 (machine)."),
     ] = None
     measured_on: Annotated[Calendar | None, key("Day of the measurement.")] = None
     valid_until: Annotated[Calendar | None, key("Last day on which it may be used.")] = None
-    pose: Annotated[Remark, key("Pose it was measured in; empty: any.")] = ""
+    pose: Annotated[Remark, key("Pose of the measurement; empty: any.")] = ""
     direction: Annotated[
         str,
         Choice(("", "+fx", "-fx", "+fy", "-fy", "+fz", "-fz")),
-        key("Force axis it was measured along; empty: any."),
+        key("Force axis of the measurement; empty: any."),
     ] = ""
-    temperature_c: Annotated[Temperature | None, key("Temperature it was measured at.")] = None
+    temperature_c: Annotated[Temperature | None, key("Temperature of the measurement.")] = None
     record: Annotated[
         FilePath | None,
-        key(
-            "Calibration record written by `stepload calibrate`; its values replace the ones "
-            "above, which then only stand in while it is missing."
-        ),
+        key("Record of `stepload calibrate`; its values replace those above."),
     ] = None
     policy: Annotated[
         RecordPolicy,
-        key(
-            "What to do when the record is missing, expired, or for another rig, pose, direction "
-            "or temperature."
-        ),
+        key("Reaction to a record that is missing, expired or for other conditions."),
     ] = RecordPolicy.WARN
     simulated: Annotated[bool, INTERNAL] = False
     joints_rad: Annotated[tuple[float, ...], INTERNAL] = ()
@@ -400,7 +347,7 @@ class SystemStiffness:
     validity_problem: Annotated[str, INTERNAL] = ""
 
     @model_validator(mode="after")
-    def _of_the_value(self) -> SystemStiffness:
+    def _of_the_value(self) -> "SystemStiffness":
         """Make of a σ that is written as a share one in the unit of the value."""
         if isinstance(self.sigma_n_per_m, Relative):
             if self.stiffness_n_per_m is DERIVED:
@@ -414,10 +361,8 @@ class SystemStiffness:
 class Rig:
     """The rig. A profile's name, a path, or a mapping; `profile` with overrides is a mapping."""
 
-    profile: Annotated[
-        Name | None, key("Profile that gives every key which is not written here.")
-    ] = None
-    name: Annotated[Name, key("What the rig is called in records.")]
+    profile: Annotated[Name | None, key("Profile that gives every key not written here.")] = None
+    name: Annotated[Name, key("Name of the rig in records.")]
     arm: Annotated[ArmSpec, key("The arm.")]
     force: Annotated[ForceSpec, key("The force sensor.")]
     displacement: Annotated[DisplacementSpec | None, key("A displacement gauge.")] = None
@@ -427,15 +372,12 @@ class Rig:
     system_stiffness: Annotated[SystemStiffness, key("Stiffness of the load path.")]
     loop_delay_s: Annotated[
         _LoopDelay | None,
-        key("Measured delay of the whole control loop; none: sum of its parts."),
+        key("Measured delay of the control loop; none: sum of its parts."),
     ] = None
     common_force_error: Annotated[
         float,
         Quantity("%", 0.0, 0.5),
-        key(
-            "Share by which all force channels may read too little together, for no check sees it:"
-            " one calibration weight, one lever arm, tilt, temperature. Taken off F_allowed."
-        ),
+        key("Share by which all force channels may read too low together; taken off F_allowed."),
     ] = 0.05
     mechanical_fuse_n: Annotated[
         Force | None, key("Force at which a mechanical fuse in the load path opens.")
@@ -443,30 +385,23 @@ class Rig:
     plate_tilt_rad: Annotated[
         _Misalignment | None,
         key(
-            "Largest angle by which the plate may be tilted against the press, where no"
-            " `procedure.alignment` measures it; none: 3 deg."
+            "Largest plate tilt, used where `procedure.alignment` does not measure it; none: 3 deg."
         ),
     ] = None
     load_path_m: Annotated[
         LengthOrZero,
-        key("Length between where the arm measures its travel and the plate; grows when heated."),
+        key("Length between the arm's position measurement and the plate, for thermal expansion."),
     ] = 0.0
     thermal_expansion_per_k: Annotated[
         Expansion, key("Coefficient of thermal expansion of the load path.")
     ] = 0.0
     hazards_read_by: Annotated[
         Remark,
-        key(
-            "Who has read the hazards (docs/risk-assessment.md) and answers for the rig; without"
-            " it, and its day, nothing moves outside a dry run."
-        ),
+        key("Who has read the hazards and answers for the rig; required to move real hardware."),
     ] = ""
     hazards_read_on: Annotated[Calendar | None, key("Day on which they were read.")] = None
     wiring_checked_on: Annotated[
         Calendar | None,
-        key(
-            "Day on which axis and sign of the force, and the direction of the approach, were"
-            " checked; `run` asks once per rig."
-        ),
+        key("Day on which force axis, its sign and the approach direction were checked."),
     ] = None
     simulation: Annotated[Simulation, key("The simulated rig.")] = Field(default_factory=Simulation)

@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from stepload.plan.driver_options import expected
+from stepload.declaration.sections import Kind, keys, schema_of, sections_below
 from stepload.plan.model import Plan, Rig
-from stepload.plan.quantities import Quantity
-from stepload.plan.sections import keys, schema_of, sections_below
-from stepload.rig.options import Option
 from stepload.rig.plugins import list_drivers, load_driver
-from stepload.units import format_quantity
 
 _Schema = dict[str, Any]
 SECTIONS = {
@@ -30,10 +26,7 @@ def json_schema() -> _Schema:
     schema: _Schema = _tidy(schema_of(Plan))
     definitions = schema.pop("$defs")
     for kind in sections_below(Plan):
-        properties = (schema if kind is Plan else definitions[kind.__name__])["properties"]
-        for key in keys(kind):
-            if key.default_text is not None:
-                properties[key.name]["default"] = key.default_text
+        _write_defaults(schema if kind is Plan else definitions[kind.__name__], kind)
     for kind in sections_below(Rig):
         definitions[kind.__name__].pop("required", None)
     for name in ("payload", "rig", "procedure"):
@@ -95,42 +88,18 @@ def _reference(name: str) -> _Schema:
 
 
 def _options(declared: Any, driver: str) -> _Schema:
-    return {
-        "type": "object",
-        "description": f"Options of the driver {driver}.",
-        "properties": {key: _option(option) for key, option in declared.items()},
-        "additionalProperties": False,
+    """The options of a driver, none of which is required."""
+    schema: _Schema = _tidy(schema_of(declared)) | {
+        "description": f"Options of the driver {driver}."
     }
-
-
-def _option(option: Option) -> _Schema:
-    told = f"{option.help}; {expected(option)}"
-    schema = _kind(option) | {"description": told}
-    if option.default is not None:
-        schema["default"] = _written(option)
+    schema.pop("required", None)
+    for key in keys(declared):
+        schema["properties"][key.name]["description"] += f"; {key.expected}"
+    _write_defaults(schema, declared)
     return schema
 
 
-def _kind(option: Option) -> _Schema:
-    limits = {"minimum": option.low, "maximum": option.high}
-    within = {key: value for key, value in limits.items() if value is not None}
-    match option.kind:
-        case "text":
-            return {"enum": list(option.choices)} if option.choices else {"type": "string"}
-        case "quantity":
-            quantity = Quantity(option.unit, float("-inf"), float("inf"))
-            shown = quantity.json_schema()
-            return {key: shown[key] for key in ("type", "pattern", "examples")}
-        case "vector":
-            return {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
-        case "boolean":
-            return {"type": "boolean"}
-        case _:
-            return {"type": option.kind, **within}
-
-
-def _written(option: Option) -> object:
-    """The default as a plan would write it."""
-    if option.kind == "quantity" and isinstance(option.default, float | int):
-        return format_quantity(float(option.default), option.unit)
-    return list(option.default) if isinstance(option.default, tuple) else option.default
+def _write_defaults(schema: _Schema, kind: Kind) -> None:
+    for key in keys(kind):
+        if key.default_text is not None:
+            schema["properties"][key.name]["default"] = key.default_text

@@ -11,7 +11,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
-from stepload.plan.problems import PlanError, Problem, printable
+from stepload.errors import printable
+from stepload.plan.problems import PlanError, Problem
 
 MAX_BYTES = 1 << 20
 """Largest plan file, in bytes."""

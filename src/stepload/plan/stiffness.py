@@ -8,10 +8,10 @@ from dataclasses import fields
 from datetime import date, timedelta
 from pathlib import Path
 
+from stepload.declaration.sections import UNKNOWN, UnknownError, put, written
 from stepload.plan.calibration import TEMPERATURE_BAND_K, CalibrationRecord, parse_calibration
 from stepload.plan.model import Plan, Provenance, RecordPolicy, SystemStiffness
 from stepload.plan.problems import PlanError, Problem
-from stepload.plan.sections import UNKNOWN, UnknownError, put, written
 from stepload.plan.shelf import Shelf
 from stepload.plan.source import Source
 from stepload.plan.tree import Place

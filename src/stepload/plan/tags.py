@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+from stepload.declaration.quantities import Tag
 from stepload.errors import BadInputError
 from stepload.plan.model import Plan
-from stepload.plan.quantities import Tag
 from stepload.plan.reader import checked
 
 FIELDS = ("specimen", "batch", "operator")

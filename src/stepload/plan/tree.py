@@ -16,7 +16,8 @@ from ruamel.yaml import YAML
 from ruamel.yaml import events as ev
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
-from stepload.plan.problems import PlanError, Problem, printable
+from stepload.errors import printable
+from stepload.plan.problems import PlanError, Problem
 from stepload.plan.source import Source
 from stepload.plan.yaml_words import mistake
 
@@ -154,6 +155,9 @@ class _Builder:
             while not isinstance(item := next(events), ev.SequenceEndEvent):
                 items.append(self.node(item, events, depth + 1))
             return Sequence(place, items)
+        if bad := next((c for c in event.value if "\ud800" <= c <= "\udfff"), None):
+            self.refuse(event, f"U+{ord(bad):04X} is no character", "remove it")
+            return Broken(place)
         value = resolve(event.value) if event.style is None else event.value
         return Scalar(place, value, event.value)
 
@@ -173,7 +177,7 @@ class _Builder:
 
 
 def _bad_key(mapping: Mapping, key: str | None, place: Place) -> Problem | None:
-    if key is None:
+    if key is None or not key.isprintable():
         return place.problem("a key that is not a word", "write key: value")
     if key == "<<":
         return place.problem("merge key <<", _NO_ALIAS)

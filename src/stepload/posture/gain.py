@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from stepload.envelope.benches import bench, k_max, most_push, specimen
+from stepload.envelope.map_grid import bench, k_max, most_push, specimen
 from stepload.envelope.theory import theory_of
 from stepload.errors import BadInputError, RefusedError
 from stepload.estimators.conditions import Conditions

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stepload.posture.chain import reach_m
-from stepload.posture.make import Posture
+from stepload.posture.rig_search import Posture
 from stepload.posture.search import STEP
 from stepload.posture.tables import stiffest
 from stepload.results.figures import INK, ORANGE, figure_of, plain

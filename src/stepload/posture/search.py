@@ -18,11 +18,11 @@ from stepload.posture.chain import (
     jacobian,
     reach_m,
 )
-from stepload.posture.clear import clear, mobile
+from stepload.posture.collision import clear, mobile
 from stepload.posture.compliance import GivesWay, compliance, gives_way
 from stepload.posture.inverse import BRANCHES, check_closed_form, inverse
 from stepload.posture.load import push_n
-from stepload.posture.near import MOST, changes
+from stepload.posture.stiffness_gradient import MOST, changes
 from stepload.units import format_quantity
 
 STEP = 0.05

@@ -9,10 +9,10 @@ import numpy as np
 
 from stepload.estimators.fit import FloatArray
 from stepload.posture.chain import reach_m
-from stepload.posture.doubt import WRONG_BY
-from stepload.posture.make import Posture, Row
-from stepload.posture.near import TRAVELS_M
-from stepload.posture.words import sentences, up
+from stepload.posture.ranking_uncertainty import WRONG_BY
+from stepload.posture.rig_search import Posture, Row
+from stepload.posture.stiffness_gradient import TRAVELS_M
+from stepload.posture.text import sentences, up
 from stepload.results.model import Table
 from stepload.units import format_quantity
 

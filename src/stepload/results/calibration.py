@@ -8,6 +8,7 @@ from datetime import timedelta
 from typing import Any
 
 import numpy as np
+from pydantic import ValidationError
 
 import stepload
 from stepload.errors import BadInputError
@@ -19,9 +20,9 @@ from stepload.estimators.table import MeasuredTable, measured_table
 from stepload.estimators.two_spheres import TwoSphereFit, two_sphere_difference
 from stepload.plan.calibration import TEMPERATURE_BAND_K, CalibrationRecord
 from stepload.plan.model import Structure
-from stepload.results.across_runs import NOT_KNOWN, across_of_runs
 from stepload.results.analyse import identify_system, series_contact
-from stepload.results.saved import SavedRun, labelled
+from stepload.results.lateral_effect_runs import NOT_KNOWN, across_of_runs
+from stepload.results.run_record import SavedRun, labelled
 from stepload.rig.pose import differences
 
 VALID_DAYS = 180
@@ -67,8 +68,7 @@ def from_system_runs(runs: Sequence[SavedRun], *, valid_days: int = VALID_DAYS) 
     fits, length = _fits(runs)
     pooled = pool(fits)
     made = _table(runs, fits, pooled)
-    record = CalibrationRecord(
-        stepload_calibration=1,
+    record = _record(
         **origin,
         **_figures(pooled),
         smooth_length_n=length.length_n if length else runs[0].conditions.sources.smooth_length_n,
@@ -152,8 +152,7 @@ def from_two_spheres(
         one, other, grid, first_contact=contacts[0], second_contact=contacts[1],
         length_n=first.conditions.sources.smooth_length_n,
     )  # fmt: skip
-    record = CalibrationRecord(
-        stepload_calibration=1,
+    record = _record(
         **origin,
         **_figures(fit),
         smooth_length_n=first.conditions.sources.smooth_length_n,
@@ -168,12 +167,25 @@ def from_two_spheres(
     )  # fmt: skip
 
 
+def _record(**values: Any) -> CalibrationRecord:
+    """The record; BadInputError where one of its values is none that a plan would take."""
+    try:
+        return CalibrationRecord(stepload_calibration=1, **values)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        name = ".".join(map(str, first["loc"]))
+        raise BadInputError(
+            f"the runs give no calibration record: {name}: {first['msg']}",
+            hint="look at what the runs state, and at their fits",
+        ) from None
+
+
 def _figures(fit: PooledStiffness | TwoSphereFit) -> dict[str, Any]:
     """The keys of the record that say K_s and its errors."""
     degrees = fit.smooth_degrees
     return {
         **{key: getattr(fit, key) for key in _KEYS},
-        "smooth_degrees": None if degrees is None else max(degrees, 1.0),
+        "smooth_degrees": None if degrees is None else min(max(degrees, 1.0), 1e6),
     }
 
 
@@ -225,7 +237,7 @@ def _origin(runs: Sequence[SavedRun], valid_days: int) -> dict[str, Any]:
         "temperature_c": float(np.mean(temperatures)) if temperatures else None,
         "measured_on": max(days),
         "valid_until": min(days) + timedelta(days=valid_days),
-        "run": ", ".join(ids),
+        "run": ", ".join(ids)[:1000],
         "software": f"stepload {stepload.__version__}",
         "simulated": runs[0].simulated,
         **common_pose(runs),

@@ -272,7 +272,7 @@ def _largest(run: Evaluation) -> tuple[str, str]:
 
 def _contact(found: Identification | None) -> Facts:
     """How the contact was made, where the run recorded it."""
-    line = "" if found is None else summary(found.run.askew.quality).removeprefix("contact: ")
+    line = "" if found is None else summary(found.run.alignment.quality).removeprefix("contact: ")
     return [("Contact", line)] if line else []
 
 

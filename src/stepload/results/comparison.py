@@ -22,7 +22,7 @@ from stepload.results.comparison_runs import (
     grouped,
     usable,
 )
-from stepload.results.saved import SavedRun, labelled
+from stepload.results.run_record import SavedRun, labelled
 
 
 @dataclass(frozen=True, slots=True)

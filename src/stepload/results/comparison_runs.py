@@ -22,7 +22,7 @@ from stepload.evidence.reading import branch_chord, read_of
 from stepload.results.analyse import identify_payload
 from stepload.results.origins import origin_of
 from stepload.results.press_data import LOADING
-from stepload.results.saved import SavedRun
+from stepload.results.run_record import SavedRun
 
 
 @dataclass(frozen=True, slots=True)

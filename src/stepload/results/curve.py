@@ -18,10 +18,10 @@ from stepload.estimators.smooth import smooth_leftover
 from stepload.estimators.sources import ASSUMED_NONLINEARITY, Sources
 from stepload.evidence.lateral import GUIDED_COMPLIANCE, Sideways
 from stepload.evidence.plausibility import plausibility
-from stepload.evidence.pressed import Pressed
+from stepload.evidence.run_data import RunData
 from stepload.record.curves import Curve
 from stepload.results.curve_zero import TOUCH_NOISE, Zeroed, first_loading, zero
-from stepload.results.pressed import above_limit
+from stepload.results.run_data import above_limit
 from stepload.results.stated import Stated
 from stepload.units import format_quantity
 
@@ -192,7 +192,7 @@ class PreparedCurve:
     """
 
     selected: Selected
-    run: Pressed
+    run: RunData
     notes: tuple[str, ...]
     error_known: bool
 
@@ -267,7 +267,7 @@ def prepare(curve: Curve, stated: Stated) -> PreparedCurve:
     peak_n = max(float(zeroed.force_n[up].max()) for up in zeroed.loadings)
     share = zeroed.lateral_share
     aside = Sideways("guided", share, relative=GUIDED_COMPLIANCE * (share or 0.0))
-    run = Pressed(
+    run = RunData(
         tracks=zeroed.tracks(loading, growing),
         conditions=conditions,
         sideways=aside,

@@ -43,7 +43,7 @@ def identification_data(found: Identification) -> dict[str, Any]:
         "verdict": found.judgement.verdict,
         "reasons": found.judgement.reasons,
         "laws_chosen": found.conditions.laws,
-        "contact": quality_data(found.run.askew.quality),
+        "contact": quality_data(found.run.alignment.quality),
         **_evidence_data(found),
     }
 

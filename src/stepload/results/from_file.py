@@ -25,7 +25,7 @@ from stepload.results.curve import prepare
 from stepload.results.curve_zero import zero
 from stepload.results.hysteresis import Hysteresis, hysteresis_of
 from stepload.results.model import finite
-from stepload.results.saved import SavedRun, saved_run
+from stepload.results.run_record import SavedRun, saved_run
 from stepload.results.snippets import Kind, Spring, spring_of
 from stepload.results.stated import Stated
 from stepload.results.until import loaded

@@ -70,7 +70,7 @@ def _evidence_tables(found: Identification) -> list[Table]:
         notes.append(
             f"exponent n = {n.value:.2f}, 95 % [{low:.2f}, {high:.2f}], {n.verdict.value}{why}"
         )
-    contact = found.run.askew.quality
+    contact = found.run.alignment.quality
     told = [line] if (line := summary(contact)) else []
     total = f"All together {headline.relative:.2%}; the interval is 1.96 times that."
     return [

@@ -7,8 +7,8 @@ import numpy as np
 from stepload.estimators.smooth import SHORTEST
 from stepload.evidence.origin import Origin
 from stepload.results.press_data import LOADING, PressData
-from stepload.results.pressed import sideways_of
-from stepload.results.saved import SavedRun
+from stepload.results.run_data import sideways_of
+from stepload.results.run_record import SavedRun
 
 
 def origin_of(run: SavedRun) -> Origin:

@@ -13,8 +13,8 @@ from stepload.envelope.theory import DECLARED, chance_of_yield
 from stepload.envelope.until import planned_run
 from stepload.errors import DomainError
 from stepload.evidence.expected import expected_chord, lower_force, narrowing
-from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Quantity
+from stepload.evidence.run_data import RunData
 from stepload.plan.hazards import read_words, rig_argument
 from stepload.plan.places import place_of
 from stepload.plan.references import names_a_file
@@ -150,7 +150,7 @@ def half_width(share: float) -> str:
     return f"±{100.0 * share:.2g} %" if share < 1.0 else "> ±100 %"
 
 
-def planned_of(envelope: Envelope) -> tuple[Pressed, Quantity] | None:
+def planned_of(envelope: Envelope) -> tuple[RunData, Quantity] | None:
     """The run that is to be expected and its chord; None where there is none to predict."""
     if envelope.plan.identify.kind == "system":
         return None

@@ -14,10 +14,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stepload.errors import BadInputError
-from stepload.estimators.across import Across
+from stepload.errors import BadInputError, printable
 from stepload.estimators.fit import FloatArray
-from stepload.plan.problems import printable
+from stepload.estimators.lateral_effect import Across
 from stepload.record.align import Aligned, ChannelClock, align
 from stepload.record.lag import Lag, measure_lag
 from stepload.record.reader import Event, Recording

@@ -17,7 +17,7 @@ import stepload
 from stepload.errors import BadInputError
 from stepload.record.summary import read_summary
 from stepload.results.model import NOTHING, Document, Table
-from stepload.results.saved import SavedRun
+from stepload.results.run_record import SavedRun
 
 SCHEMA = "stepload-results/1"
 """Name of the schema of results.json. Within a version keys are added, never removed or changed."""

@@ -158,6 +158,6 @@ def _fit_figures(run: Evaluation) -> list[Figure]:
             ),
         )
     )  # fmt: skip
-    if not isinstance(contact := found.run.askew.quality, Missing):
+    if not isinstance(contact := found.run.alignment.quality, Missing):
         made.append(quality_figure(contact))
     return made

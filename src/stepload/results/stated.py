@@ -12,9 +12,9 @@ from typing import Any
 from stepload.contact.law_names import LAW_NAMES
 from stepload.envelope.theory import theory_of
 from stepload.errors import BadInputError
-from stepload.estimators.across import Across
 from stepload.estimators.conditions import BRANCHES, Conditions
 from stepload.estimators.deflection import ASSUMED_RELATIVE
+from stepload.estimators.lateral_effect import Across
 from stepload.estimators.sources import Sources
 from stepload.plan.load import load_payload
 
@@ -25,6 +25,7 @@ _SOURCES = (
     "smooth_length_n",
     "force_noise_n",
     "position_noise_m",
+    "travel_drift_m_per_s",
     "nonlinearity",
 )
 _CONDITIONS = ("secant_force_n", "elastic_limit_n", "theory_k", "theory_n", "laws", "branch")
@@ -41,6 +42,7 @@ class Stated:
         smooth_error_m, smooth_length_n: size of the smooth deformation error, and the force over
             which it changes.
         force_noise_n, position_noise_m: standard deviation of the noise of a sample.
+        travel_drift_m_per_s: standard uncertainty of the drift of the travel.
         nonlinearity: largest departure of the force reading from a line, a share of the peak.
         secant_force_n: where the secant is taken.
         elastic_limit_n: F_c.
@@ -60,6 +62,7 @@ class Stated:
     smooth_length_n: float | None = None
     force_noise_n: float | None = None
     position_noise_m: float | None = None
+    travel_drift_m_per_s: float | None = None
     nonlinearity: float | None = None
     secant_force_n: float | None = None
     elastic_limit_n: float | None = None

@@ -22,9 +22,9 @@ from stepload.rig.contract_life import (
 )
 from stepload.rig.contract_loss import check_lost_link, check_stale
 from stepload.rig.contract_motion import check_motion, check_stop, check_targets
-from stepload.rig.contract_rest import check_rest
 from stepload.rig.contract_samples import check_drain, check_samples, check_stamps
 from stepload.rig.contract_shift import check_shift
+from stepload.rig.contract_standstill import check_rest
 from stepload.rig.contract_trial import ContractViolation, SkippedCheck, Trial
 from stepload.rig.contract_values import check_bias, check_frozen, check_load
 from stepload.rig.device import Device

@@ -13,8 +13,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
+from pydantic import dataclasses as declared
+
+from stepload.declaration.sections import SECTION
 from stepload.rig.faults import Fault
-from stepload.rig.options import Option
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample, SixFloats
 
 
@@ -81,6 +83,11 @@ class StopProof:
     travel_m: float
 
 
+@declared.dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class NoOptions:
+    """The options of a driver that takes none."""
+
+
 LARGEST_SHIFT_M = 0.01
 """How far across its approach axis an arm may be asked to go, from its start pose."""
 
@@ -92,8 +99,11 @@ class Device(ABC):
     arguments, validated against `OPTIONS`, quantities already in SI units.
     """
 
-    OPTIONS: ClassVar[Mapping[str, Option]] = {}
-    """Every option the driver takes; unknown ones are refused before the driver is constructed."""
+    OPTIONS: ClassVar[type] = NoOptions
+    """Every option the driver takes, a field each, as a plan's sections have their keys.
+
+    Unknown ones are refused before the driver is constructed.
+    """
 
     ADDRESS: ClassVar[tuple[str, ...]] = ()
     """Options that distinguish this device from another of its kind; none: every required text."""

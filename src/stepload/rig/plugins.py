@@ -6,7 +6,7 @@ import inspect
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import EntryPoint, EntryPoints, entry_points
-from typing import cast
+from typing import Any, cast
 
 from stepload.errors import BadInputError
 from stepload.rig.device import Arm, Device, DisplacementSensor, ForceSensor
@@ -29,9 +29,15 @@ class Listed:
 
 
 @cache
-def _installed(group: str) -> EntryPoints:
+def _all_installed() -> Any:  # another class in Python 3.11 than later
     """What the installed packages offer; they are looked through once in a process."""
-    return entry_points(group=group)
+    return entry_points()
+
+
+def installed(group: str) -> EntryPoints:
+    """What they offer in one group."""
+    found: EntryPoints = _all_installed().select(group=group)
+    return found
 
 
 def _load(group: str, point: EntryPoint) -> type[Device]:
@@ -48,7 +54,7 @@ def list_drivers() -> list[Listed]:
     """Every installed driver; broken ones with the reason. Loads them, touches no device."""
     found = []
     for group in GROUPS:
-        for point in sorted(_installed(group), key=lambda p: p.name):
+        for point in sorted(installed(group), key=lambda p: p.name):
             problem = ""
             try:
                 _load(group, point)
@@ -60,7 +66,7 @@ def list_drivers() -> list[Listed]:
 
 def driver_names(group: str) -> list[str]:
     """Names installed in `group`, without loading anything."""
-    return sorted(point.name for point in _installed(group))
+    return sorted(point.name for point in installed(group))
 
 
 def load_arm(name: str) -> type[Arm]:
@@ -74,7 +80,7 @@ def load_driver(group: str, name: str) -> type[Device]:
     Raises:
         BadInputError: not installed, or broken, with the reason.
     """
-    points = list(_installed(group).select(name=name))
+    points = list(installed(group).select(name=name))
     kind = GROUPS[group].__name__
     if not points:
         names = ", ".join(driver_names(group)) or "none"

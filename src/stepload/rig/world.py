@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib.metadata import entry_points
 from typing import Protocol
 
 from stepload.errors import BadInputError
 from stepload.rig.clock import Clock
 from stepload.rig.device import Arm, DisplacementSensor, ForceSensor
 from stepload.rig.mount import Mount
+from stepload.rig.plugins import installed
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,11 +186,11 @@ def load_world(name: str = "sim") -> WorldFactory:
     Raises:
         BadInputError: not installed.
     """
-    points = list(entry_points(group="stepload.worlds", name=name))
+    points = list(installed("stepload.worlds").select(name=name))
     if not points:
         raise BadInputError(
             f"no simulator named {name!r} is installed",
-            hint="install stepload with its drivers (pip install -e .)",
+            hint="pip install stepload: its drivers come with it",
         )
     factory: WorldFactory = points[0].load()
     return factory

@@ -7,19 +7,14 @@ import os
 import signal
 import threading
 import time
+import traceback
 from collections import deque
-from collections.abc import Callable, Collection, Generator, Iterable, Iterator
-from concurrent.futures import (
-    FIRST_COMPLETED,
-    Future,
-    ProcessPoolExecutor,
-    as_completed,
-    wait,
-)
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from collections.abc import Callable, Container, Generator, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from multiprocessing import get_context
-from typing import TypeVar
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import SpawnProcess
+from typing import Any, TypeVar
 
 from stepload.errors import RefusedError
 from stepload.runner.interrupts import interruptible
@@ -30,8 +25,8 @@ THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 MOST_IN_A_ROW = 5
 """Largest number of lost processes in a row, without a finished batch."""
 PARENT_POLL_S = 1.0
-AHEAD = 2
-"""Pending batches for each worker, so that the next one is ready."""
+GONE = (EOFError, OSError)
+"""What a pipe raises whose process is dead."""
 _log = logging.getLogger(__name__)
 
 
@@ -43,7 +38,10 @@ def cores() -> int:
 class Pool:
     """A fixed number of processes until the end of the `with` block; with 1 the work is done here.
 
-    A process that is killed is replaced, and its pending batches are done again.
+    A process that is killed is replaced, and its batch is done again. Each process has a pipe of
+    its own and one batch at a time: no lock, queue or thread is shared that a killed process could
+    leave locked or unread. `ProcessPoolExecutor` of Python 3.11 hangs where it starts a process
+    while another is lost.
 
     Args:
         processes: at least 1; one for each core where no number is given.
@@ -51,7 +49,7 @@ class Pool:
 
     def __init__(self, processes: int | None = None) -> None:
         self._processes = processes or cores()
-        self._executor: ProcessPoolExecutor | None = None
+        self._workers: dict[Connection, SpawnProcess] = {}
 
     @property
     def here(self) -> bool:
@@ -64,9 +62,8 @@ class Pool:
     ) -> Generator[DoneT, None, None]:
         """Results of `do` for each part, once each, in order of completion.
 
-        Closing the generator cancels pending parts. At Ctrl+C the parts that are being done are
-        waited for and come too, before KeyboardInterrupt; here the part is given up. Another
-        Ctrl+C kills the processes.
+        Closing the generator waits for the parts that are being done. At Ctrl+C they come too,
+        before KeyboardInterrupt; here the part is given up. Another Ctrl+C kills the processes.
 
         Raises:
             RefusedError: processes are killed again and again.
@@ -79,102 +76,132 @@ class Pool:
             return
         lost, left = 0, iter(parts)
         again: deque[PartT] = deque()
-        pending: dict[Future[DoneT], PartT] = {}
+        busy: dict[Connection, PartT] = {}
+        came: deque[tuple[DoneT, BaseException | None]] = deque()
         try:
             while True:
-                broken = not self._fill(pending, do, again, left)
-                if not (pending or broken):
+                # Ctrl+C waits: what is sent is known to be busy, and what came is kept.
+                with interruptible(at_once=False):
+                    for pipe in _ready(busy, 0.0):
+                        lent = busy.pop(pipe)
+                        try:
+                            came.append(pipe.recv())
+                            lost = 0
+                        except GONE:
+                            self._end([pipe])
+                            again.append(lent)
+                            lost += 1
+                    while len(busy) < self._processes and lost <= MOST_IN_A_ROW:
+                        due = again.popleft() if again else next(left, None)
+                        if due is None:
+                            break
+                        busy[self._send(do, due, busy)] = due
+                while came:
+                    yield _result(*came.popleft())
+                if lost > MOST_IN_A_ROW:
+                    raise RefusedError(
+                        f"a process was lost {lost} times in a row, and no batch was finished",
+                        hint="look for a worker that was killed for its memory; what is done"
+                        " is kept",
+                    )
+                if not busy:
                     return
-                done = wait(pending, return_when=FIRST_COMPLETED).done if pending else set()
-                for future in done:
-                    if isinstance(future.exception(), BrokenProcessPool):
-                        broken = True
-                        continue
-                    del pending[future]
-                    lost = 0
-                    yield future.result()
-                if broken:
-                    again.extend(pending.values())
-                    pending.clear()
-                    self._end()
-                    lost += 1
-                    if lost > MOST_IN_A_ROW:
-                        raise RefusedError(
-                            f"a process was lost {lost} times in a row, and no batch was finished",
-                            hint="look for a worker that was killed for its memory; what is done"
-                            " is kept",
-                        )
+                _ready(busy)
         except KeyboardInterrupt:
-            yield from self._last(pending)
+            while came:
+                yield _result(*came.popleft())
+            if busy:
+                _log.warning("waiting for what is being done; another Ctrl+C gives it up")
+            yield from self._last(busy)
             raise
         finally:
-            for future in pending:
-                future.cancel()
+            for _ in self._last(busy):
+                pass
 
-    def _last(self, pending: Collection[Future[DoneT]]) -> Generator[DoneT, None, None]:
+    def _last(self, busy: dict[Connection, Any]) -> Generator[Any, None, None]:
         """Results of the parts that are being done; no other is begun."""
-        begun = [future for future in pending if not future.cancel()]
-        if begun:
-            _log.warning("waiting for what is being done; another Ctrl+C gives it up")
         try:
-            for future in as_completed(begun):
-                if future.exception() is None:
-                    yield future.result()
+            while busy:
+                for pipe in _ready(busy):
+                    del busy[pipe]
+                    with suppress(*GONE):
+                        result, error = pipe.recv()
+                        if error is None:
+                            yield result
         except BaseException:
-            if self._executor is not None:
-                _kill(self._executor)
+            self._end(list(self._workers), kill=True)
+            busy.clear()
             raise
 
-    def _fill(
-        self,
-        pending: dict[Future[DoneT], PartT],
-        do: Callable[[PartT], DoneT],
-        again: deque[PartT],
-        left: Iterator[PartT],
-    ) -> bool:
-        """Submit parts until enough are pending; False where the processes are gone.
-
-        Ctrl+C waits until a part that is sent is pending: else it would be done, and not kept.
-        """
-        while len(pending) < AHEAD * self._processes:
-            part = again.popleft() if again else next(left, None)
-            if part is None:
-                return True
+    def _send(
+        self, do: Callable[[PartT], DoneT], part: PartT, busy: Container[Connection]
+    ) -> Connection:
+        """Send it to a process that is idle, or to a new one."""
+        for pipe in [each for each in self._workers if each not in busy]:
             try:
-                with interruptible(at_once=False):
-                    pending[self._send(do, part)] = part
-            except BrokenProcessPool:
-                again.appendleft(part)
-                return False
-        return True
+                pipe.send((do, part))
+            except GONE:
+                self._end([pipe])
+            else:
+                return pipe
+        context = get_context("spawn")
+        pipe, other = context.Pipe()
+        process = context.Process(target=serve, args=(other,))
+        with one_thread(), other:
+            process.start()
+        self._workers[pipe] = process
+        with suppress(*GONE):  # dead already: its end of the pipe tells
+            pipe.send((do, part))
+        return pipe
 
-    def _send(self, do: Callable[[PartT], DoneT], part: PartT) -> Future[DoneT]:
-        if self._executor is None:
-            context = get_context("spawn")
-            self._executor = ProcessPoolExecutor(self._processes, context, initializer=quiet)
-        with one_thread():  # processes are started by what is sent
-            return self._executor.submit(do, part)
-
-    def _end(self) -> None:
-        executor, self._executor = self._executor, None
-        if executor is not None:
-            try:
-                executor.shutdown(wait=True, cancel_futures=True)
-            except KeyboardInterrupt:
-                _kill(executor)
-                raise
+    def _end(self, pipes: Sequence[Connection], kill: bool = False) -> None:
+        """End these processes, which are idle, dead or to be killed."""
+        processes = [self._workers.pop(pipe) for pipe in pipes]
+        try:
+            for pipe, process in zip(pipes, processes, strict=True):
+                if kill:
+                    process.kill()
+                pipe.close()
+            for process in processes:
+                process.join()
+        except KeyboardInterrupt:
+            for process in processes:
+                process.kill()
+            raise
 
     def __enter__(self) -> Pool:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._end()
+        self._end(list(self._workers))
 
 
-def _kill(executor: ProcessPoolExecutor) -> None:
-    """Kill its processes, with what they do."""
-    for process in dict(executor._processes or {}).values():
-        process.kill()
+def _ready(pipes: Iterable[Connection], timeout_s: float | None = None) -> list[Connection]:
+    """Those on which an answer came, or whose process is dead."""
+    there = list(pipes)
+    ready = wait(there, timeout_s)
+    return [pipe for pipe in there if pipe in ready]
+
+
+def _result(result: DoneT, error: BaseException | None) -> DoneT:
+    if error is not None:
+        raise error
+    return result
+
+
+def serve(pipe: Connection) -> None:
+    """What a process of the pool does until the other end of the pipe is closed."""
+    quiet()
+    while True:
+        try:
+            do, part = pipe.recv()
+        except GONE:
+            return
+        try:
+            pipe.send((do(part), None))
+        except BaseException as error:
+            error.add_note("".join(traceback.format_exception(error)))
+            pipe.send((None, error))
 
 
 def quiet() -> None:

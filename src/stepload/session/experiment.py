@@ -7,6 +7,7 @@ devices are closed; only then is the record finished and anything evaluated.
 from __future__ import annotations
 
 import contextlib
+import logging
 import secrets
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -34,15 +35,16 @@ from stepload.results.data import outcome_data, run_data
 from stepload.results.model import Document
 from stepload.results.provenance import about, with_record
 from stepload.results.run_document import run_document
-from stepload.results.saved import read_to_evaluate
+from stepload.results.run_record import read_to_evaluate
 from stepload.rig import pose
 from stepload.rig.device import ArmConfiguration
 from stepload.session import control, files
-from stepload.session.ready import refuse_simulated
+from stepload.session.hardware_check import refuse_simulated
 from stepload.session.resume import Resumed, resumable
 
 Progress = Callable[[Engine, Envelope], None]
 RigOpener = Callable[..., contextlib.AbstractContextManager[OpenRig]]
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,6 +162,12 @@ def run_plan(
         open_rig=open_rig or opened,
         on_record=on_record or (lambda path: None),
     )
+    for source in plan.sources:
+        _log.info("plan %s: sha256 %s", source.name, source.sha256)
+    _log.info(
+        "run %s in %s: preflight %s, dry_run %s, seed %s, resume %s",
+        session.run_id, session.directory, envelope.verdict.value, dry_run, seed, resume,
+    )  # fmt: skip
     try:
         with _own_directory(session.directory):
             session, outcome, recorder = _press(session)
@@ -287,6 +295,7 @@ def _keep(session: _Session, outcome: RunOutcome, recorder: Recorder) -> Finishe
         recorder.sync()
         finished = _evaluated(session, finished, recorder.part_path)
         recorder.finish(finished.data, str(finished.data["verdict"]))
+        _log.info("record finished: verdict %s", finished.data["verdict"])
     except Exception as error:  # the recorder's own; what got to the disk stays there
         raise _given_up(finished, recorder, error) from error
     return replace(finished, problems=(*finished.problems, *_write_files(finished)))
@@ -301,6 +310,7 @@ def _evaluated(session: _Session, finished: Finished, record: Path) -> Finished:
         finished = replace(finished, evaluation=evaluation, data=plain(run_data(evaluation)))
         return replace(finished, document=run_document(evaluation))
     except Exception as error:  # a bug here must not cost the record
+        _log.info("the evaluation failed", exc_info=True)
         problems = (*finished.problems, f"the evaluation failed: {in_words(error)}")
         data = {**finished.data, "reasons": list(problems)}
         return replace(finished, problems=problems, data=data)
@@ -317,6 +327,7 @@ def _identified(
         finished = replace(finished, left_early=error.signal_number)
         problem = "the evaluation was left out on request: `stepload identify` does it"
     except Exception as error:  # a bug there must not cost the report
+        _log.info("the identification failed", exc_info=True)
         problem = f"the evaluation failed: {in_words(error)}"
     finally:
         operator.moving = True
@@ -344,5 +355,6 @@ def _write_files(finished: Finished) -> list[str]:
             document = with_record(document, finished.directory / files.RECORD)
         files.write_results(finished.directory, finished.data, document)
     except Exception as error:
+        _log.info("report or results not written", exc_info=True)
         return [f"report or results not written: {in_words(error)}"]
     return []

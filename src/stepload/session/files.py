@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import logging
 import os
 import platform
 import re
@@ -28,6 +29,7 @@ from stepload.results.page import render
 from stepload.rig.device import Identity
 
 REPORT, RESULTS, RECORD, PART = "report.html", "results.json", NAME, NAME + PART_SUFFIX
+_log = logging.getLogger(__name__)
 
 
 def run_directory(plan: Plan, *, dry_run: bool, out: Path | None) -> Path:
@@ -175,3 +177,4 @@ def write_file(path: Path, text: str) -> None:
             partial.unlink()
         raise
     sync_directory(path.parent)
+    _log.info("written: %s, %d characters", path, len(text))

@@ -14,7 +14,7 @@ from stepload.errors import BadInputError
 from stepload.plan.model import Plan
 from stepload.record.reader import Recording, read_recording
 from stepload.session.files import PART, RECORD, plan_files
-from stepload.session.unfinished import repair
+from stepload.session.repair import repair
 
 
 @dataclass(frozen=True, slots=True)

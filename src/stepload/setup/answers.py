@@ -7,8 +7,7 @@ from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from typing import Protocol
 
-from stepload.errors import BadInputError, RefusedError
-from stepload.plan.problems import printable
+from stepload.errors import BadInputError, RefusedError, printable
 from stepload.setup.questions import QUESTIONS, YES, Question
 from stepload.units import parse_quantity
 

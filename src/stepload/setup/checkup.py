@@ -9,18 +9,18 @@ from pathlib import Path
 
 from stepload.engine.open_rig import OpenRig, opened
 from stepload.engine.operator import Operator
-from stepload.engine.undisturbed import undisturbed
+from stepload.engine.realtime import realtime_conditions
 from stepload.envelope.envelope import Envelope
 from stepload.errors import BadInputError, DeviceError
 from stepload.plan.model import ArmSpec, DisplacementSpec, ForceSpec, Plan
 from stepload.rig.usb import MAX_LATENCY_MS, USB_SERIAL, latency_timer_ms
-from stepload.setup import host, motion, spring, streams
-from stepload.setup.alive import check_alive
-from stepload.setup.line import Line, Mark, graded, without_number
+from stepload.setup import host, loop_delay, motion, streams
+from stepload.setup.check_line import CheckLine, Mark, graded, without_number
+from stepload.setup.sensor_live import check_live
 from stepload.setup.watch import Watched, devices, watch
 from stepload.units import format_quantity
 
-Tell = Callable[[Line], None]
+Tell = Callable[[CheckLine], None]
 SAFE_S = 3.0
 LEAST_WATCH_S = 0.5
 """Below this a rate, a noise or a lateness says nothing."""
@@ -36,7 +36,7 @@ class Checkup:
     `figures` are the same by key of the rig: value in SI, its unit, and how it was measured.
     """
 
-    lines: tuple[Line, ...]
+    lines: tuple[CheckLine, ...]
     snippet: str
     figures: Mapping[tuple[str, ...], tuple[float, str, str]]
 
@@ -50,11 +50,11 @@ class _Examination:
     def __init__(self, envelope: Envelope, tell: Tell) -> None:
         self.envelope = envelope
         self.plan = envelope.plan
-        self.lines: list[Line] = []
+        self.lines: list[CheckLine] = []
         self.figures: dict[tuple[str, ...], tuple[float, str, str]] = {}
         self._tell = tell
 
-    def add(self, *lines: Line) -> None:
+    def add(self, *lines: CheckLine) -> None:
         for line in lines:
             self.lines.append(line)
             self._tell(line)
@@ -86,7 +86,7 @@ class _Examination:
         return "\n".join(rows) + "\n"
 
 
-def _latency_lines(plan: Plan) -> list[Line]:
+def _latency_lines(plan: Plan) -> list[CheckLine]:
     rig = plan.rig
     specs: dict[str, ForceSpec | ArmSpec | DisplacementSpec | None] = {
         "arm": rig.arm, "force": rig.force, "displacement": rig.displacement,
@@ -118,7 +118,7 @@ def _data(exam: _Examination, seen: Watched, seconds: float) -> None:
         if spec is None or name not in seen.samples:
             continue
         exam.add(*streams.check_stream(name, spec, seen, seconds))
-        exam.add(*(dead := list(check_alive(name, spec, seen, rig))))
+        exam.add(*(dead := list(check_live(name, spec, seen, rig))))
         if dead or streams.no_data(seen.samples[name], seconds):
             continue  # the noise of a frozen sensor is no figure for the rig
         if name == "arm":
@@ -149,7 +149,7 @@ def _spring(exam: _Examination, rig: OpenRig, operator: Operator) -> None:
         exam.add(without_number("loop delay against a spring", Mark.SKIPPED,
                                 "not pressed: something failed before"))  # fmt: skip
         return
-    line, loop_s = spring.check_spring(exam.envelope, rig, operator)
+    line, loop_s = loop_delay.check_spring(exam.envelope, rig, operator)
     exam.add(line)
     if loop_s is not None:
         exam.offer("loop_delay", value=loop_s, unit="s", remark="against a spring")
@@ -192,11 +192,11 @@ def _motion(exam: _Examination, rig: OpenRig) -> None:
     exam.offer("loop_delay", value=loop_s, unit="s", remark="free air, with the plan's force delay")
 
 
-def _no(name: str, error: DeviceError) -> Line:
+def _no(name: str, error: DeviceError) -> CheckLine:
     return without_number(name, Mark.FAIL, error.message, error.hint)
 
 
-def _faults(rig: OpenRig) -> list[Line]:
+def _faults(rig: OpenRig) -> list[CheckLine]:
     faults = {name: device.fault() for name, device in devices(rig).items()}
     return [
         without_number(
@@ -249,7 +249,7 @@ def examine(
                     f"firmware {identity.firmware}"))  # fmt: skip
             stage = "examination"
             try:
-                with undisturbed(rig.clock.virtual):
+                with realtime_conditions(rig.clock.virtual):
                     _at_rest(exam, rig, seconds)
                     if not still:
                         _motion(exam, rig)

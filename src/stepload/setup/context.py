@@ -11,9 +11,9 @@ from stepload.envelope.envelope import Envelope
 from stepload.plan.hazards import HAZARDS, PAGE
 from stepload.record.outcome import RunOutcome
 from stepload.setup.answers import Answers
-from stepload.setup.bench import Opener
-from stepload.setup.flat import Value, quoted
+from stepload.setup.open_devices import Opener
 from stepload.setup.state import State
+from stepload.setup.yaml_keys import Value, quoted
 
 Press = Callable[[Envelope, Path], RunOutcome]
 """Presses a plan with its devices and keeps everything in a directory."""

@@ -5,17 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from stepload.declaration.sections import keys
 from stepload.errors import BadInputError, RefusedError
 from stepload.plan.load import profiles
 from stepload.plan.references import data_sheets, names_a_file, read_data_sheet, read_profile
 from stepload.plan.source import read_source
 from stepload.rig.device import ArmConfiguration, Identity
 from stepload.rig.plugins import load_driver
-from stepload.setup.bench import ARMS, FORCE, SECOND, SENSORS, listen
 from stepload.setup.context import Setup
-from stepload.setup.flat import Value, flat, quoted
+from stepload.setup.open_devices import ARMS, FORCE, SECOND, SENSORS, listen
 from stepload.setup.ports import can_adapters, serial_ports
 from stepload.setup.state import Found
+from stepload.setup.yaml_keys import Value, flat, quoted
 from stepload.units import parse_quantity
 
 RATE_TOLERANCE = 0.05
@@ -26,7 +27,7 @@ def arm(setup: Setup) -> Found:
     """The arm answers, and is what its profile describes; its settings are shown."""
     ask = setup.answers
     driver = ask.text("arm")
-    declared = load_driver(ARMS, driver).OPTIONS
+    declared = {key.name for key in keys(load_driver(ARMS, driver).OPTIONS)}
     values = {
         "name": setup.stated("name"),
         "arm.driver": Value(quoted(driver), setup.you),
@@ -109,11 +110,9 @@ def _profile(setup: Setup, identity: Identity, rate_hz: float) -> dict[str, Valu
 
 def _options(setup: Setup, key: str, group: str, driver: str, question: str) -> dict[str, Value]:
     """Further options of a driver, as they were answered."""
-    declared = load_driver(group, driver).OPTIONS
+    texts = {each.name for each in keys(load_driver(group, driver).OPTIONS) if each.is_text}
     return {
-        f"{key}.options.{name}": Value(
-            quoted(text) if name in declared and declared[name].kind == "text" else text, setup.you
-        )
+        f"{key}.options.{name}": Value(quoted(text) if name in texts else text, setup.you)
         for name, text in setup.answers.words(question).items()
     }
 
@@ -144,8 +143,9 @@ def sensor(setup: Setup) -> Found:
             notes.append(f"{key}: {identity.model} {identity.serial_number}".rstrip())
             setup.tell(f"{notes[-1]} answers: {len(force_n)} readings in 1 s")
             driver = values[f"{key}.driver"].text
-            option = load_driver(SENSORS, driver).OPTIONS.get("serial_number")
-            if option is not None and option.default == "" and identity.serial_number:
+            options = {key.name: key.info for key in keys(load_driver(SENSORS, driver).OPTIONS)}
+            told = options.get("serial_number")
+            if told is not None and told.default == "" and identity.serial_number:
                 values[f"{key}.options.serial_number"] = Value(
                     f'"{identity.serial_number}"', f"told by the sensor, {setup.today}"
                 )

@@ -19,10 +19,10 @@ from stepload.plan.shipped import payload_folder
 from stepload.plan.source import read_source
 from stepload.plan.whole_file import replace_file
 from stepload.setup.answers import Answers
-from stepload.setup.flat import Value, below, flat, quoted, written
 from stepload.setup.plan_notes import NOTES, offered
 from stepload.setup.presets import UNKNOWN
 from stepload.setup.questions import QUESTIONS
+from stepload.setup.yaml_keys import Value, below, flat, quoted, written
 from stepload.units import format_quantity, parse_named
 
 SHARES = (0.9, 0.7, 0.5, 0.35, 0.25)

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from stepload.engine.undisturbed import REALTIME_PRIORITY
+from stepload.engine.realtime import REALTIME_PRIORITY
 from stepload.plan.model import Plan
-from stepload.setup.line import Line, Mark, graded, without_number
+from stepload.setup.check_line import CheckLine, Mark, graded, without_number
 
 BLOCK_BYTES = 1 << 18
 BLOCKS = 24
@@ -36,7 +36,7 @@ def bytes_per_s(plan: Plan) -> float:
     return ROW_BYTES * rows_per_s
 
 
-def check_disk(plan: Plan) -> Iterator[Line]:
+def check_disk(plan: Plan) -> Iterator[CheckLine]:
     """Can the record be written and synced as fast as it comes, and does it fit?"""
     directory = plan.record.directory
     existing = next(path for path in (directory, *directory.absolute().parents) if path.is_dir())
@@ -48,7 +48,7 @@ def check_disk(plan: Plan) -> Iterator[Line]:
                              "name another record.directory")  # fmt: skip
         return
     speed = BLOCK_BYTES / float(np.mean(times_s))
-    yield Line(
+    yield CheckLine(
         "disk speed", Mark.OK if speed > 10.0 * needed else Mark.WARN if speed > 2.0 * needed
         else Mark.FAIL, speed / needed, 10.0, "",
         f"times the {needed / 1e6:.2f} MB/s that a run writes at most: {speed / 1e6:.1f} MB/s "
@@ -63,7 +63,7 @@ def check_disk(plan: Plan) -> Iterator[Line]:
     )  # fmt: skip
     free = shutil.disk_usage(existing).free
     room = free / (needed * LONG_RUN_S)
-    yield Line(
+    yield CheckLine(
         "disk space", Mark.OK if room > 10.0 else Mark.WARN if room > 2.0 else Mark.FAIL, room,
         10.0, "", f"runs of {LONG_RUN_S / 60.0:.0f} minutes fit into {free / 1e9:.1f} GB",
         "make room, or name another record.directory",
@@ -83,25 +83,25 @@ def _sync_times_s(directory: Path) -> list[float]:
     return times_s
 
 
-def check_priority() -> Line:
+def check_priority() -> CheckLine:
     """May the loop have real-time priority?"""
     former = os.sched_getscheduler(0), os.sched_getparam(0)
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(REALTIME_PRIORITY))
         os.sched_setscheduler(0, *former)
     except OSError:
-        return Line(
+        return CheckLine(
             "real-time priority", Mark.WARN, 0.0, float(REALTIME_PRIORITY), "",
             "not permitted: other programs may hold the loop up",
             f"allow it: a line `USER - rtprio {REALTIME_PRIORITY}` in /etc/security/limits.conf",
         )  # fmt: skip
-    return Line(
+    return CheckLine(
         "real-time priority", Mark.OK, float(REALTIME_PRIORITY), float(REALTIME_PRIORITY), "",
         "permitted, and used while a run lasts",
     )  # fmt: skip
 
 
-def check_lateness(late_s: Sequence[float], period_s: float) -> Iterator[Line]:
+def check_lateness(late_s: Sequence[float], period_s: float) -> Iterator[CheckLine]:
     """How late ticks begin, with the rig open and its data flowing."""
     late = np.array(late_s)
     share = float(np.mean(late > period_s))
@@ -115,7 +115,7 @@ def check_lateness(late_s: Sequence[float], period_s: float) -> Iterator[Line]:
     )  # fmt: skip
 
 
-def check_wall_clock(step_s: float) -> Line:
+def check_wall_clock(step_s: float) -> CheckLine:
     """Did the wall clock step meanwhile? Records do not use it, but file names do."""
     return graded(
         "wall clock", abs(step_s), "s", warn=WALL_STEP_S, fail=float("inf"),

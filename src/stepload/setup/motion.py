@@ -14,7 +14,7 @@ from stepload.estimators.fit import FloatArray
 from stepload.plan.model import ArmSpec, Plan
 from stepload.record.lag import Lag, measure_lag
 from stepload.rig.samples import ArmSample
-from stepload.setup.line import Line, Mark, graded, without_number
+from stepload.setup.check_line import CheckLine, Mark, graded, without_number
 from stepload.setup.streams import at_rest
 
 WAY_M = 2e-3
@@ -91,7 +91,7 @@ def return_to(rig: OpenRig, start_m: float) -> None:
     drive(rig, on_the_way, abs(way_m) / SPEED_M_S + LOOK_S)
 
 
-def check_held(plan: Plan, rig: OpenRig) -> Line:
+def check_held(plan: Plan, rig: OpenRig) -> CheckLine:
     """Whether the arm's controller holds it where it says that it is; nothing moves."""
     off_m = position_now(rig) - rig.arm.held_m()
     return graded(
@@ -102,7 +102,7 @@ def check_held(plan: Plan, rig: OpenRig) -> Line:
     )  # fmt: skip
 
 
-def check_stop(rig: OpenRig) -> Line:
+def check_stop(rig: OpenRig) -> CheckLine:
     """Stop the arm in slow motion away from the plate, and see that it stands."""
     start_m = position_now(rig)
     drive(rig, _back_from(start_m, WAY_M), 0.5 * WAY_M / SPEED_M_S)
@@ -112,7 +112,7 @@ def check_stop(rig: OpenRig) -> Line:
     try:
         rig.arm.safe(STOP_TIMEOUT_S)
     except DeviceError as error:
-        return Line("arm: stop", Mark.FAIL, math.nan, STOP_TRAVEL_M, "m",
+        return CheckLine("arm: stop", Mark.FAIL, math.nan, STOP_TRAVEL_M, "m",
                     f"not confirmed: {error.message}", "do not run; see the pendant")  # fmt: skip
     took_s = clock.now_s() - sent_s
     seen: list[float] = []
@@ -120,7 +120,7 @@ def check_stop(rig: OpenRig) -> Line:
         seen += [sample.position_m for sample in rig.arm.drain()]
         clock.sleep_until(clock.now_s() + rig.arm.period_s)
     if len(seen) < LEAST_SEEN:
-        return Line("arm: stop", Mark.FAIL, math.nan, STOP_TRAVEL_M, "m",
+        return CheckLine("arm: stop", Mark.FAIL, math.nan, STOP_TRAVEL_M, "m",
                     "too few positions after the stop", "do not run")  # fmt: skip
     late = np.array(seen[len(seen) // 2 :])
     noise_m = at_rest(np.arange(float(len(late))), late).noise
@@ -129,7 +129,7 @@ def check_stop(rig: OpenRig) -> Line:
         f"stopped at {SPEED_M_S * 1e3:g} mm/s in free air: confirmed after {took_s * 1e3:.0f} ms"
     )
     if late.max() - late.min() > STILL_M + 6.0 * noise_m:
-        return Line("arm: stop", Mark.FAIL, travel_m, STOP_TRAVEL_M, "m",
+        return CheckLine("arm: stop", Mark.FAIL, travel_m, STOP_TRAVEL_M, "m",
                     f"{message}, and still moving", "do not run")  # fmt: skip
     line = graded(
         "arm: stop", travel_m, "m", warn=STOP_TRAVEL_M, fail=4.0 * STOP_TRAVEL_M,
@@ -137,11 +137,11 @@ def check_stop(rig: OpenRig) -> Line:
     )  # fmt: skip
     if took_s > STOP_FAIL_S or (took_s > STOP_WARN_S and line.mark is Mark.OK):
         mark = Mark.FAIL if took_s > STOP_FAIL_S else Mark.WARN
-        return Line("arm: stop", mark, took_s, STOP_WARN_S, "s", message, "check the network")
+        return CheckLine("arm: stop", mark, took_s, STOP_WARN_S, "s", message, "check the network")
     return line
 
 
-def check_watchdog(rig: OpenRig) -> Line:
+def check_watchdog(rig: OpenRig) -> CheckLine:
     """Starve the arm of commands in slow motion away from the plate."""
     name = "arm: watchdog"
     try:
@@ -181,7 +181,7 @@ def response_lag(rig: OpenRig) -> Lag:
     return measure_lag(time_s, position_m[inside][first] * 1e6, target_m, max_lag_s=0.5)
 
 
-def check_response(plan: Plan, rig: OpenRig) -> tuple[Line, float | None]:
+def check_response(plan: Plan, rig: OpenRig) -> tuple[CheckLine, float | None]:
     """The arm's answer in free air against the plan's figures; the measured lag in s."""
     name = "arm: response"
     lag = response_lag(rig)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from stepload.declaration.sections import keys as keys_of
 from stepload.plan.model import IdentifyPlan, Procedure, RecordPlan
-from stepload.plan.sections import keys as keys_of
 
 _BODY = {
     "youngs_modulus": "E: data sheet; where it is not known a range, 1 GPa to 5 GPa",

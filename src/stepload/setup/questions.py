@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from stepload.declaration.quantities import Name
+from stepload.declaration.uncertain import Modulus
 from stepload.errors import BadInputError
-from stepload.plan.quantities import Modulus, Name
 from stepload.plan.reader import checked
 from stepload.units import QuantityError, parse_quantity
 

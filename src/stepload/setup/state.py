@@ -12,7 +12,7 @@ from typing import Any
 
 from stepload.errors import BadInputError
 from stepload.plan.whole_file import alone_in, replace_file
-from stepload.setup.flat import Value, written
+from stepload.setup.yaml_keys import Value, written
 
 VERSION = 1
 CALIBRATION = "calibration"

@@ -15,7 +15,7 @@ from stepload.errors import DomainError
 from stepload.estimators.fit import FloatArray
 from stepload.plan.model import ArmSpec, DisplacementSpec, ForceSpec, Plan, SecondForceSource
 from stepload.rig.clockmap import fit_clock
-from stepload.setup.line import Line, Mark, graded, without_number
+from stepload.setup.check_line import CheckLine, Mark, graded, without_number
 from stepload.setup.watch import Watched
 
 RATE_WARN, RATE_FAIL = 0.02, 0.1
@@ -60,11 +60,11 @@ def no_data(samples: Sequence[Any], seconds: float) -> str:
 
 def check_stream(
     name: str, spec: ForceSpec | ArmSpec | DisplacementSpec, seen: Watched, seconds: float
-) -> Iterator[Line]:
+) -> Iterator[CheckLine]:
     """Rate, losses, age and clock of one stream."""
     samples = seen.samples[name]
     if why := no_data(samples, seconds):
-        yield Line(f"{name}: data", Mark.FAIL, len(samples), 3.0, "", why,
+        yield CheckLine(f"{name}: data", Mark.FAIL, len(samples), 3.0, "", why,
                    "check power and cable")  # fmt: skip
         return
     receive_s = np.array([sample.receive_time_s for sample in samples])
@@ -99,8 +99,10 @@ def check_stream(
     counted.pop("gaps", None)  # the line on losses reports them
     if counted:
         listed = ", ".join(f"{key} {count}" for key, count in counted.items())
-        yield Line(f"{name}: driver's counters", Mark.WARN, float(sum(counted.values())), 0.0, "",
-                   listed, "see the device's page in docs/devices")  # fmt: skip
+        yield CheckLine(
+            f"{name}: driver's counters", Mark.WARN, float(sum(counted.values())), 0.0, "",
+            listed, "see the device's page in docs/devices",
+        )  # fmt: skip
 
 
 def _host(seen: Watched, wrong: bool, device: str) -> tuple[str, str]:
@@ -118,7 +120,7 @@ def _host(seen: Watched, wrong: bool, device: str) -> tuple[str, str]:
     )
 
 
-def _check_clock(name: str, samples: list[Any], receive_s: FloatArray) -> Iterator[Line]:
+def _check_clock(name: str, samples: list[Any], receive_s: FloatArray) -> Iterator[CheckLine]:
     device_s = np.array([sample.device_time_s for sample in samples])
     try:
         fit = fit_clock(device_s, receive_s)
@@ -130,7 +132,7 @@ def _check_clock(name: str, samples: list[Any], receive_s: FloatArray) -> Iterat
         yield without_number(f"{name}: device clock", Mark.OK,
                              "none: samples are timed by their arrival")  # fmt: skip
         return
-    yield Line(
+    yield CheckLine(
         f"{name}: transport", Mark.OK, _to_ns(fit.residual_p99_us * 1e-6), math.nan, "s",
         f"latency beyond the smallest: half below {fit.residual_median_us:.0f} µs, 99 % below "
         f"{fit.residual_p99_us:.0f} µs; skew {fit.skew * 1e6:+.1f} ppm",
@@ -142,7 +144,7 @@ def _check_clock(name: str, samples: list[Any], receive_s: FloatArray) -> Iterat
     yield _clock_steps(name, step_s)
 
 
-def _clock_steps(name: str, step_s: float) -> Line:
+def _clock_steps(name: str, step_s: float) -> CheckLine:
     return graded(
         f"{name}: clock steps", _to_ns(step_s), "s", warn=CLOCK_STEP_WARN_S, fail=CLOCK_STEP_FAIL_S,
         message="largest jump of the device's clock against the host's from second to second",
@@ -150,7 +152,9 @@ def _clock_steps(name: str, step_s: float) -> Line:
     )  # fmt: skip
 
 
-def check_force(plan: Plan, spec: ForceSpec, name: str, seen: Watched) -> tuple[list[Line], AtRest]:
+def check_force(
+    plan: Plan, spec: ForceSpec, name: str, seen: Watched
+) -> tuple[list[CheckLine], AtRest]:
     """Noise and drift of a force sensor at rest, with what was measured."""
     index, sign = wrench_axis(spec.axis)
     samples = seen.samples[name]
@@ -171,7 +175,7 @@ def check_force(plan: Plan, spec: ForceSpec, name: str, seen: Watched) -> tuple[
     return lines, rest
 
 
-def _noise(name: str, what: str, value: float, planned: float, unit: str = "N") -> Line:
+def _noise(name: str, what: str, value: float, planned: float, unit: str = "N") -> CheckLine:
     return graded(
         f"{name}: {what}", value, unit, warn=NOISE_WARN * planned, fail=NOISE_FAIL * planned,
         message="standard deviation at rest against the plan's figure with its resolution",
@@ -181,7 +185,7 @@ def _noise(name: str, what: str, value: float, planned: float, unit: str = "N") 
 
 def check_arm(
     plan: Plan, seen: Watched
-) -> tuple[list[Line], dict[tuple[str, str], tuple[float, str]]]:
+) -> tuple[list[CheckLine], dict[tuple[str, str], tuple[float, str]]]:
     """Position noise at rest, and the arm's own force channel; what was measured, with its unit, by
     key of the rig."""
     samples, rig = seen.samples["arm"], plan.rig

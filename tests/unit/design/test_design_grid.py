@@ -10,11 +10,11 @@ import pytest
 from stepload.design import plan_design as room
 from stepload.design.plan_design import grid
 from stepload.design.top_force import Ceiling, ceiling
+from stepload.envelope.draft_plan import plan_of
 from stepload.envelope.envelope import derive
 from stepload.envelope.order import Order
 from stepload.envelope.reason import PlanVerdict
 from stepload.envelope.until import expected_result
-from stepload.envelope.unwritten import plan_of
 from stepload.errors import BadInputError, RefusedError
 from stepload.plan.shipped import payload_folder
 from stepload.units import rounded_down

@@ -10,7 +10,7 @@ import pytest
 
 from stepload.design.map import BUY, PAYLOADS, Map, Point, points, row_of
 from stepload.design.map_report import payload_answers, reaches
-from stepload.envelope.benches import bench, k_max, specimen
+from stepload.envelope.map_grid import bench, k_max, specimen
 from stepload.evidence.changes import gauged, known
 from stepload.evidence.expected import expected_chord, narrowing
 from stepload.evidence.quantity import combined

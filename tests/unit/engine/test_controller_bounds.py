@@ -10,11 +10,11 @@ import pytest
 from run_plans import limits_for, stvf_plan
 
 from stepload.engine.controller import LOOK_AHEAD, STIFFENING, StepController
-from stepload.envelope.catch_up import sudden_step
-from stepload.envelope.leash import ANSWER_SIGMAS
+from stepload.envelope.command_backlog import sudden_step
 from stepload.envelope.limits import RunLimits
 from stepload.envelope.press import NOISE_MULTIPLE
 from stepload.envelope.pressing import LONGEST_STALL_S
+from stepload.envelope.travel_limit import ANSWER_SIGMAS
 
 PLANNED = limits_for(stvf_plan())
 DT = PLANNED.period_s

@@ -11,7 +11,6 @@ import pytest
 from course_feed import PERIOD_S, PLAN, PLANNED, Stage
 
 from stepload.engine.approach import RING_TIMEOUT_S, Approach
-from stepload.engine.follow import LEAD_FILTER_S, Lead
 from stepload.engine.operator import StopLevel
 from stepload.engine.order import START_REST_S, RunOrder
 from stepload.engine.phases import Exit
@@ -19,6 +18,7 @@ from stepload.engine.retract import retract
 from stepload.engine.settle import BLOCK_S, BLOCKS, RingTest, SettleTest
 from stepload.engine.steps import LoadSteps
 from stepload.engine.touch import BOUNCE_S, SURE
+from stepload.engine.tracking import LEAD_FILTER_S, Lead
 from stepload.record.outcome import Tare
 from stepload.record.rows import Phase
 

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 from rule_feed import PERIOD_S, PLANNED, Feed, arm_sample, force_sample
 
-from stepload.engine.answers import WAITS_SHARE
+from stepload.engine.force_response import WAITS_SHARE
 from stepload.engine.supervisor import Supervisor
 from stepload.engine.watch import Breach
 from stepload.record.rows import Phase

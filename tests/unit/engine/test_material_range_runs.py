@@ -9,8 +9,8 @@ from long_ones import long
 from run_bench import bench_for, run, spec_for
 from run_plans import stvf_plan
 
+from stepload.contact.material_range import softest, stiffest
 from stepload.contact.materials import Material
-from stepload.contact.unknown import softest, stiffest
 from stepload.envelope.theory import theory_of
 from stepload.plan.model import Plan
 

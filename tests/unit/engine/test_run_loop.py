@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import os
 import signal
@@ -622,3 +623,46 @@ def test_an_operators_stop_is_told_in_its_moment() -> None:
     tape = Tape(on_tick=lambda row: bench.operator.request_stop(StopLevel.NOW))
     _go(bench, tape, say=told.append)
     assert told[0].startswith("STOPPING on request")
+
+
+def test_the_log_has_the_events_and_nothing_of_a_tick(caplog: pytest.LogCaptureFixture) -> None:
+    bench, tape = _bench(), Tape()
+    with caplog.at_level(logging.DEBUG):
+        outcome = _go(bench, tape)
+    assert outcome.status is RunStatus.COMPLETED
+    logged = [r for r in caplog.records if r.name == "stepload.engine.loop"]
+    assert {r.levelno for r in logged} == {logging.INFO}
+    kinds = Counter(r.getMessage().partition(", ")[2].partition(":")[0] for r in logged)
+    assert kinds == tape.kinds()
+    assert len(caplog.records) < len(tape.events) + 10 < outcome.lateness.ticks / 50
+
+
+def test_a_run_that_nobody_logs_starts_no_thread_for_it(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    names: set[str] = set()
+    tape = Tape(on_tick=lambda _: names.update(t.name for t in threading.enumerate()))
+    with caplog.at_level(logging.WARNING):
+        assert _go(_bench(), tape).status is RunStatus.COMPLETED
+    assert "notices" not in names
+    assert not caplog.records
+
+
+def test_a_log_that_blocks_does_not_hold_up_the_ticks(caplog: pytest.LogCaptureFixture) -> None:
+    held = threading.Event()
+
+    class Blocking(logging.Handler):
+        def emit(self, _: logging.LogRecord) -> None:
+            held.wait(20.0)
+
+    log, handler = logging.getLogger(loop.__name__), Blocking()
+    bench, tape = _bench(), Tape()
+    log.addHandler(handler)
+    try:
+        with caplog.at_level(logging.INFO):
+            outcome = _go(bench, tape)
+    finally:
+        held.set()
+        log.removeHandler(handler)
+    assert outcome.status is RunStatus.COMPLETED
+    assert tape.kinds()["end"] == 1

@@ -15,8 +15,8 @@ from run_plans import limits_for, stvf_plan, ur_plan
 from stepload.engine import anchor
 from stepload.engine.anchor import DRIFT_SHARE
 from stepload.engine.controller import StepController
-from stepload.envelope.leash import OLD_S
 from stepload.envelope.limits import RunLimits
+from stepload.envelope.travel_limit import OLD_S
 
 ONE: dict[str, Any] = {"cross_check": "", "unseen_s": OLD_S, "answers_n": 1e-9}
 """With one force channel, the travel is limited; as on a rigid surface."""

@@ -17,11 +17,11 @@ from stepload.engine.supervisor import Supervisor
 from stepload.engine.tare import TareWindow
 from stepload.engine.watch import Breach, ForceWatch
 from stepload.envelope.bounds import Measured
-from stepload.envelope.dragged import dragged_left, yielding_ratios
 from stepload.envelope.envelope import envelope_of
+from stepload.envelope.lateral_derating import dragged_left, yielding_ratios
+from stepload.envelope.lateral_limits import RATED_SHARE, lateral_limits, lateral_reasons
 from stepload.envelope.limits import RunLimits
 from stepload.envelope.pressing import largest_top_force
-from stepload.envelope.sideways import RATED_SHARE, sideways_limits, sideways_reasons
 from stepload.plan.aligning import Alignment
 from stepload.plan.model import Plan, Structure
 from stepload.record.outcome import Cause
@@ -161,7 +161,7 @@ def test_at_small_force_the_share_says_nothing() -> None:
 
 def test_a_payload_that_bears_little_is_not_dragged_by_little() -> None:
     """F_allowed of 7 N: 2 N along and 1.2 N across are less than 5 N, and too much."""
-    foot_n = sideways_limits(PLAN, 0.01, 7.0)["lateral_from_n"]
+    foot_n = lateral_limits(PLAN, 0.01, 7.0)["lateral_from_n"]
     load = [1.2, 0.0, 2.0, 0.0, 0.0, 0.0]
     assert foot_n < math.hypot(*load[:3]) < 5.0
     assert Feed().ramp(load) is None
@@ -241,7 +241,7 @@ def test_what_tilt_mounting_and_cross_talk_hide_of_the_share_is_counted(
         procedure=replace(PLAN.procedure, alignment=alignment),
         rig=replace(PLAN.rig, force=force),
     )
-    found = sideways_limits(plan, 0.3, 400.0)
+    found = lateral_limits(plan, 0.3, 400.0)
     askew = found["lateral_askew"]
     assert askew == pytest.approx(math.tan(math.radians(hidden_deg)) + 0.01)
     for share in (0.05, 0.1, 0.2, 0.25, 0.3):
@@ -252,10 +252,10 @@ def test_what_tilt_mounting_and_cross_talk_hide_of_the_share_is_counted(
 
 
 def test_what_is_lost_follows_from_the_body_that_yields() -> None:
-    plastic = sideways_limits(PLAN, 0.3, 400.0)["lateral_weakening"]
+    plastic = lateral_limits(PLAN, 0.3, 400.0)["lateral_weakening"]
     body = replace(PLAN.payload.material, poisson_ratio=0.2)
     brittle = replace(PLAN, payload=replace(PLAN.payload, material=body))
-    assert sideways_limits(brittle, 0.3, 400.0)["lateral_weakening"] > 1.2 * plastic > 0.0
+    assert lateral_limits(brittle, 0.3, 400.0)["lateral_weakening"] > 1.2 * plastic > 0.0
 
 
 def rated(limits: RunLimits = LIMITS, **other: float) -> RunLimits:
@@ -307,7 +307,7 @@ def test_ratings_come_from_the_plan() -> None:
     force = replace(
         PLAN.rig.force, rated_force_n=(100.0, 200.0, 1000.0), rated_torque_n_m=(1.0, 2.0, 3.0)
     )
-    stated = sideways_limits(replace(PLAN, rig=replace(PLAN.rig, force=force)), 0.3, 400.0)
+    stated = lateral_limits(replace(PLAN, rig=replace(PLAN.rig, force=force)), 0.3, 400.0)
     assert [stated[f"overload_{name}"] for name in ("fx_n", "fz_n", "ty_n_m")] == pytest.approx(
         [RATED_SHARE * 100.0, RATED_SHARE * 1000.0, RATED_SHARE * 2.0]
     )
@@ -355,7 +355,7 @@ def test_without_torques_or_lever_nothing_is_said_of_the_place() -> None:
     watch = SimpleNamespace(torque_beside=lambda _lever: 0.0)
     supervisor = Supervisor(limits, "+fz")
     assert supervisor.wrench.judge_centre(watch, 100.0) is None  # type: ignore[arg-type]
-    assert sideways_limits(PLAN, 0.3, 400.0)["eccentricity_m"] == 0.0
+    assert lateral_limits(PLAN, 0.3, 400.0)["eccentricity_m"] == 0.0
 
 
 def test_the_zero_of_all_six_is_a_mean_over_the_tare() -> None:
@@ -451,7 +451,7 @@ def long_tool(torque_n_m: float, lever_m: float = 0.12) -> Plan:
 def test_preflight_names_the_torque_that_a_long_tool_makes(
     torque_n_m: float, severity: str
 ) -> None:
-    found = list(sideways_reasons(long_tool(torque_n_m)))
+    found = list(lateral_reasons(long_tool(torque_n_m)))
     assert [str(reason.severity) for reason in found] == ([severity] if severity else [])
 
 

@@ -26,13 +26,12 @@ from stepload.envelope.bounds import (
     step_patience_s,
     step_rate_per_s,
 )
-from stepload.envelope.catch_up import catch_up_force, largest_catch_up
-from stepload.envelope.climb import Climbs
+from stepload.envelope.command_backlog import catch_up_force, largest_catch_up
 from stepload.envelope.envelope import envelope_of
+from stepload.envelope.force_limits import ForceLimits, force_limits
 from stepload.envelope.hazards import HEAVIER, hazards_of
-from stepload.envelope.ladder import ForceLimits, force_limits
-from stepload.envelope.leash import OLD_S, leash_travel
 from stepload.envelope.limits import LEASH_TIME_S, MODEL_LAG_S, identical_counts
+from stepload.envelope.load_times import LoadTimes
 from stepload.envelope.press import PressRig, largest_speed, series_stiffness, speed_terms
 from stepload.envelope.pressing import (
     HARD_STOP_N_PER_M,
@@ -44,6 +43,7 @@ from stepload.envelope.pressing import (
 )
 from stepload.envelope.schedule import renewals, schedule
 from stepload.envelope.theory import theory_of
+from stepload.envelope.travel_limit import OLD_S, travel_limit
 from stepload.envelope.zero_drift import under_load_s
 from stepload.errors import DomainError, RefusedError
 from stepload.plan.model import (
@@ -347,7 +347,7 @@ def test_the_leash_and_the_noise_of_a_reading() -> None:
     found = pressing()
     assert found.reading_noise_n == pytest.approx(math.hypot(0.3, 0.05 / math.sqrt(12.0)))
     assert found.leash_free_m == pytest.approx(
-        leash_travel(375.0, 3.0, found.reading_noise_n, found.rig.stiffness_n_per_m)
+        travel_limit(375.0, 3.0, found.reading_noise_n, found.rig.stiffness_n_per_m)
     )
     assert found.tangent_n_per_m == pytest.approx(LAW.tangent(375.0))
 
@@ -552,7 +552,7 @@ def test_the_schedule_adds_up() -> None:
         limits_for(plan), fast_speed_m_s=0.01, guarded_speed_m_s=0.001, step_rate_per_s=10.0,
         reaction_s=0.005, position_resolution_m=1e-6, lost_motion_m=0.0,
     )  # fmt: skip
-    climbs = Climbs(0.0, (0.5,) * 5 + (2.0,), (0.4,) * 4 + (0.6,))
+    climbs = LoadTimes(0.0, (0.5,) * 5 + (2.0,), (0.4,) * 4 + (0.6,))
     stages = {s.name: s for s in schedule(procedure, limits, climbs)}
     way_m = 2.5e-3 + procedure.retract_m - 1e-4
     hold_s = 0.4 + 1.2

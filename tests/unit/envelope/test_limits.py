@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from run_plans import limits_for, stvf_plan, ur_plan
 
 from stepload.envelope.bounds import Measured, largest_stiffness, press_rig, shown_noise_n
-from stepload.envelope.ladder import force_limits
+from stepload.envelope.force_limits import force_limits
 from stepload.envelope.limits import identical_counts
 from stepload.envelope.press import force_budget, largest_speed
 from stepload.errors import DomainError, RefusedError

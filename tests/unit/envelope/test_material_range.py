@@ -12,10 +12,10 @@ import pytest
 
 from stepload.contact.elastic import law_for
 from stepload.contact.limit import elastic_limit
-from stepload.contact.limit_doubt import limit_in
+from stepload.contact.limit_uncertainty import limit_in
+from stepload.contact.material_range import softest, stiffest
 from stepload.contact.materials import Material
 from stepload.contact.power_law import ContactLaw
-from stepload.contact.unknown import softest, stiffest
 from stepload.envelope.envelope import Envelope, derive, envelope_of
 from stepload.envelope.press import series_stiffness
 from stepload.envelope.ranges import beyond_range
@@ -242,7 +242,7 @@ def test_the_budget_of_an_approach_grows_with_the_stiffness_of_what_is_met(n: fl
     from run_plans import stvf_plan, ur_plan
 
     from stepload.envelope.bounds import press_rig
-    from stepload.envelope.catch_up import catch_up_force
+    from stepload.envelope.command_backlog import catch_up_force
     from stepload.envelope.press import force_budget
 
     for plan in (stvf_plan(), ur_plan()):

@@ -10,7 +10,7 @@ from stepload.estimators.sources import ASSUMED_NONLINEARITY, Sources, linearity
 from stepload.evidence.elastic import Elastic
 from stepload.evidence.errors import errors_of
 from stepload.evidence.loops import Branch, Path
-from stepload.evidence.pressed import Pressed
+from stepload.evidence.run_data import RunData
 
 FORCE = np.linspace(0.0, 300.0, 301)
 
@@ -44,7 +44,7 @@ def test_the_evidence_has_a_line_of_it_as_the_whole_chain_is_compliant():
         rate_n_per_s=ones, held=np.zeros(10, dtype=np.intp),
     )  # fmt: skip
     softness = 2e-7
-    run = Pressed([], Conditions(Sources(2.5e6, nonlinearity=0.01), 300.0, 3.0, 2e-6))
+    run = RunData([], Conditions(Sources(2.5e6, nonlinearity=0.01), 300.0, 3.0, 2e-6))
     elastic = Elastic(300.0 * softness, 1.0, 300.0, lambda force: force * softness)
     first = Branch(path, path.force_n * softness, ())
     found = {part.source: part for part in errors_of(run, first, elastic, None, 50.0)}

@@ -13,7 +13,7 @@ from stepload.estimators.fit import FloatArray
 from stepload.evidence.answer import Evidence, weigh
 from stepload.evidence.lateral import Sideways
 from stepload.evidence.loops import Track
-from stepload.evidence.pressed import Pressed
+from stepload.evidence.run_data import RunData
 
 Read = Callable[[FloatArray], FloatArray]
 NOISE_M, QUANTUM_M = 0.05e-6, 0.1e-6
@@ -32,7 +32,7 @@ def scaled(gain: float) -> Read:
     return lambda deformation_m: gain * deformation_m
 
 
-def beside(world: World, seed: int, read: Read = sound) -> Pressed:
+def beside(world: World, seed: int, read: Read = sound) -> RunData:
     """The run of a world whose arm is that of `press`, with a gauge that reads so."""
     made, rng = press(world, seed), np.random.default_rng(1000 + seed)
     # The same course without noise: what is truly deformed.

@@ -25,8 +25,8 @@ from stepload.evidence.expected import (
 )
 from stepload.evidence.lawfit import Whitened, fit_law
 from stepload.evidence.laws import POWER
-from stepload.evidence.pressed import Pressed
 from stepload.evidence.reading import read_of
+from stepload.evidence.run_data import RunData
 
 QUANTUM_M = 2e-6
 
@@ -132,7 +132,7 @@ def test_what_is_expected_is_of_the_branch_that_is_asked_for(branch: str) -> Non
 def test_a_lower_force_narrows_where_the_rig_gives_way_more_than_the_payload() -> None:
     """σ of K_s times K/K_s is its line, and K of a sphere falls as F^(1/3)."""
 
-    def planned(relative: float) -> Pressed:
+    def planned(relative: float) -> RunData:
         sources = Sources(1e5, relative * 1e5, 1e-7, smooth_length_n=10.0, force_noise_n=1e-3,
                           position_resolution_m=1e-8)  # fmt: skip
         course = Course(np.linspace(10.0, 50.0, 5), 1.0, (1.0,) * 5, (1.0,) * 4, 2.0)

@@ -10,11 +10,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from plan_hints import quantity_in
 
+from stepload.declaration.sections import Key, Kind, keys, schema_of, sections_below
 from stepload.plan.load import load_plan
 from stepload.plan.model import Payload, Plan
 from stepload.plan.problems import PlanError
 from stepload.plan.reader import read_section
-from stepload.plan.sections import Key, Kind, keys, schema_of, sections_below
 from stepload.plan.source import Source
 from stepload.plan.tree import Place, parse_tree
 

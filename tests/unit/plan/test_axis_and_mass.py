@@ -32,4 +32,4 @@ def test_the_axis_has_no_default(tmp_path: Path) -> None:
         plan_with(tmp_path, "rig.yaml")
     (problem,) = caught.value.problems
     assert problem.message == "missing key 'axis'"
-    assert "A push by hand on the tool" in problem.hint
+    assert "a push by hand on the tool shows it" in problem.hint

@@ -15,12 +15,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from plan_hints import quantity_in
 
+from stepload.declaration.sections import Key, keys, schema_of
 from stepload.estimators.deflection_rows import upper_stiffness_n_per_m
 from stepload.plan.calibration import CalibrationRecord, read_calibration, write_calibration
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan, Provenance, RecordPolicy
 from stepload.plan.problems import PlanError
-from stepload.plan.sections import Key, keys, schema_of
 
 WritePlan = Callable[..., Path]
 
@@ -283,7 +283,8 @@ def _records() -> st.SearchStrategy[CalibrationRecord]:
         if not 1e3 <= slope <= 1e9:
             table, slope = [], r.stiffness_n_per_m
         return replace(
-            r, stiffness_n_per_m=slope, measured_on=min(r.measured_on, r.valid_until),
+            r, stiffness_n_per_m=slope, sigma_n_per_m=min(r.sigma_n_per_m, 0.5 * slope),
+            force_from_n=0.5 * r.force_to_n, measured_on=min(r.measured_on, r.valid_until),
             valid_until=max(r.measured_on, r.valid_until),
             deflection_force_n=tuple(sorted(force for force, _ in table)),
             deflection_m=tuple(sorted(deep for _, deep in table)),
@@ -293,6 +294,22 @@ def _records() -> st.SearchStrategy[CalibrationRecord]:
     return st.builds(
         complete, st.fixed_dictionaries(kept).map(lambda x: CalibrationRecord(**x)), rows
     )
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"sigma_n_per_m": RECORD.stiffness_n_per_m},
+        {"force_from_n": 300.0, "force_to_n": 300.0},
+    ],
+)
+def test_a_record_that_contradicts_itself_is_refused(
+    tmp_path: Path, changes: dict[str, float]
+) -> None:
+    path = tmp_path / "cal.json"
+    write_calibration(replace(RECORD, **changes), path)
+    with pytest.raises(PlanError):
+        read_calibration(path)
 
 
 @settings(max_examples=15, deadline=None)

@@ -163,7 +163,7 @@ CASES = [
     Case(
         "a payload too soft to say how far to retract",
         {"payload": LIMITED}, {"payload": LIMITED.replace("radius: 20 mm", "radius: 1e-320 m")},
-        "missing key 'retract'", "procedure:", "does not follow from the other keys here. Distance",
+        "missing key 'retract'", "procedure:", "does not follow from the other keys here",
     ),
     Case(
         "resolution of the force sensor",

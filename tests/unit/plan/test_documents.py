@@ -12,19 +12,19 @@ import jsonschema
 import pytest
 import yaml
 
+from stepload.declaration.sections import keys, sections_below
 from stepload.plan.calibration import CalibrationRecord
 from stepload.plan.load import json_schema, load_plan, profiles
 from stepload.plan.model import Plan
 from stepload.plan.reader import SHAPE
-from stepload.plan.reference import with_tables
-from stepload.plan.sections import keys, sections_below
+from stepload.plan.reference import PAGES, with_tables
 
 ROOT = Path(__file__).parents[3]
 DOCS = ROOT / "docs" / "plan.md"
 
 
 def test_the_reference_is_up_to_date() -> None:
-    text = DOCS.read_text(encoding="utf-8")
+    text = "".join((ROOT / page).read_text(encoding="utf-8") for page in PAGES)
     assert with_tables(text) == text, "run: python -m stepload.plan.reference"
     assert all(f"<!-- keys: {kind.__name__} -->" in text for kind in sections_below(Plan))
 

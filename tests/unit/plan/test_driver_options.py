@@ -2,33 +2,42 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
+from typing import Annotated
 
 import pytest
+from pydantic import ValidationError
+from pydantic.dataclasses import dataclass
 
+from stepload.declaration.quantities import WRITTEN, Choice, Flag, Setting, Vector, Verbatim, number
+from stepload.declaration.sections import SECTION, adapter, key, keys
 from stepload.plan import driver_options
 from stepload.plan.problems import Problem
 from stepload.plan.source import Source
 from stepload.plan.tree import Mapping, Place, parse_tree
-from stepload.rig.options import Option
 from stepload.rig.plugins import GROUPS, driver_names, load_driver
-from stepload.units import describe_unit
 
-DECLARED = {
-    "host": Option("text", "address", required=True),
-    "mode": Option("text", "how", default="a", choices=("a", "b")),
-    "count": Option("integer", "how many", low=1, high=9),
-    "gain": Option("number", "servo gain", default=300.0, low=100.0),
-    "fast": Option("boolean", "whether", default=False),
-    "lookahead": Option("quantity", "look-ahead", unit="s", default=0.1, low=0.03, high=0.2),
-    "approach": Option("vector", "direction"),
-}
+_Gain = Annotated[float, number(100.0, 1e9), key("servo gain")]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class Options:
+    """Options of each kind."""
+
+    host: Annotated[Verbatim, key("address")]
+    mode: Annotated[str, Choice(("a", "b")), key("how")] = "a"
+    count: Annotated[Annotated[int, number(1, 9)] | None, key("how many")] = None
+    gain: _Gain = 300.0
+    fast: Annotated[Flag, key("whether")] = False
+    lookahead_s: Annotated[float, Setting("s", 0.03, 0.2), key("look-ahead")] = 0.1
+    approach: Annotated[Vector | None, key("direction")] = None
 
 
 class Fake:
     """Stands for a driver class."""
 
-    OPTIONS = DECLARED
+    OPTIONS = Options
 
 
 @pytest.fixture
@@ -59,24 +68,26 @@ def test_good_options_arrive_in_si_with_the_defaults(read) -> None:  # type: ign
     ("text", "message", "hint"),
     [
         ("hots: a", "unknown key 'hots'", "'host'"),
-        ("host: 3", "3 is not a text", "address"),
-        ('host: "\\e[2J"', "is not a text", "address"),
-        ("mode: c", "c is not one of a, b", "how"),
-        ("count: 10", "10 is not a whole number from 1 to 9", "how many"),
-        ("count: 1.5", "1.5 is not a whole number", "how many"),
-        ("count: true", "True is not a whole number", "how many"),
-        ("gain: 50", "50 is not a plain number from 100", "servo gain"),
-        ("gain: .inf", "inf is not a plain number from 100", "servo gain"),
-        ("gain: .nan", "nan is not a plain number", "servo gain"),
-        ("fast: yes", "yes is not true or false", "whether"),
+        ("host: 3", "3 is not a text", "in quotes"),
+        ('host: "\\e[2J"', "U+001B", "remove it"),
+        ("mode: c", "'c' is not a choice", "one of a, b"),
+        ("count: 10", "10 is out of range", "from 1 to 9"),
+        ("count: 1.5", "1.5 is not a whole number", "from 1 to 9"),
+        ("count: true", "true is not a whole number", "from 1 to 9"),
+        ("count:", "nothing stands", "leave the key out"),
+        ("gain: 50", "50 is out of range", "from 100"),
+        ("gain: .inf", "inf is not a plain number", "from 100"),
+        ("gain: .nan", "nan is not a plain number", "from 100"),
+        ("gain: [200]", "a list where one value belongs", "servo gain"),
+        ("fast: yes", "'yes' is neither true nor false", "true or false"),
         ("lookahead: 0.05", "0.05 has no unit", "a time"),
         ("lookahead: 50 mm", "is a length, not a time", "a time"),
-        ("lookahead: 1 s", "1 s is not a quantity in s from 0.03 to 0.2 s", "look-ahead"),
-        ("approach: [0, 0]", "is not a list of three plain numbers", "direction"),
-        ("approach: [0, 0, .inf]", "is not a list of three plain numbers", "direction"),
-        ("approach: [0, 0, down]", "is not a list of three plain numbers", "direction"),
-        ("approach: [0, 0, -1, 0]", "is not a list of three plain numbers", "direction"),
-        ("approach: down", "down is not a list of three", "direction"),
+        ("lookahead: 1 s", "1 s is out of range", "from 30 ms to 200 ms"),
+        ("approach: [0, 0]", "not a list of three plain numbers", "[0, 0, -1]"),
+        ("approach: [0, 0, .inf]", "not a list of three plain numbers", "[0, 0, -1]"),
+        ("approach: [0, 0, down]", "not a list of three plain numbers", "[0, 0, -1]"),
+        ("approach: [0, 0, -1, 0]", "not a list of three plain numbers", "[0, 0, -1]"),
+        ("approach: down", "not a list of three", "[0, 0, -1]"),
     ],
 )
 def test_bad_options_are_reported_at_their_place(  # type: ignore[no-untyped-def]
@@ -92,13 +103,30 @@ def test_bad_options_are_reported_at_their_place(  # type: ignore[no-untyped-def
 def test_a_missing_required_option_is_reported_with_its_meaning(read) -> None:  # type: ignore[no-untyped-def]
     _, problems = read("gain: 200")
     assert [(p.message, p.hint) for p in problems] == [
-        ("driver 'fake' needs the option 'host'", "address; a text")
+        (
+            "driver 'fake' needs the option 'host'",
+            "address; expected a text of one line of at most 400 characters",
+        )
     ]
 
 
 @pytest.mark.parametrize("group", GROUPS)
-def test_every_installed_driver_declares_units_that_plans_can_write(group: str) -> None:
+def test_every_default_of_an_installed_driver_is_one_that_a_plan_may_write(group: str) -> None:
     for name in driver_names(group):
-        for key, option in load_driver(group, name).OPTIONS.items():
-            if option.kind == "quantity":
-                assert describe_unit(option.unit)[1], f"{name}.{key}"
+        declared = load_driver(group, name).OPTIONS
+        for each in keys(declared):
+            assert each.meaning, f"{name}.{each.name}"
+            if each.default_text is not None:
+                read = adapter(each.hint).validate_python(each.default_text, context=WRITTEN)
+                assert read == pytest.approx(each.info.default), f"{name}.{each.name}"
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{}, {"host": "a", "lookahead": 1.0}, {"host": "a", "lookahead": math.nan},
+     {"host": "a", "lookahead": "50 ms"}, {"host": "a", "lookahead": True},
+     {"host": "a", "hots": "b"}, {"host": "a", "approach": [0, 0]}, {"host": "a", "gain": 50}],
+)  # fmt: skip
+def test_limits_hold_in_code_too(options: dict[str, object]) -> None:
+    with pytest.raises(ValidationError):
+        Options(**options)  # type: ignore[arg-type]

@@ -127,3 +127,12 @@ def test_a_tag_executes_nothing(write_plan: WritePlan, tmp_path: Path) -> None:
     with pytest.raises(PlanError, match="plain data"):
         load_plan(path)
     assert not witness.exists()
+
+
+@pytest.mark.parametrize("line", ['"\\ud800": 1', 'name: "\\ud800"'])
+def test_half_a_character_is_refused_at_its_line(tmp_path: Path, line: str) -> None:
+    path = tmp_path / "plan.yaml"
+    path.write_text(f"stepload: 1\n{line}\n")
+    with pytest.raises(PlanError) as caught:
+        load_plan(path)
+    assert 2 in [problem.line for problem in caught.value.problems]

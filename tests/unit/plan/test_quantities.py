@@ -11,10 +11,7 @@ from typing import Annotated, Any, get_args
 import pytest
 from plan_hints import quantity_in
 
-from stepload.errors import BadInputError
-from stepload.plan.calibration import CalibrationRecord
-from stepload.plan.model import Plan
-from stepload.plan.quantities import (
+from stepload.declaration.quantities import (
     Calendar,
     Choice,
     FilePath,
@@ -24,13 +21,15 @@ from stepload.plan.quantities import (
     Note,
     Quantity,
     Remark,
-    Uncertain,
     Version,
     number,
-    stated,
 )
+from stepload.declaration.sections import Kind, fields_of, keys, schema_of
+from stepload.declaration.uncertain import Uncertain, stated
+from stepload.errors import BadInputError
+from stepload.plan.calibration import CalibrationRecord
+from stepload.plan.model import Plan
 from stepload.plan.reader import SHAPE, checked
-from stepload.plan.sections import Kind, fields_of, keys, schema_of
 
 RANGES = {
     "above 0 to 10 m": """
@@ -262,7 +261,7 @@ def test_what_is_good_is_read(hint: Any, good: object, found: object) -> None:
 
 
 def test_in_code_si_floats_are_taken_as_they_stand() -> None:
-    from stepload.plan.sections import adapter
+    from stepload.declaration.sections import adapter
 
     assert adapter(LENGTH).validate_python(0.5) == 0.5
 
@@ -302,8 +301,11 @@ def test_in_code_si_floats_are_taken_as_they_stand() -> None:
         (Flag, 1, "1 is neither true nor false", "write true or false"),
         (Calendar, "2025-02-30", "'2025-02-30' is not a date", "year-month-day"),
         (Calendar, "20250228", "'20250228' is not a date", "year-month-day"),
+        (Calendar, "2025-W01-1", "'2025-W01-1' is not a date", "year-month-day"),
+        (LENGTH, "5 % %", "two signs of percent", "write one"),
         (Calendar, 2025, "2025 is not a date", "year-month-day"),
         (Version, 2, "2 is not accepted here", "expected 1"),
+        (Version, 1.0, "'1.0' is not accepted here", "expected 1"),
         (Version, True, "is not accepted here", "expected 1"),
         (Version, None, "nothing is not accepted here", "expected 1"),
         (Version, "1", "'1' is not accepted here", "expected 1"),

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from stepload.plan.problems import MAX_PROBLEMS, PlanError, Problem, printable
+from stepload.errors import printable
+from stepload.plan.problems import MAX_PROBLEMS, PlanError, Problem
 from stepload.plan.source import MAX_BYTES, read_source
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from stepload.plan.kinematics import read_arm
 from stepload.posture.chain import frames, jacobian, reach_m
-from stepload.posture.clear import clear, mobile
+from stepload.posture.collision import clear, mobile
 from stepload.posture.load import GRAVITY_M_S2, push_n, weight_torque_n_m
 
 UR5E = read_arm("ur5e")

@@ -17,11 +17,11 @@ from stepload.plan.calibration import CalibrationRecord, write_calibration
 from stepload.plan.kinematics import read_arm
 from stepload.plan.problems import PlanError
 from stepload.plan.shipped import payload_folder
-from stepload.posture import doubt, picture, tables
-from stepload.posture.make import Posture, make
-from stepload.posture.measured import held
+from stepload.posture import picture, ranking_uncertainty, tables
+from stepload.posture.joint_calibration import held
+from stepload.posture.rig_search import Posture, make
 from stepload.posture.search import direction
-from stepload.posture.words import sentences, up
+from stepload.posture.text import sentences, up
 from stepload.results.figures import png_of, svg_of
 
 SOME: dict[str, Any] = {
@@ -36,8 +36,8 @@ STRETCHED_DEG = (10.0, -60.0, 60.0, -90.0, -90.0, 0.0)
 @pytest.fixture(autouse=True)
 def _few_draws(monkeypatch: pytest.MonkeyPatch) -> None:
     """How sure an order is takes most of a search, and is judged in test_doubt.py."""
-    monkeypatch.setattr(doubt, "RANKINGS", 20)
-    monkeypatch.setattr(doubt, "DRAWS", 400)
+    monkeypatch.setattr(ranking_uncertainty, "RANKINGS", 20)
+    monkeypatch.setattr(ranking_uncertainty, "DRAWS", 400)
 
 
 @cache

@@ -12,10 +12,10 @@ import pytest
 from stepload.errors import BadInputError, RefusedError
 from stepload.plan.kinematics import ArmKinematics, read_arm
 from stepload.posture.chain import Tool, frames, reach_m
-from stepload.posture.clear import clear
+from stepload.posture.collision import clear
 from stepload.posture.compliance import compliance, gives_way
-from stepload.posture.near import changes
 from stepload.posture.search import ALIKE, APART, Poses, Task, best, direction, grid, search
+from stepload.posture.stiffness_gradient import changes
 
 UR5E = read_arm("ur5e")
 STIFFNESS = np.array(UR5E.joint_stiffness_n_m_per_rad)

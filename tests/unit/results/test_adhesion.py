@@ -9,7 +9,7 @@ import pytest
 
 from stepload.record.rows import Phase
 from stepload.results.analyse import identify_payload
-from stepload.results.pressed import pressed, pulls
+from stepload.results.run_data import pressed, pulls
 from stepload_verify.trials.honest.measure import record
 from stepload_verify.trials.honest.worlds import KNOWN, make
 

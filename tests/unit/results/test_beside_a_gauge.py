@@ -17,7 +17,7 @@ from stepload.evidence.answer import weigh
 from stepload.plan.model import DisplacementSpec
 from stepload.results.conditions import FILE, from_attachments, planned, to_bytes
 from stepload.results.press_data import PressData
-from stepload.results.pressed import pressed
+from stepload.results.run_data import pressed
 
 
 def with_a_gauge() -> Envelope:

@@ -27,7 +27,7 @@ from stepload.results.comparison_runs import ComparedRun
 from stepload.results.model import NOTHING
 from stepload.results.origins import origin_of
 from stepload.results.press_data import PressData, TouchPoint
-from stepload.results.saved import SavedRun, labelled
+from stepload.results.run_record import SavedRun, labelled
 from stepload.results.table_one import power_of_ten
 
 K, N, KS = 6.57e8, 1.5, 3.49e6

@@ -12,7 +12,7 @@ from run_plans import SIM, stvf_plan
 
 from stepload.envelope.envelope import envelope_of
 from stepload.errors import BadInputError
-from stepload.estimators.across import Across
+from stepload.estimators.lateral_effect import Across
 from stepload.plan.model import DisplacementSpec, Plan, Structure
 from stepload.results.analyse import identify_payload
 from stepload.results.conditions import (

@@ -9,7 +9,7 @@ import pytest
 
 from stepload.errors import BadInputError
 from stepload.results.calibration import common_pose
-from stepload.results.saved import SavedRun
+from stepload.results.run_record import SavedRun
 from stepload.rig.device import ArmConfiguration
 from stepload.rig.pose import to_texts
 

@@ -13,10 +13,10 @@ from run_plans import stvf_plan
 
 from stepload.envelope.envelope import envelope_of
 from stepload.errors import BadInputError
-from stepload.results.across_runs import across_of_runs
 from stepload.results.calibration import from_system_runs
 from stepload.results.conditions import planned
-from stepload.results.saved import SavedRun
+from stepload.results.lateral_effect_runs import across_of_runs
+from stepload.results.run_record import SavedRun
 
 GUIDED = planned(envelope_of(stvf_plan()))
 ARM = replace(GUIDED, arm=True)

@@ -74,3 +74,8 @@ def test_the_choice_of_laws_reaches_a_curve_and_replaces_that_of_a_record(curve:
     assert identification_data(found)["laws_chosen"] == ("hertz",)
     assert Stated(laws=()).applied(found.conditions).laws == ()
     assert Stated().applied(found.conditions).laws == ("hertz",)
+
+
+def test_a_stated_drift_takes_the_place_of_what_one_cycle_leaves_open(curve: Path) -> None:
+    assert "drift as stated" not in sizes(curve)
+    assert "drift as stated" in sizes(curve, travel_drift_m_per_s=1e-9)

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from stepload.record.recovery import Recovered
-from stepload.session.unfinished import Repaired
+from stepload.session.repair import Repaired
 
 
 def said(headline: Any) -> str:

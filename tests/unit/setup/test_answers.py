@@ -8,8 +8,8 @@ from bench_fakes import Hands, Rig
 from stepload.errors import BadInputError, RefusedError
 from stepload.plan.source import Source
 from stepload.setup.answers import Answers, from_flags
-from stepload.setup.flat import flat, quoted, written
 from stepload.setup.questions import QUESTIONS
+from stepload.setup.yaml_keys import flat, quoted, written
 
 
 def asked(given=None, person=None, **how):

@@ -9,14 +9,14 @@ import pytest
 from bench_fakes import FakeArm, Rig, VirtualClock
 
 from stepload.setup import checkup, motion
-from stepload.setup.line import Line, Mark
+from stepload.setup.check_line import CheckLine, Mark
 
 
 def test_the_arm_is_brought_back_to_where_the_examination_began(monkeypatch):
     truth = Rig(position_m=2e-4)
     rig = SimpleNamespace(arm=FakeArm(truth), clock=truth.clock)
     assert isinstance(truth.clock, VirtualClock)
-    ok = Line("moved", Mark.OK, math.nan, math.nan, "", "")
+    ok = CheckLine("moved", Mark.OK, math.nan, math.nan, "", "")
 
     def back(_rig):
         truth.position_m -= 2e-3

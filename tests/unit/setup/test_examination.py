@@ -13,8 +13,8 @@ from stepload.envelope.envelope import envelope_of
 from stepload.errors import BadInputError, DeviceError
 from stepload.rig.faults import Fault, FaultCode
 from stepload.rig.samples import ArmSample, ForceSample
-from stepload.setup import checkup, host, motion, spring
-from stepload.setup.line import Line, Mark
+from stepload.setup import checkup, host, loop_delay, motion
+from stepload.setup.check_line import CheckLine, Mark
 from stepload.setup.watch import Watched
 
 ENVELOPE = envelope_of(stvf_plan())
@@ -22,7 +22,7 @@ MOVES = ("check_stop", "check_watchdog", "check_response")
 
 
 def line(name, mark=Mark.OK):
-    return Line(name, mark, 0.0, 0.0, "", "")
+    return CheckLine(name, mark, 0.0, 0.0, "", "")
 
 
 class Bench:
@@ -61,7 +61,7 @@ class Bench:
             motion, "check_response", lambda plan, rig: (self.moved("check_response"), 5e-3)
         )
         monkeypatch.setattr(
-            spring, "check_spring", lambda *_: (self.moved("check_spring"), 9e-3)
+            loop_delay, "check_spring", lambda *_: (self.moved("check_spring"), 9e-3)
         )  # fmt: skip
 
     def line(self, name):

@@ -9,7 +9,7 @@ import pytest
 from run_plans import stvf_plan
 
 from stepload.setup import host
-from stepload.setup.line import Mark
+from stepload.setup.check_line import Mark
 
 
 @pytest.mark.parametrize(("late", "mark"), [(0, Mark.OK), (2, Mark.WARN), (6, Mark.FAIL)])

@@ -14,7 +14,7 @@ from stepload.errors import DeviceError
 from stepload.record.lag import Lag
 from stepload.rig.device import StopProof
 from stepload.setup import motion
-from stepload.setup.line import Mark
+from stepload.setup.check_line import Mark
 
 
 class StopArm(FakeArm):

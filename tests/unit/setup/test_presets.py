@@ -9,12 +9,12 @@ import pytest
 import yaml
 from bench_fakes import Hands, Rig
 
+from stepload.declaration.sections import keys, sections_below
 from stepload.envelope.envelope import envelope_of
 from stepload.envelope.reason import PlanVerdict
 from stepload.errors import BadInputError
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
-from stepload.plan.sections import keys, sections_below
 from stepload.setup.answers import Answers
 from stepload.setup.first_plan import first_plan
 from stepload.setup.plan_notes import NOTES

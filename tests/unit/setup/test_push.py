@@ -6,7 +6,7 @@ import pytest
 from bench_fakes import Hands, Rig, setup_of
 
 from stepload.errors import RefusedError
-from stepload.setup import hand
+from stepload.setup import hand_push
 
 
 def texts(found):
@@ -23,14 +23,14 @@ def texts(found):
     ],
 )
 def test_axis_and_sign_are_those_of_the_wiring(feel, axis):
-    found = texts(hand.push(setup_of(Rig(feel=feel))))
+    found = texts(hand_push.push(setup_of(Rig(feel=feel))))
     assert found["force.axis"] == axis
     assert found["wiring_checked_on"] == "2026-11-22"
 
 
 def test_a_second_sensor_gets_an_axis_of_its_own():
     rig = Rig(second_feel=lambda f: (f[2], f[0], f[1]))
-    found = texts(hand.push(setup_of(rig, second="sensor")))
+    found = texts(hand_push.push(setup_of(rig, second="sensor")))
     assert (found["force.axis"], found["second_force.sensor.axis"]) == ('"-fz"', '"-fx"')
     assert found["wiring_checked_on"] == "2026-11-22"
 
@@ -49,14 +49,14 @@ def test_a_second_sensor_gets_an_axis_of_its_own():
 )  # fmt: skip
 def test_what_is_wrong_with_a_channel_is_said(rig, what):
     with pytest.raises(RefusedError, match=what):
-        hand.push(setup_of(rig))
+        hand_push.push(setup_of(rig))
 
 
 def test_the_hazards_are_said_before_a_hand_comes_near_the_arm():
     rig = Rig()
     hands = Hands(rig)
     with pytest.raises(RefusedError, match="The answer was no"):
-        hand.push(setup_of(rig, hands, may_push="no"))
+        hand_push.push(setup_of(rig, hands, may_push="no"))
     assert any("crush a hand" in line for line in hands.said)
     assert not rig.openings
 
@@ -64,13 +64,13 @@ def test_the_hazards_are_said_before_a_hand_comes_near_the_arm():
 def test_a_push_the_wrong_way_is_not_taken_for_a_sign():
     rig = Rig()
     with pytest.raises(RefusedError, match="the push went the wrong way"):
-        hand.push(setup_of(rig, Hands(rig, push=(0.0, 0.0, -30.0))))
+        hand_push.push(setup_of(rig, Hands(rig, push=(0.0, 0.0, -30.0))))
 
 
 def test_a_push_across_the_tool_is_not_clear_to_the_arm():
     rig = Rig()
     with pytest.raises(RefusedError, match="the arm's own force"):
-        hand.push(setup_of(rig, Hands(rig, push=(30.0, 0.0, 0.0))))
+        hand_push.push(setup_of(rig, Hands(rig, push=(30.0, 0.0, 0.0))))
 
 
 def test_pushes_that_disagree_are_refused():
@@ -83,7 +83,7 @@ def test_pushes_that_disagree_are_refused():
             super().tell(line)
 
     with pytest.raises(RefusedError, match="the pushes disagree"):
-        hand.push(setup_of(rig, Changing(rig), second="none"))
+        hand_push.push(setup_of(rig, Changing(rig), second="none"))
 
 
 def test_a_hand_that_does_not_let_go_is_waited_for_in_vain():
@@ -95,7 +95,7 @@ def test_a_hand_that_does_not_let_go_is_waited_for_in_vain():
                 super().tell(line)
 
     with pytest.raises(RefusedError, match="not come back to its rest"):
-        hand.push(setup_of(rig, Holding(rig)))
+        hand_push.push(setup_of(rig, Holding(rig)))
 
 
 def test_jerks_are_no_push():
@@ -103,4 +103,4 @@ def test_jerks_are_no_push():
     rig.tool.mass_kg = 0.0
     rig.feel = lambda f: f if rig.clock.now_s() % 1.0 < 0.7 else (0.0, 0.0, 0.0)
     with pytest.raises(RefusedError, match="no push was seen"):
-        hand.push(setup_of(rig, second="none"))
+        hand_push.push(setup_of(rig, second="none"))

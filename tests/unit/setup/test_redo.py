@@ -12,10 +12,10 @@ from bench_fakes import DAY, Hands, Rig, failing, opener, press_nothing
 
 from stepload.errors import BadInputError, DeviceError, RefusedError
 from stepload.setup.answers import Answers
-from stepload.setup.flat import Value
 from stepload.setup.questions import ASKED_IN, QUESTIONS, STEP_OF
 from stepload.setup.state import CALIBRATION, Done, Found, read_state, write_state
-from stepload.setup.story import STEPS, set_up
+from stepload.setup.wizard import STEPS, set_up
+from stepload.setup.yaml_keys import Value
 
 GIVEN = {
     "name": "bench", "host": "127.0.0.1", "sensor": "bota-sensone-serial",

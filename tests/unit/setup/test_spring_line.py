@@ -14,8 +14,8 @@ from stepload.envelope.envelope import envelope_of
 from stepload.envelope.reason import PlanVerdict
 from stepload.record.lag import Lag
 from stepload.record.outcome import RunStatus
-from stepload.setup import spring
-from stepload.setup.line import Mark
+from stepload.setup import loop_delay
+from stepload.setup.check_line import Mark
 
 ENVELOPE = envelope_of(stvf_plan())
 RIG = SimpleNamespace(arm=SimpleNamespace(period_s=1e-3), identities={})
@@ -31,11 +31,11 @@ def checked(monkeypatch, status=RunStatus.COMPLETED, lag=None, refused=False):
 
     if refused:
         gentle = SimpleNamespace(verdict=PlanVerdict.REFUSED, reasons=())
-        monkeypatch.setattr(spring, "envelope_of", lambda plan: gentle)
-    monkeypatch.setattr(spring, "run_loop", run_loop)
-    monkeypatch.setattr(spring, "Engine", lambda envelope, operator: envelope)
-    monkeypatch.setattr(spring, "force_lag", lambda memory, axis: lag)
-    return *spring.check_spring(ENVELOPE, RIG, Operator()), runs
+        monkeypatch.setattr(loop_delay, "envelope_of", lambda plan: gentle)
+    monkeypatch.setattr(loop_delay, "run_loop", run_loop)
+    monkeypatch.setattr(loop_delay, "Engine", lambda envelope, operator: envelope)
+    monkeypatch.setattr(loop_delay, "force_lag", lambda memory, axis: lag)
+    return *loop_delay.check_spring(ENVELOPE, RIG, Operator()), runs
 
 
 def test_what_is_offered_is_an_upper_bound(monkeypatch):
@@ -67,5 +67,5 @@ def test_nothing_is_offered_of_a_run_that_tells_nothing(monkeypatch, how):
 
 def test_the_help_says_the_force_that_is_pressed():
     procedure = ENVELOPE.plan.procedure
-    assert spring.small_steps(ENVELOPE.plan).procedure.levels_n[-1] == procedure.top_force_n
+    assert loop_delay.small_steps(ENVELOPE.plan).procedure.levels_n[-1] == procedure.top_force_n
     assert "presses up to its top force" in " ".join(doctor.__doc__.split())

@@ -9,10 +9,10 @@ from run_plans import stvf_plan
 
 from stepload.envelope.envelope import envelope_of
 from stepload.setup import checkup, motion
-from stepload.setup.line import Line, Mark
+from stepload.setup.check_line import CheckLine, Mark
 
 START_M = 1e-3
-OK = Line("arm: motion", Mark.OK, 0.0, 0.0, "", "")
+OK = CheckLine("arm: motion", Mark.OK, 0.0, 0.0, "", "")
 
 
 def test_it_goes_back_after_each_motion(monkeypatch):

@@ -18,12 +18,12 @@ from stepload.errors import DomainError
 from stepload.rig.mount import Mount
 from stepload.rig.world import WorldFault
 from stepload_drivers.sim.contact import contact_of
-from stepload_drivers.sim.limit_left import limit_left
+from stepload_drivers.sim.drift_and_creep import plant_of
+from stepload_drivers.sim.lateral_derating import lateral_derating
 from stepload_drivers.sim.plant import Plant
 from stepload_drivers.sim.simulation import World
 from stepload_drivers.sim.six_plant import SixPlant
 from stepload_drivers.sim.six_tip import SWING_RAD
-from stepload_drivers.sim.slow import plant_of
 
 
 def pressed(spec, make, speed_m_s=0.5e-3):
@@ -326,7 +326,9 @@ def test_the_peak_is_of_the_resultant_and_knows_what_friction_costs():
     assert share > 0.2
     assert resultant_n > 1.02 * six.force_n
     assert six.peak_n == pytest.approx(resultant_n, rel=0.01)
-    assert six.peak_equivalent_n == pytest.approx(resultant_n / limit_left(0.3)(share), rel=0.03)
+    assert six.peak_equivalent_n == pytest.approx(
+        resultant_n / lateral_derating(0.3)(share), rel=0.03
+    )
 
 
 def test_what_friction_costs_is_that_of_the_body():
@@ -362,10 +364,10 @@ def test_a_plate_that_becomes_slippery_lets_go_and_holds_again():
 def test_what_a_lateral_load_leaves_of_the_limit():
     shares = (0.0, 0.05, 0.123, 0.3, 0.38, 0.45, 0.599)
     for ratio in (0.2, 0.3, 0.33, 0.5):
-        given = [limit_left(ratio)(share) for share in shares]
+        given = [lateral_derating(ratio)(share) for share in shares]
         assert given == pytest.approx([left_of_limit(ratio, share) for share in shares], abs=2e-3)
-    assert limit_left(0.3)(0.6) == pytest.approx(0.1743)
-    assert limit_left(0.3)(1.2) == pytest.approx(0.1743 / 8.0)
+    assert lateral_derating(0.3)(0.6) == pytest.approx(0.1743)
+    assert lateral_derating(0.3)(1.2) == pytest.approx(0.1743 / 8.0)
 
 
 SLOW = [

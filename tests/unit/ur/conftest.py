@@ -10,11 +10,11 @@ from driver_time import Clock
 from ur_fakes import APPROACH, PERIOD_S, Died, FakeLink, FakeTold, FakeUr
 
 from stepload_drivers.ur import arm as arm_module
-from stepload_drivers.ur import client, lookout, procedures, remote, rescue, unload
+from stepload_drivers.ur import client, dashboard_watch, direct_stop, procedures, remote, unload
+from stepload_drivers.ur import configuration as told_module
 from stepload_drivers.ur import loop as loop_module
-from stepload_drivers.ur import told as told_module
 from stepload_drivers.ur import watch as watch_module
-from stepload_drivers.ur.settings import settings_from
+from stepload_drivers.ur.settings import Settings
 
 
 @pytest.fixture
@@ -23,10 +23,10 @@ def clock(monkeypatch) -> Clock:
     modules = (
         loop_module,
         procedures,
-        rescue,
+        direct_stop,
         unload,
         client,
-        lookout,
+        dashboard_watch,
         remote,
         told_module,
         watch_module,
@@ -69,10 +69,10 @@ def make_loop(ur, link, told, monkeypatch):
     monkeypatch.setattr(loop_module, "stay_alive_for", lambda seconds: None)
     monkeypatch.setattr(loop_module, "os", SimpleNamespace(_exit=end_process))
     monkeypatch.setattr(watch_module, "RemoteCheck", ask_remote)
-    monkeypatch.setattr(watch_module, "ToldClient", lambda host, deadline_s: told)
+    monkeypatch.setattr(watch_module, "ConfigurationClient", lambda host, deadline_s: told)
 
     def make(*, control: bool = True, **options: Any) -> loop_module.Loop:
-        settings = settings_from({"host": "127.0.0.1", "approach": APPROACH, **options})
+        settings = Settings(host="127.0.0.1", approach=APPROACH, **options)
         loop = loop_module.Loop(link, settings, PERIOD_S)
         if control:
             loop.control = ur

@@ -14,7 +14,7 @@ from stepload.rig.faults import TAKEN_OVER, FaultCode
 from stepload.rig.samples import Status
 from stepload_drivers.ur import arm as arm_module
 from stepload_drivers.ur import wire
-from stepload_drivers.ur.last_seen import LastSeen
+from stepload_drivers.ur.last_state import LastState
 from stepload_drivers.ur.preflight import Controller
 from stepload_drivers.ur.state import PAUSED, PLAYING, ROBOT_RUNNING, UrState, target_pose
 
@@ -104,10 +104,10 @@ class Rescue:
         self.error: DeviceError | None = None
         self.has_ended = True
         self.age_s = 0.0
-        self.last: LastSeen | None = None
+        self.last: LastState | None = None
         self.closed = False
 
-    def made(self, last: LastSeen) -> Rescue:
+    def made(self, last: LastState) -> Rescue:
         self.last = last
         return self
 
@@ -129,9 +129,11 @@ class Rescue:
 @pytest.fixture
 def rescue(monkeypatch) -> Rescue:
     rescue = Rescue()
-    monkeypatch.setattr(arm_module, "rescue", rescue)
+    monkeypatch.setattr(arm_module, "direct_stop", rescue)
     monkeypatch.setattr(arm_module, "Unloading", lambda settings, last: rescue.made(last))
-    monkeypatch.setattr(arm_module.lookout, "loaded_program", lambda host: "Loaded program: a.urp")
+    monkeypatch.setattr(
+        arm_module.dashboard_watch, "loaded_program", lambda host: "Loaded program: a.urp"
+    )
     return rescue
 
 

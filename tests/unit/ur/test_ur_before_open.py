@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import re
+import sys
+import tomllib
+from pathlib import Path
+
 import pytest
 from ur_fakes import HOME
 
@@ -10,9 +15,10 @@ from stepload.rig.device import ArmConfiguration
 from stepload.rig.faults import FaultCode
 from stepload_drivers.ur import preflight as preflight_module
 from stepload_drivers.ur.preflight import preflight
-from stepload_drivers.ur.settings import settings_from
+from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import PLAYING, ROBOT_RUNNING, UrState
 
+HERE = Path(__file__).parents[3]
 SOUND = UrState(1.0, HOME, (0.0,) * 6, ROBOT_RUNNING, 1, PLAYING, 1)
 
 
@@ -59,14 +65,17 @@ def controller(monkeypatch) -> Controller:
             raise DeviceError("silent", code=FaultCode.NOT_CONNECTED)
         return [controller.replies[command] for command in commands]
 
+    monkeypatch.setattr(preflight_module, "find_spec", lambda name: True)
     monkeypatch.setattr(preflight_module, "RtdeClient", Rtde)
     monkeypatch.setattr(preflight_module, "dashboard", dashboard)
-    monkeypatch.setattr(preflight_module, "told", lambda host, deadline_s: controller.told)
+    monkeypatch.setattr(
+        preflight_module, "read_configuration", lambda host, deadline_s: controller.told
+    )
     return controller
 
 
 def look(**options):
-    return preflight(settings_from({"host": "10.0.0.2", **options}), 1e12)
+    return preflight(Settings(host="10.0.0.2", **options), 1e12)
 
 
 def test_a_sound_controller_tells_who_it_is(controller):
@@ -79,6 +88,18 @@ def test_an_unsupported_version_is_refused(controller):
     with pytest.raises(DeviceError) as caught:
         look()
     assert caught.value.code == FaultCode.UNSUPPORTED
+
+
+def test_where_ur_rtde_is_missing_the_versions_that_have_wheels_are_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "rtde_control", None)
+    with pytest.raises(DeviceError) as caught:
+        look()
+    assert caught.value.code == FaultCode.UNSUPPORTED
+    project = tomllib.loads((HERE / "pyproject.toml").read_text())["project"]
+    [line] = [each for each in project["dependencies"] if each.startswith("ur-rtde")]
+    first_without = re.search(r"python_version < '3\.(\d+)'", line)
+    named = re.findall(r"3\.(\d+)(?= |,|;)", caught.value.hint)
+    assert named == [str(minor) for minor in range(11, int(first_without[1]))]
 
 
 def test_registers_that_somebody_else_holds_are_refused(controller):

@@ -10,7 +10,7 @@ from ur_fakes import HOME
 
 from stepload_drivers.ur import ports
 from stepload_drivers.ur.ports import ControlPort, ReceivePort
-from stepload_drivers.ur.settings import settings_from
+from stepload_drivers.ur.settings import Settings
 
 
 class Rtde:
@@ -63,7 +63,7 @@ def library(monkeypatch):
 
 
 def settings(**options):
-    return settings_from({"host": "10.0.0.2", **options})
+    return Settings(host="10.0.0.2", **options)
 
 
 def test_a_package_is_new_only_with_another_stamp():

@@ -7,13 +7,14 @@ import math
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pydantic import ValidationError
 
-from stepload.errors import BadInputError, DeviceError
+from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
 from stepload_drivers.ur import wire
+from stepload_drivers.ur.direct_stop import retract_script
 from stepload_drivers.ur.preflight import Controller, check_version, register_names
-from stepload_drivers.ur.rescue import retract_script
-from stepload_drivers.ur.settings import Settings, settings_from
+from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import UrState
 from stepload_verify.emulators.ur_axis import FreeAirAxis
 from stepload_verify.emulators.ur_program import UserScript
@@ -80,7 +81,7 @@ def test_periods_of_the_two_generations():
 
 
 def test_approach_gets_length_one_and_settings_cross_as_json():
-    settings_ = settings_from({"host": "127.0.0.2", "approach": [0, 3, 4], "tcp_offset": [0, 0, 1]})
+    settings_ = Settings(host="127.0.0.2", approach=[0, 3, 4], tcp_offset=[0, 0, 1])
     assert settings_.approach == pytest.approx((0.0, 0.6, 0.8))
     assert Settings.from_json(settings_.to_json()) == settings_
 
@@ -90,16 +91,16 @@ def test_approach_gets_length_one_and_settings_cross_as_json():
     [
         ({}, "host"),
         ({"host": "h", "hoost": 1}, "hoost"),
-        ({"host": "h", "approach": [0, 0, 0]}, "no length"),
-        ({"host": "h", "approach": [0, math.nan, 1]}, "not finite"),
+        ({"host": "h", "approach": [0, 0, 0]}, "without length"),
+        ({"host": "h", "approach": [0, math.nan, 1]}, "three plain numbers"),
         ({"host": "h", "max_age": math.nan}, "max_age"),
         ({"host": "h", "gain": 99.0}, "gain"),
         ({"host": "h", "wrench_sign": "plus"}, "wrench_sign"),
     ],
 )
 def test_options_that_cannot_be_used(options, says):
-    with pytest.raises(BadInputError, match=says):
-        settings_from(options)
+    with pytest.raises(ValidationError, match=says):
+        Settings(**options)
 
 
 @settings(max_examples=100, deadline=None)

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stepload.rig.faults import FaultCode
+from stepload_drivers.ur.packet_counter import PacketCounter
 from stepload_drivers.ur.standstill import Standstill
 from stepload_drivers.ur.state import (
     UrState,
@@ -20,7 +21,6 @@ from stepload_drivers.ur.state import (
     target_pose,
     travel_m,
 )
-from stepload_drivers.ur.tally import Tally
 
 SOUND = UrState(12.5, (0.4, -0.1, 0.3, 0.0, 3.1, 0.0), (0.0,) * 6, 7, 1, 2, 1)
 UNIT = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: math.hypot(*v) > 0.1)
@@ -117,7 +117,7 @@ def test_a_wrench_keeps_its_size_in_any_pressing_frame(vector, wrench):
 
 
 def test_tally_counts_gaps_from_stamps_and_never_repeats_a_number():
-    tally = Tally(0.002)
+    tally = PacketCounter(0.002)
     stamps = [10.0, 10.002, 10.008, 10.0081, 10.012]
     assert [tally.add(stamp, 5.0) for stamp in stamps] == [0, 1, 4, 5, 6]
     health = tally.health(5.25)

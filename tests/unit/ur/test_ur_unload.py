@@ -11,13 +11,13 @@ from stepload.errors import DeviceError
 from stepload.rig.device import ArmConfiguration
 from stepload.rig.faults import FaultCode
 from stepload.rig.samples import ArmSample
-from stepload_drivers.ur import lookout, unload
-from stepload_drivers.ur.last_seen import LastSeen
-from stepload_drivers.ur.rescue import retract_script
-from stepload_drivers.ur.settings import settings_from
+from stepload_drivers.ur import dashboard_watch, unload
+from stepload_drivers.ur.direct_stop import retract_script
+from stepload_drivers.ur.last_state import LastState
+from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import PAUSED, PLAYING, ROBOT_RUNNING, STOPPED, UrState, target_pose
 
-SETTINGS = settings_from({"host": "10.0.0.2", "approach": APPROACH})
+SETTINGS = Settings(host="10.0.0.2", approach=APPROACH)
 NORMAL = {"safety_mode": 1, "safety_bits": 1}
 TOLD = ArmConfiguration((0.0,) * 6, (0.0,) * 6, 1.2, (0.0, 0.0, 0.05), 1.0)
 WAY_M, SPEED_M_S = 2e-3, 0.01
@@ -118,9 +118,9 @@ def controller(clock, monkeypatch) -> Controller:
     monkeypatch.setattr(unload, "RtdeClient", rtde_of(controller, clock))
     monkeypatch.setattr(unload, "dashboard", controller.dashboard)
     monkeypatch.setattr(unload, "send_script", controller.send_script)
-    monkeypatch.setattr(unload, "told", controller.told)
-    monkeypatch.setattr(lookout, "Dashboard", lambda host, deadline_s: controller)
-    monkeypatch.setattr(lookout.Lookout, "start", lambda self: None)
+    monkeypatch.setattr(unload, "read_configuration", controller.told)
+    monkeypatch.setattr(dashboard_watch, "Dashboard", lambda host, deadline_s: controller)
+    monkeypatch.setattr(dashboard_watch.DashboardWatch, "start", lambda self: None)
     return controller
 
 
@@ -128,7 +128,7 @@ def controller(clock, monkeypatch) -> Controller:
 def unloading(controller, clock) -> unload.Unloading:
     pose = tuple(target_pose(HOME, APPROACH, controller.position_m))
     sample = ArmSample(1, clock.now_s, clock.now_s, 0, 5e-3, 8.1, pose)
-    last = LastSeen(SETTINGS, sample, (0.0, 0.0), TOLD, controller.loaded)
+    last = LastState(SETTINGS, sample, (0.0, 0.0), TOLD, controller.loaded)
     return unload.Unloading(SETTINGS, last)
 
 
@@ -366,7 +366,7 @@ def test_who_was_seen_once_while_no_data_came_has_the_arm_for_good(
     usual = getattr(controller, name)
     controller.silent = True
     setattr(controller, name, value)
-    unloading._lookout.ask()  # as its thread does, between two attempts
+    unloading._dashboard.ask()  # as its thread does, between two attempts
     setattr(controller, name, usual)
     controller.silent = False
     error = refused(unloading, clock, controller)
@@ -380,7 +380,7 @@ def test_a_sign_right_before_the_sending_is_not_too_late(unloading, controller, 
         controller.remote = False
         return TOLD
 
-    monkeypatch.setattr(unload, "told", told)
+    monkeypatch.setattr(unload, "read_configuration", told)
     assert refused(unloading, clock, controller).code == FaultCode.NOT_REMOTE
     assert controller.scripts == []
 
@@ -389,7 +389,7 @@ def test_a_sign_ends_a_retract_that_nobody_saw_begin(unloading, controller, cloc
     controller.silent, controller.carries_out = True, False
     no_answer(unloading, clock)
     controller.words = {"safety_mode": 3, "safety_bits": 1}
-    unloading._lookout.ask()
+    unloading._dashboard.ask()
     assert refused(unloading, clock, controller).code == FaultCode.PROTECTIVE_STOP
     assert not unloading.under_way  # so that a stop may be sent now
 
@@ -461,7 +461,7 @@ def test_nothing_waits_for_whoever_raises_the_slider(controller, clock):
     controller.configuration = HELD
     pose = tuple(target_pose(HOME, APPROACH, controller.position_m))
     sample = ArmSample(1, clock.now_s, clock.now_s, 0, 5e-3, 8.1, pose)
-    last = LastSeen(SETTINGS, sample, (0.0, 0.0), HELD, controller.loaded)
+    last = LastState(SETTINGS, sample, (0.0, 0.0), HELD, controller.loaded)
     error = refused(unload.Unloading(SETTINGS, last), clock, controller)
     assert error.code is FaultCode.SETTING_CHANGED
     assert "whenever somebody raises it" in error.message
@@ -494,7 +494,7 @@ def test_what_was_sent_before_a_sign_is_not_denied(unloading, controller, clock,
     with pytest.raises(DeviceError):
         retract(unloading, clock)
     controller.remote = False
-    unloading._lookout.ask()
+    unloading._dashboard.ask()
     with pytest.raises(DeviceError) as caught:
         retract(unloading, clock)
     assert len(controller.scripts) == 1

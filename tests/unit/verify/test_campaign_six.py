@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from stepload.envelope.bounds import stuck_ratio
-from stepload.envelope.dragged import believed_tilt_rad
+from stepload.envelope.lateral_derating import believed_tilt_rad
 from stepload.plan.load import load_plan
 from stepload.plan.model import Structure
 from stepload.rig.world import WorldFault

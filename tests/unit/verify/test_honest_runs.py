@@ -13,7 +13,7 @@ from stepload.errors import BadInputError
 from stepload.evidence.answer import weigh
 from stepload.record.rows import Phase
 from stepload.results.press_data import LOADING
-from stepload.results.pressed import pressed
+from stepload.results.run_data import pressed
 from stepload_verify.trials.honest.__main__ import ALL, TUNED, main, mix
 from stepload_verify.trials.honest.answer import Answer, Outcome, Scored, answer, judged
 from stepload_verify.trials.honest.contact import Creep, nothing, press, settled

@@ -6,8 +6,8 @@ import pytest
 
 from stepload.envelope.envelope import envelope_of
 from stepload.setup import motion
+from stepload.setup.check_line import Mark
 from stepload.setup.checkup import examine
-from stepload.setup.line import Mark
 
 
 @pytest.mark.long

@@ -25,7 +25,7 @@ def test_an_approach_that_is_turned_round_ends_unloaded(
     )  # fmt: skip
     rig = run.plan.rig
     options = {**rig.arm.options, "approach": (0.0, 0.0, 1.0)}
-    arm = replace(rig.arm, driver=replace(rig.arm.driver, options=options))
+    arm = replace(rig.arm, options=options)
     plan = replace(run.plan, rig=replace(rig, arm=arm))
     finished = experiment.run_plan(envelope_of(plan), dry_run=False, out=tmp_path)
     outcome, truth = finished.outcome, run.rig.state()

@@ -11,7 +11,7 @@ from processes import python
 
 from stepload.rig.faults import FaultCode
 from stepload_drivers.ur.process import ChildProcess
-from stepload_drivers.ur.settings import settings_from
+from stepload_drivers.ur.settings import Settings
 
 RUN = """
 import sys, time
@@ -136,7 +136,7 @@ def test_silent_run_trips_the_watchdog_and_is_told_so(start_emulator, make_arm, 
 
 def test_a_constructor_that_hangs_with_the_interpreter_held_is_ended(start_emulator):
     emulator = start_emulator(commands=["blackhole on"])
-    settings = settings_from({"host": emulator.host})
+    settings = Settings(host=emulator.host)
     child = ChildProcess(settings, 0.002, connect_s=0.7)
     wait_for(lambda: child.receive(0.01) is not None and child.ended)
     words = child.last_words()

@@ -24,8 +24,8 @@ RESET = ["drop rst"]
 UR_RTDE_ALONE = """
 import sys, time
 from stepload_drivers.ur.ports import ControlPort
-from stepload_drivers.ur.settings import settings_from
-port = ControlPort(settings_from({"host": sys.argv[1]}))
+from stepload_drivers.ur.settings import Settings
+port = ControlPort(Settings(host=sys.argv[1]))
 print("connected", flush=True)
 while port.connected():
     time.sleep(0.001)

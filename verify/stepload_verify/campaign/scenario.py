@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cache
 from random import Random
 
-from stepload.envelope.dragged import believed_tilt_rad
 from stepload.envelope.envelope import Envelope
+from stepload.envelope.lateral_derating import believed_tilt_rad
 from stepload.envelope.limits import RunLimits
 from stepload.errors import BadInputError
 from stepload.plan.model import Plan, SecondForceSource

@@ -30,9 +30,7 @@ def system_stiffness() -> Section:
     instron = _calibrations(replace(INSTRON, rate_hz=RIG.rate_hz), INSTRON_MSDE_M)
     lines = [
         f"{RUNS} simulated runs a rig of 50 N steps to 300 N against a rigid contact, with a "
-        "smooth position error of the size of the printed MSDE, fitted over the whole range with "
-        "intercept. The printed numbers are put in: what comes back tells of the chain, and "
-        "nothing of the paper.",
+        "smooth position error of the size of the printed MSDE, fitted with intercept.",
         "",
         "| quantity | put in | comes back: median | 5 to 95 % | |",
         "|---|---|---|---|---|",
@@ -41,7 +39,7 @@ def system_stiffness() -> Section:
             "STVF: C_s, N·s/m",
             STVF.damping_n_s_per_m,
             [f.damping_n_s_per_m for f in whole],
-            "the differentiated travel has quanta: no number to be had",
+            "not determined: quanta of the differentiated travel",
         ),
         _came_back(
             "STVF: MSDE, m",
@@ -53,11 +51,9 @@ def system_stiffness() -> Section:
             "Instron: K_s, N/m", INSTRON.stiffness_n_per_m, [f.stiffness_n_per_m for f in instron]
         ),
         "",
-        f"K_s of the STVF scatters by {_scatter(whole)} from run to run, and by {_scatter(high)} "
-        "where the lower 40 % of the range are left to the contact in series: the 2 % of "
-        f"scenario C. σ from one such run is {_claimed(high)} (median; it has few degrees of "
-        f"freedom), and {_claimed(known)} where the size of the smooth error is known from earlier "
-        "runs. That all of the printed MSDE is a smooth error is the worst that it can be.",
+        f"K_s of the STVF scatters by {_scatter(whole)} from run to run, by {_scatter(high)} "
+        f"without the lower 40 % of the range. σ from one such run is {_claimed(high)} (median), "
+        f"and {_claimed(known)} where the smooth error is known from earlier runs.",
     ]
     return Section("System stiffness (26)", tuple(lines))
 

@@ -91,9 +91,8 @@ def other_means() -> Section:
     """V-A: system stiffness, payload, finite elements and another machine."""
     modulus = equivalent_modulus(PAYLOADS[0].material, ALUMINIUM)
     lines = (
-        "Every command below is run by a test, in this order. Leave out `--dry-run` on a rig of "
-        "your own. Dry runs show that the way is there; that their numbers come out near what the "
-        "simulation was given is no agreement with the paper.",
+        "A test runs every command below, in this order. Leave out `--dry-run` on your own rig. "
+        "Dry runs show no agreement with the paper.",
         "",
         _COPY,
         "",
@@ -101,21 +100,18 @@ def other_means() -> Section:
         "",
         _CALIBRATE,
         "",
-        "A plan that goes by it, as `sphere.yaml`:",
+        "A plan with that record, `sphere.yaml`:",
         "",
         _SPHERE,
         "",
         _RUN,
         "",
-        "Finite elements: a curve as CSV, here Hertz with (10) in their place. `rs_btls` of the "
-        "first is the row of Table II above. Its zero is the mean plane of the roughness, that of "
-        "a run is its touch: the two differ by some micrometres, so that `compare` has to find "
-        "other secants where the chord stiffness, which needs no zero, is the same.",
+        "Finite elements: a curve as CSV, here Hertz with (10). Its zero is the mean plane, "
+        "that of a run is its touch: `compare` finds other secants and the same chord.",
         "",
         _ELEMENTS.format(modulus=f"{modulus / 1e9:.2f} GPa"),
         "",
-        "Another machine, another counter body. `instron.yaml` presses the sphere in a machine "
-        "like the Instron; a curve that such a machine gave is carried over by E_eq:",
+        "Another machine and counter body, `instron.yaml`; its curve is scaled by E_eq:",
         "",
         _INSTRON,
         "",
@@ -131,12 +127,11 @@ def robot_rig() -> Section:
         "",
         _TESTS,
         "",
-        "The paper pressed its other payloads to 300 N as well. stepload refuses that, since the "
-        "tips and the aluminium sphere yield, and the metal is stiffer than the rig can tell:",
+        "The other payloads are refused at 300 N:",
         "",
         _REFUSED,
         "",
-        "Below F_c, 9.6 and 1.2 N, the tips leave little or nothing above the touch of 4 N that "
-        "this rig can tell; the aluminium sphere is beyond K_max below its F_c, too.",
+        "Below F_c, 9.6 and 1.2 N, the tips leave little above the touch of 4 N; the aluminium "
+        "sphere is beyond K_max below its F_c, too.",
     )
     return Section("V-B: the payloads on the robot rig", lines)

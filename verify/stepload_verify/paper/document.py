@@ -26,47 +26,26 @@ _HEAD = """\
 D. Verscheure, I. Sharf, H. Bruyninckx, J. Swevers and J. De Schutter, "Identification of contact
 dynamics parameters for stiff robotic payloads". Numbers in parentheses are its equations.
 
-This page is generated: `stepload paper --out docs/paper.md`. Where it says that a number agrees,
-the printed one, within half a unit of its last digit, meets what was computed; there is no
-percentage that counts as agreement. The simulated part is seeded, its last digits may move with the
-platform.
-
-What follows is of different kinds. They are counted apart and not added up, because agreement means
-another thing in each:"""
+This page is generated: `stepload paper --out docs/paper.md`. A printed number agrees where it meets
+the computed one within half a unit of its last digit. The simulated part is seeded; its last digits
+may differ between platforms. Kinds of evidence are counted apart:"""
 
 _MISSING = """\
 # What cannot be had
 
-The text of the paper is not part of this project, and no public copy was found to fill the gaps:
-the printed numbers used here are those of the project's notes. Missing are
+The text of the paper is not part of this project. These are missing:
 
-- Table II but for the plastic sphere by finite elements: the finite-element row of the aluminium
-  sphere, everything in the Instron column (K̂, n̂ and secant of every payload), and the
-  micro-hardness, if one was used;
-- the text of V-A and V-B: of them the notes say no more than that V-A corrects by E_eq, so what the
-  two sections of commands above hold is this project's reading;
-- the printed figures as numbers: no printed curve is compared point by point;
-- the measured data: K̂ and n̂ of Table I cannot be computed again, only simulated runs stand beside
-  them;
-- the sizes of cube and prism, and any measured number of theirs but the order of their stiffness.
-
-| subject of a printed figure | here |
-|---|---|
-| elastic, rough and elastic–plastic contact | *Force–deformation curves by theory* |
-| payload stiffness and K_max (Fig. 14) | *What rigs can identify* |
-| system stiffness, force over displacement | *System stiffness (26)*, a check of the chain |
-| measured force and displacement over time | *A simulated run* |
-| identified against measured force–deformation curves | *A simulated run, identified* |
-| course of the recursive estimate | *The recursive estimate*, simulated |
-| two tests of one payload | *Test 1 against test 2*, *Table I* |
-| STVF against Instron | *The Instron column of Table II*, simulated; *V-A* has the commands |
-| finite elements | *Finite elements (Table II)*: (10) stands in for the mesh |"""
+- Table II but for the plastic sphere by finite elements, and its micro-hardness, if one was used;
+- the text of V-A and V-B, but for the correction by E_eq: the commands above are our reading;
+- the printed figures as numbers;
+- the measured data: K̂ and n̂ of Table I cannot be computed again;
+- the sizes of cube and prism."""
 
 
 _SHOWS = {
     Kind.THEORY: "that these equations are the paper's",
-    Kind.PAIRS: "that a printed row fits together; nothing of theory, rigs or estimators",
-    Kind.FITTED: "little: the choice and (28) leave one number of three to agree by itself",
+    Kind.PAIRS: "that a printed row fits together",
+    Kind.FITTED: "little: one number of three agrees by itself",
     Kind.TIPS: "that law, rig and errors as simulated can give what was measured",
     Kind.SPHERES: "the same, given the hardness chosen above",
 }
@@ -174,8 +153,7 @@ def summary(parts: Iterable[Part]) -> list[str]:
             agree += f", and {found.shows_nothing} in bands too wide to show anything"
         lines.append(f"| {kind} | {found.numbers + len(rows)} | {agree} | {_SHOWS[kind]} |")
     lines += [
-        "| predicted: theory beside measurement | not counted | | |",
-        "| checks of the chain: what is put in comes back | not counted | | |",
+        "| predicted; checks of the chain | not counted | | |",
         "",
         "What differs in the first three:",
         "",

@@ -13,11 +13,11 @@ from stepload_verify.paper.rows import Row
 class Kind(StrEnum):
     """Kinds of evidence. They are counted apart: agreement means another thing in each."""
 
-    THEORY = "arithmetic: equations of the theory on printed dimensions and materials"
+    THEORY = "arithmetic: equations on printed dimensions and materials"
     PAIRS = "arithmetic: (28) on printed pairs K̂, n̂"
-    FITTED = "fitted: Table II by (10), the hardness chosen so that it agrees"
-    TIPS = "simulated and identified: tips of Table I, nothing chosen"
-    SPHERES = "simulated and identified: spheres of Table I, with that hardness"
+    FITTED = "fitted: Table II by (10), hardness chosen"
+    TIPS = "simulated and identified: tips, nothing chosen"
+    SPHERES = "simulated and identified: spheres, with that hardness"
 
 
 @dataclass(frozen=True, slots=True)

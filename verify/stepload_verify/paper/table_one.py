@@ -46,10 +46,7 @@ Fits = list[dict[str, Fit]]
 
 def tips() -> Section:
     """Table I of cone and pyramid: nothing is chosen in their law."""
-    text = (
-        "Cone and pyramid, elastic–plastic (15) with the printed yield strength: no parameter was "
-        "chosen."
-    )
+    text = "Cone and pyramid, elastic–plastic (15) with the printed yield strength."
     return _table_one("Table I, tips", text, Kind.TIPS, PAYLOADS[1:3])
 
 
@@ -57,10 +54,10 @@ def spheres() -> Section:
     """Table I of the spheres: their law has the hardness that was chosen for Table II."""
     at_touch = laws.rough(PAYLOADS[0]).deformation(3.0).value * 1e6
     text = (
-        "Rough (10) with the hardness chosen for the finite elements. Where the zero is taken "
-        f"decides most: at a touch of 3 N the plastic sphere is {at_touch:.1f} µm deep already, "
-        "counted from the mean plane of its roughness. The aluminium sphere is beyond K_max: zero "
-        "and K_s error are as large as its deformation."
+        "Rough (10) with the hardness chosen for the finite elements. The zero decides most: at "
+        f"a touch of 3 N the plastic sphere is already {at_touch:.1f} µm deep from its mean "
+        "plane. The aluminium sphere is beyond K_max: zero and K_s error are as large as its "
+        "deformation."
     )
     return _table_one("Table I, spheres", text, Kind.SPHERES, (PAYLOADS[0], PAYLOADS[3]))
 
@@ -136,11 +133,9 @@ def _span(found: Band) -> str:
 def instron() -> Section:
     """What the Instron column of Table II would be, with no printed numbers to set beside it."""
     lines = [
-        f"{RUNS} runs on the Instron (K_s 1.62e7 N/m, 1 µm, 1 N; smooth error of the printed MSDE "
-        "of 1.31 µm, the worst that it can be) against its steel platen, zero at a touch of 3 N, "
-        "RS-BTLS; median and 5 to 95 %. The printed numbers of this column are not among those "
-        "that this project has, so nothing is compared. `instron-plastic-sphere.csv` is the first "
-        "of these runs, for the commands below.",
+        f"{RUNS} runs on the Instron (K_s 1.62e7 N/m, 1 µm, 1 N; smooth error 1.31 µm) against "
+        "steel, zero at a touch of 3 N, RS-BTLS; median and 5 to 95 %. The printed column is "
+        "not available. `instron-plastic-sphere.csv` is the first of these runs.",
         "",
         "| payload | K̂, N/m^n | n̂ | secant, N/m | on the STVF, aluminium plate: secant, N/m |",
         "|---|---|---|---|---|",
@@ -205,14 +200,10 @@ def _all_fits(run: RawRun) -> dict[str, Fit]:
 def preface() -> str:
     """What is simulated, and which of it counts."""
     return (
-        f"{RUNS} simulated runs a payload and zero, of the law that applies, identified by the "
-        "product's own estimators. Which zero the paper took is not printed. The one that "
-        "**counts** is scenario C, which the coverage trials of this project use throughout: zero "
-        "at a touch of 3 N, K_s wrong by 2 %, smooth kinematic error of 0.54 µm. Beside it stands "
-        "the same with the zero known, that is at the mean plane of the roughness; it is not "
-        "counted. A printed number agrees where it lies within the simulated 5 to 95 % band; the "
-        "percentage is that of the median from it. A band wider than ±0.25 in n̂, or ±20 % in the "
-        "secant (the paper's 1/t), holds whatever one might print: a number inside it shows "
-        "nothing. The measured runs are single draws from a rig whose errors nobody knows. K̂ is "
-        "left out: by (28) it follows from the other two."
+        f"{RUNS} simulated runs a payload and zero, identified by the product's estimators. "
+        "Scenario C **counts**: zero at a touch of 3 N, K_s wrong by 2 %, smooth kinematic "
+        "error of 0.54 µm. The same with the zero at the mean plane is not counted; which zero "
+        "the paper took is not printed. A printed number agrees where it lies within the "
+        "simulated 5 to 95 % band; the percentage is that of the median from it. In a band "
+        "wider than ±0.25 in n̂, or ±20 % in the secant, agreement shows nothing."
     )

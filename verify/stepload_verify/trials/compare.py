@@ -29,12 +29,13 @@ from stepload.estimators.sources import Sources
 from stepload.evidence.difference import Agreement, Difference, Measured, difference
 from stepload.evidence.loops import Track
 from stepload.evidence.origin import REPEATS, Origin
-from stepload.evidence.pressed import Pressed
 from stepload.evidence.reading import branch_chord, read_of
+from stepload.evidence.run_data import RunData
 
 N = 1.5
 K = 6.57e8
 TOP_N, TOUCH_N = 300.0, 4.0
+CHORD_N = 30.0, 290.0
 POINTS, TIME_S = 400, 30.0
 REACH_M = 50.0 * (1.0 / 3.49e6 + 60e-6 / 300.0)
 SOURCES = Sources(
@@ -144,7 +145,7 @@ def press(
     held = np.zeros(read.size, dtype=np.intp)
     loading = Track(np.linspace(0.0, TIME_S, POINTS)[touch:], read, travel - travel[0], held)
     told = Conditions(SOURCES, TOP_N, TOUCH_N, SOURCES.position_resolution_m)
-    run = Pressed([(1, loading, None)], told)
+    run = RunData([(1, loading, None)], told, between_n=CHORD_N)
     figure = branch_chord(run, read_of(run), "loading")
     assert figure is not None
     return Measured(

@@ -25,7 +25,7 @@ from stepload.session.experiment import press
 from stepload.setup.answers import Answers
 from stepload.setup.questions import Question
 from stepload.setup.state import read_state
-from stepload.setup.story import STEPS, set_up
+from stepload.setup.wizard import STEPS, set_up
 from stepload_verify.emulators.rig_process import RigProcess
 
 HAND_N = 40.0

@@ -43,7 +43,7 @@ from stepload.plan.load import load_plan
 from stepload.plan.shipped import plan_path
 from stepload.record.reader import read_recording
 from stepload.record.recovery import is_being_written
-from stepload.session.unfinished import repair_all
+from stepload.session.repair import repair_all
 from stepload_verify.emulators.rig_process import RigProcess
 
 BOUND_MS = 100.0

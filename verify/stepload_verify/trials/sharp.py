@@ -23,8 +23,8 @@ from stepload.estimators.smooth import NORMAL_95, smooth_correlation
 from stepload.evidence.answer import Evidence, weigh
 from stepload.evidence.expected import SAMPLES_HZ
 from stepload.evidence.loops import Track
-from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import ResultVerdict
+from stepload.evidence.run_data import RunData
 from stepload.plan.load import load_plan
 from stepload.record.curves import Curve
 from stepload.results.curve import prepare
@@ -47,7 +47,7 @@ class World:
     loading and along all that follows, and its exponent."""
 
     name: str
-    run: Pressed
+    run: RunData
     loading: Law
     again: Law
     n: float
@@ -124,7 +124,7 @@ def _smooth(path: Path) -> Envelope:
     return envelope_of(replace(plan, payload=replace(plan.payload, roughness_m=0.0)))
 
 
-def drawn(run: Pressed, rng: np.random.Generator) -> Pressed:
+def drawn(run: RunData, rng: np.random.Generator) -> RunData:
     """The same run with errors drawn from what its conditions state.
 
     K_s was measured with the same sensor, so its gain cancels in the system's deflection.

@@ -25,8 +25,8 @@ from math import radians
 import numpy as np
 
 from stepload.errors import SteploadError
-from stepload.estimators.across import Across
 from stepload.estimators.conditions import Conditions
+from stepload.estimators.lateral_effect import Across
 from stepload.evidence.quantity import Quantity
 from stepload.results.analyse import identify_payload
 from stepload.results.calibration import from_system_runs

@@ -19,13 +19,13 @@ from pathlib import Path
 import numpy as np
 
 from stepload.errors import SteploadError
-from stepload.estimators.across import Across
 from stepload.estimators.conditions import Conditions
+from stepload.estimators.lateral_effect import Across
 from stepload.evidence.difference import Agreement
 from stepload.results.calibration import from_system_runs
 from stepload.results.comparison import compare
 from stepload.results.press_data import PressData
-from stepload.results.saved import SavedRun
+from stepload.results.run_record import SavedRun
 from stepload_verify.trials.coupling.__main__ import (
     BLOCK_N_PER_M,
     DRY,

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 
 from stepload.envelope.conditions import ARM_MISALIGNMENT_RAD
-from stepload.estimators.across import Across
 from stepload.estimators.conditions import Conditions
+from stepload.estimators.lateral_effect import Across
 from stepload.estimators.sources import Sources
 from stepload.plan.calibration import CalibrationRecord
 from stepload.record.lag import measure_lag
 from stepload.record.rows import Phase
 from stepload.results.conditions import measured
 from stepload.results.press_data import PressData, TouchPoint
-from stepload.results.saved import SavedRun
+from stepload.results.run_record import SavedRun
 from stepload_verify.trials.coupling.world import Branches, Contact, FloatArray, press
 from stepload_verify.trials.honest.measure import CLOCKS
 

@@ -25,8 +25,8 @@ from stepload.evidence.answer import weigh
 from stepload.record.outcome import RunOutcome
 from stepload.record.recorder import Recorder
 from stepload.results.from_file import identify_file
-from stepload.results.pressed import pressed
-from stepload.results.saved import saved_run
+from stepload.results.run_data import pressed
+from stepload.results.run_record import saved_run
 from stepload.results.stated import Stated
 from stepload.rig.world import PayloadTruth
 from stepload.runner.interrupts import interruptible

@@ -14,7 +14,7 @@ from stepload.evidence.chord import chord
 from stepload.evidence.quantity import Quantity, ResultVerdict
 from stepload.results.analyse import identify_payload
 from stepload.results.press_data import PressData
-from stepload.results.pressed import pressed
+from stepload.results.run_data import pressed
 from stepload_verify.trials.honest.case import Case
 from stepload_verify.trials.honest.laws import Law
 from stepload_verify.trials.honest.measure import record, true_loading

@@ -1,0 +1,106 @@
+"""The last steps: doctor and touch ask first, and believe only what is sound and complete."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+from bench_fakes import DAY, Rig, setup_of
+
+from stepload.errors import RefusedError
+from stepload.record.outcome import RunStatus, Touch
+from stepload.setup import acceptance
+from stepload.setup.check_line import CheckLine, Mark
+from stepload.setup.checkup import Checkup
+from stepload.setup.state import Done, Found, State
+from stepload.setup.yaml_keys import Value
+
+NAN = math.nan
+OK = CheckLine("arm: stop", Mark.OK, NAN, NAN, "", "")
+SKIPPED = CheckLine("arm: watchdog", Mark.SKIPPED, NAN, NAN, "", "none to prove")
+FAILED = CheckLine("force: noise", Mark.FAIL, NAN, NAN, "", "too much", "look for cables")
+
+
+@pytest.fixture
+def done(monkeypatch):
+    """What was done, in order; plans are not read."""
+    log = []
+    monkeypatch.setattr(acceptance, "load_plan", lambda path: None)
+    monkeypatch.setattr(acceptance, "envelope_of", lambda plan: SimpleNamespace(reasons=()))
+    monkeypatch.setattr(acceptance, "touch_plan", lambda answers, rig, path: ("a plan", 2.0))
+    monkeypatch.setattr(acceptance, "stands_at_start", lambda setup: log.append("at start"))
+    return log
+
+
+def examined(monkeypatch, done, *lines):
+    def examine(envelope, **how):
+        done.append(how)
+        figures = {("force", "noise"): (0.2, "N", "at rest")}
+        return Checkup(lines, "", figures)
+
+    monkeypatch.setattr(acceptance.checkup, "examine", examine)
+
+
+def test_the_doctor_moves_the_real_rig_and_says_what_it_did_not_look_at(monkeypatch, done):
+    examined(monkeypatch, done, OK, SKIPPED)
+    found = acceptance.doctor(setup_of(Rig()))
+    [how] = done
+    assert (how["dry_run"], how["still"]) == (False, False)
+    assert found.notes == ("the doctor found nothing that fails; not looked at: arm: watchdog",)
+    assert found.values["force.noise"].text == "200 mN"
+
+
+def test_the_doctor_does_not_move_the_arm_without_consent(monkeypatch, done):
+    examined(monkeypatch, done, OK)
+    with pytest.raises(RefusedError, match="The answer was no"):
+        acceptance.doctor(setup_of(Rig(), may_move="no"))
+    assert done == []
+
+
+def test_a_rig_of_which_one_line_fails_is_not_sound(monkeypatch, done):
+    examined(monkeypatch, done, OK, FAILED)
+    with pytest.raises(RefusedError, match="not sound: force: noise: too much") as refused:
+        acceptance.doctor(setup_of(Rig()))
+    assert refused.value.hint == "look for cables"
+
+
+def test_what_is_measured_later_replaces_what_was_stated():
+    first, later = (Done("2026-11-22", Found({"force.noise": Value(t, "")})) for t in "12")
+    assert State(done={"sensor": first, "doctor": later}).values["force.noise"].text == "2"
+
+
+def touching(tmp_path, done, status=RunStatus.COMPLETED, **answers):
+    def press(envelope, directory):
+        done.append(directory)
+        touch = Touch(0.0, 3e-3, 1.0, 1e-3, 1, "")
+        return SimpleNamespace(status=status, why="stopped: R1", peak_force_n=4.0, touches=[touch])
+
+    return replace(setup_of(Rig(), **answers), rig=tmp_path / "rig.yaml", press=press)
+
+
+def test_a_touch_begins_with_consent_where_the_arm_was_led(tmp_path, done):
+    acceptance.touch(touching(tmp_path, done))
+    assert done == ["at start", tmp_path / "runs" / f"touch-{DAY}-1"]
+
+
+def test_nothing_is_touched_without_consent(tmp_path, done):
+    with pytest.raises(RefusedError, match="The answer was no"):
+        acceptance.touch(touching(tmp_path, done, may_touch="no"))
+    assert done == []
+
+
+def test_nothing_is_touched_from_elsewhere(tmp_path, done, monkeypatch):
+    def elsewhere(setup):
+        raise RefusedError("the arm stands elsewhere", hint="")
+
+    monkeypatch.setattr(acceptance, "stands_at_start", elsewhere)
+    with pytest.raises(RefusedError, match="elsewhere"):
+        acceptance.touch(touching(tmp_path, done))
+    assert done == []
+
+
+def test_a_touch_that_was_stopped_is_none(tmp_path, done):
+    with pytest.raises(RefusedError, match="not completed: stopped: R1"):
+        acceptance.touch(touching(tmp_path, done, status=RunStatus.STOPPED))
