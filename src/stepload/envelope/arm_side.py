@@ -6,6 +6,7 @@ import math
 
 COMPONENTS = 2
 """Lateral components; each may err by what R5 allows the axial one to err by."""
+_ROOT = math.sqrt(COMPONENTS)
 
 
 def arm_error_n(tolerance_n: float, tolerance_relative: float, along_n: float) -> float:
@@ -15,4 +16,4 @@ def arm_error_n(tolerance_n: float, tolerance_relative: float, along_n: float) -
         tolerance_n, tolerance_relative: of the second channel, as R5 has them.
         along_n: force along the press.
     """
-    return math.sqrt(COMPONENTS) * (tolerance_n + tolerance_relative * abs(along_n))
+    return _ROOT * (tolerance_n + tolerance_relative * abs(along_n))
