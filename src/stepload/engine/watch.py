@@ -216,7 +216,7 @@ class ForceWatch(_StreamWatch):
             zero[3 + i], zero[3 + j] = self._torque_i, self._torque_j
             self._zero = tuple(zero)
         if self.wrench:
-            self._take_off_zero()
+            self._take_off_zero(self._i, self._j)
 
     @property
     def axis(self) -> tuple[int, float]:
@@ -237,7 +237,7 @@ class ForceWatch(_StreamWatch):
                 if self.same >= self.identical_counts > 0:
                     breach = breach or self._frozen(self.name, self.same + 1, self.identical_counts)
             else:
-                breach = breach or self._judge_across(wrench)
+                breach = breach or self._judge_across(wrench, self.wrench)
                 self.same = 0
                 self.wrench = wrench
             if status := sample.status:
@@ -254,17 +254,25 @@ class ForceWatch(_StreamWatch):
                     f"{self.name}: {raw_n:.4g} N, or a force across it, is not finite or beyond"
                     " full scale",
                 )  # fmt: skip
+        i, j = self._i, self._j
         if breach is None:
-            self._follow(self.wrench)
-        self._take_off_zero()
+            if self._smooth_i != self._smooth_i:
+                self.smooth_n, self._smooth_i, self._smooth_j = raw_n, wrench[i], wrench[j]
+                self._torque_i, self._torque_j = wrench[3 + i], wrench[3 + j]
+            self.smooth_n += ACROSS_ALPHA * (raw_n - self.smooth_n)
+            self._smooth_i += ACROSS_ALPHA * (wrench[i] - self._smooth_i)
+            self._smooth_j += ACROSS_ALPHA * (wrench[j] - self._smooth_j)
+            self._torque_i += ACROSS_ALPHA * (wrench[3 + i] - self._torque_i)
+            self._torque_j += ACROSS_ALPHA * (wrench[3 + j] - self._torque_j)
+        self._take_off_zero(i, j)
         return breach
 
-    def _judge_across(self, wrench: Sequence[float]) -> Breach | None:
+    def _judge_across(self, wrench: Sequence[float], last: Sequence[float]) -> Breach | None:
         """R4 where the lateral components are frozen while the rest of the reading changes.
 
         Only for a sensor whose lateral components changed in free air; those of a load cell do not.
         """
-        i, j, last = self._i, self._j, self.wrench
+        i, j = self._i, self._j
         if self._lives_across is None and last:
             self._seen_across += 1
             if self._leaps(abs(wrench[i] - last[i]), abs(wrench[j] - last[j])):
@@ -289,23 +297,9 @@ class ForceWatch(_StreamWatch):
             self._step_j = change_j
         return change_i > STEPS * self._step_i or change_j > STEPS * self._step_j
 
-    def _follow(self, wrench: Sequence[float]) -> None:
-        """Filter the forces, and the lateral torques."""
-        i, j, along_n = self._i, self._j, self._sign * wrench[self._index]
-        if self._smooth_i != self._smooth_i:
-            self._smooth_i, self._smooth_j = wrench[i], wrench[j]
-            self._torque_i, self._torque_j = wrench[3 + i], wrench[3 + j]
-            self.smooth_n = along_n
-        self.smooth_n += ACROSS_ALPHA * (along_n - self.smooth_n)
-        self._smooth_i += ACROSS_ALPHA * (wrench[i] - self._smooth_i)
-        self._smooth_j += ACROSS_ALPHA * (wrench[j] - self._smooth_j)
-        self._torque_i += ACROSS_ALPHA * (wrench[3 + i] - self._torque_i)
-        self._torque_j += ACROSS_ALPHA * (wrench[3 + j] - self._torque_j)
-
-    def _take_off_zero(self) -> None:
+    def _take_off_zero(self, i: int, j: int) -> None:
         """Lateral forces less those at `tare`."""
-        i, j, wrench = self._i, self._j, self.wrench
-        zero_i, zero_j = self._zero[i], self._zero[j]
+        wrench, zero_i, zero_j = self.wrench, self._zero[i], self._zero[j]
         self.across_n = math.hypot(wrench[i] - zero_i, wrench[j] - zero_j)
         if self._smooth_i == self._smooth_i:
             self.smooth_across_n = math.hypot(self._smooth_i - zero_i, self._smooth_j - zero_j)
