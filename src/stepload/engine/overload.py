@@ -35,7 +35,7 @@ class OverloadWatch:
             abs(wrench[index]) / limit if wrench[index] == wrench[index] else math.inf
             for index, limit in self.stated
         ]
-        self.used = used = max(shares)
+        self.used = used = max(shares, default=0.0)
         self._over = self._over + 1 if used > 1.0 else 0
         if self._over < OVERLOADED_SAMPLES:
             return None
