@@ -299,18 +299,18 @@ class Supervisor:
         self.second_n = second_n = raw_n - self.second_zero_n
         follow.add(second_n)
         self.second_predicted_n = peak_n = follow.peak_n()
+        if not peak_n > limit_n:
+            return None
         if abs(follow.smooth_n) > limit_n:
             return self._found(
                 "R1", abs(follow.smooth_n), limit_n, "N",
                 f"the second channel reads {second_n:.4g} N, beyond {limit_n:.4g} N",
             )  # fmt: skip
-        if peak_n > limit_n:
-            return self._found(
-                "R2", peak_n, limit_n, "N",
-                f"{second_n:.4g} N on the second channel would grow to {peak_n:.4g} N, above"
-                f" {limit_n:.4g} N, before the arm can give way",
-            )  # fmt: skip
-        return None
+        return self._found(
+            "R2", peak_n, limit_n, "N",
+            f"{second_n:.4g} N on the second channel would grow to {peak_n:.4g} N, above"
+            f" {limit_n:.4g} N, before the arm can give way",
+        )  # fmt: skip
 
     def _judge_side(self, force_n: float, phase: int) -> Breach | None:
         """R1 and R2 for the whole force; R11 in an approach, else R12 and R14."""
