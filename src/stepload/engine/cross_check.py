@@ -72,14 +72,13 @@ class CrossCheck:
         self._second.restart()
         self.difference_n = 0.0
 
-    def add(self, main_n: float, second_n: float) -> float:
-        """Take in what both channels read in this tick, tared; the difference."""
+    def add(self, main_n: float, second_n: float) -> None:
+        """Take in what both channels read in this tick, tared."""
         low_n, high_n = self._main.add(main_n)
         second_low_n, second_high_n = self._second.add(second_n)
-        difference_n = 0.0
         if second_low_n > high_n:
-            difference_n = second_low_n - high_n
+            self.difference_n = second_low_n - high_n
         elif second_high_n < low_n:
-            difference_n = second_high_n - low_n
-        self.difference_n = difference_n
-        return difference_n
+            self.difference_n = second_high_n - low_n
+        else:
+            self.difference_n = 0.0

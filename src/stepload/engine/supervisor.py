@@ -433,7 +433,8 @@ class Supervisor:
         """
         limits = self._limits
         second_n = self.second_n
-        difference_n = self._cross.add(force_n, second_n)
+        self._cross.add(force_n, second_n)
+        difference_n = self._cross.difference_n
         tolerance_n = limits.cross_tolerance_n + limits.cross_relative * abs(smooth_n)
         if self.motion.speed_m_s < 0.0:
             return None
