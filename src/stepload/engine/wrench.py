@@ -42,7 +42,6 @@ class WrenchRules:
         force_n: float,
         smooth_n: float,
         predicted_n: float,
-        *,
         leaving: bool = False,
         by: str = "",
     ) -> Breach | None:
@@ -76,11 +75,13 @@ class WrenchRules:
                 f"sideways. Align"
                 " tool and plate, or hold the arm another way",
             )  # fmt: skip
-        worse = min(share, largest) * (min(share, largest) + 2.0 * limits.lateral_askew)
+        counted = share if share < largest else largest
+        worse = counted * (counted + 2.0 * limits.lateral_askew)
         allowed_n = limits.allowed_n * (1.0 - limits.lateral_weakening * worse)
-        for along_n, word in ((force_n, "is"), (predicted_n, "would be")):
+        for along_n in (force_n, predicted_n):
             whole_n = math.hypot(along_n, across_n)
             if whole_n > allowed_n:
+                word = "is" if along_n == force_n else "would be"
                 return self._found(
                     "R12", whole_n, allowed_n, "N",
                     f"{by}the whole force {word} {whole_n:.4g} N, and with "
