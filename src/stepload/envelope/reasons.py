@@ -70,7 +70,8 @@ def force_reasons(
 def _above(plan: Plan, safe_n: float, theory: Theory) -> str:
     """The top force beside F_c, or beside what is left of it on this rig."""
     top_n, counted = plan.procedure.top_force_n, theory.counted
-    top, used = format_quantity(top_n, "N"), format_quantity(counted.lower_n, "N")
+    top = f"Top force {format_quantity(top_n, 'N')}"
+    used = format_quantity(counted.lower_n, "N")
     safe = format_quantity(rounded_down(safe_n), "N")
     if top_n > counted.value_n:
         whose, onset = "the elastic limit of the contact", theory.yield_onset

@@ -21,7 +21,7 @@ from stepload.posture.chain import (
 from stepload.posture.compliance import GivesWay, compliance, gives_way
 from stepload.posture.inverse import BRANCHES, check_closed_form, inverse
 from stepload.posture.pose_checks import clear, mobile, push_n
-from stepload.units import format_quantity, percent
+from stepload.units import format_quantity
 
 STEP = 0.05
 """Step of the grid, as a share of the reach."""
@@ -209,9 +209,7 @@ def _reached(
     push = push_n(arm, placed, j, task.press)
     keep(~(push < task.force_n), "the joints cannot push that hard")
     moved = changes(arm, stiffness, tool, here)
-    keep(
-        moved[:, 0] <= MOST, f"stiffness that changes by more than {percent(MOST, 2)} over a press"
-    )
+    keep(moved[:, 0] <= MOST, f"stiffness that changes by more than {MOST:.0%} over a press")
     figures = gives_way(compliance(j[kept], stiffness), task.press)
     place = np.repeat(np.arange(len(contact)), BRANCHES)
     turned = np.sum(np.abs(here), axis=1)

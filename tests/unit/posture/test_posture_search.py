@@ -110,7 +110,7 @@ def test_poses_whose_stiffness_is_another_after_a_press_are_left_out() -> None:
     moved = changes(UR5E, STIFFNESS, STRAIGHT, found.joints_rad)
     assert moved == pytest.approx(found.changes)
     assert np.all(moved[:, 0] <= 0.01)
-    assert found.refused["stiffness that changes by more than 1 % over a press"] > 0
+    assert found.refused["stiffness that changes by more than 1% over a press"] > 0
 
 
 def test_the_best_are_the_stiffest_of_their_place_with_the_least_stuck_share() -> None:
