@@ -118,10 +118,12 @@ def chord(branch: Branch, from_n: float | None = None, to_n: float | None = None
 class Smooth:
     """δ = a + b F^q + c F^2q by generalised least squares over a branch, F in `unit_n`.
 
-    (a, b, c) are `estimator` (3, B) @ deformation; q is 1/n.
+    (a, b, c) are `estimator` (3, B) @ deformation, the curve is `columns` (B, 3) @ (a, b, c); q is
+    1/n.
     """
 
     estimator: FloatArray
+    columns: FloatArray
     q: float
     unit_n: float
 
@@ -129,6 +131,10 @@ class Smooth:
         """(B,) weights of the difference of the deformations at two forces."""
         low, high = _shape(np.array([from_n, to_n]) / self.unit_n, self.q)
         return np.asarray((high - low) @ self.estimator)
+
+    def left(self, weights: FloatArray) -> FloatArray:
+        """(B,) weights of what a sum of deformations is more than that of the curve."""
+        return np.asarray(weights - (weights @ self.columns) @ self.estimator)
 
     def slope(self, at_n: float) -> FloatArray:
         """(B,) weights of the compliance in m/N at a force."""
@@ -150,21 +156,20 @@ def smooth_of(path: Path, covariance: FloatArray, q: float) -> Smooth | None:
         return None
     columns = _shape(path.force_n / top_n, q)
     weighed = np.linalg.solve(covariance, columns)
-    return Smooth(np.linalg.solve(columns.T @ weighed, weighed.T), q, top_n)
+    return Smooth(np.linalg.solve(columns.T @ weighed, weighed.T), columns, q, top_n)
 
 
 def smoothed(local: Chord, branch: Branch, covariance: FloatArray, smooth: Smooth | None) -> Chord:
-    """The chord of the smooth curve. Where its two ends read something else by more than the errors
-    explain with 95 %, the contact has a kink, and the ends are believed."""
+    """The chord of the smooth curve. Where the data near its two ends leave it by more than the
+    errors explain with 95 %, the contact has a kink, and what they leave is added."""
     if smooth is None:
         return local
     weights = smooth.span(local.from_n, local.to_n)
-    span_m = float(weights @ branch.deformation_m)
-    apart = weights - local.weights
-    explained_m = NORMAL_95 * math.sqrt(max(float(apart @ covariance @ apart), 0.0))
-    if abs(span_m - local.span_m) > explained_m:
-        return local
-    return replace(local, span_m=span_m, weights=weights)
+    left = smooth.left(local.weights)
+    explained_m = NORMAL_95 * math.sqrt(max(float(left @ covariance @ left), 0.0))
+    if abs(float(left @ branch.deformation_m)) > explained_m:
+        weights = weights + left
+    return replace(local, span_m=float(weights @ branch.deformation_m), weights=weights)
 
 
 def _shape(u: FloatArray, q: float) -> FloatArray:
