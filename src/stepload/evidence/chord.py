@@ -28,6 +28,12 @@ FITTED_STEP = 0.05
 """Forces closer than this share of the top are one place."""
 LEAST_PLACES = 5
 """Places that a fit of three numbers needs at least."""
+KNEES = (0.03, 0.06, *np.arange(0.1, 0.96, 0.05).tolist())
+"""Forces at which a kink is looked for, as shares of the top."""
+LEAST_LEFT = 1e-6
+"""Share of a kink that the smooth curve must leave."""
+KINK = 16.0
+"""χ² by which a kink must fit better than none: four standard deviations."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,13 +125,14 @@ class Smooth:
     """δ = a + b F^q + c F^2q by generalised least squares over a branch, F in `unit_n`.
 
     (a, b, c) are `estimator` (3, B) @ deformation, the curve is `columns` (B, 3) @ (a, b, c); q is
-    1/n.
+    1/n. `kinked`: the data show a kink, which the curve does not have.
     """
 
     estimator: FloatArray
     columns: FloatArray
     q: float
     unit_n: float
+    kinked: bool = False
 
     def span(self, from_n: float, to_n: float) -> FloatArray:
         """(B,) weights of the difference of the deformations at two forces."""
@@ -143,31 +150,39 @@ class Smooth:
         return np.asarray(slopes / self.unit_n @ self.estimator)
 
 
-def smooth_of(path: Path, covariance: FloatArray, q: float) -> Smooth | None:
+def smooth_of(branch: Branch, covariance: FloatArray, q: float) -> Smooth | None:
     """The smooth curve through a branch; None where it has too few forces.
 
     Args:
-        path: of the branch.
+        branch: a loading or an unloading.
         covariance: (B, B) of the deformation in m².
         q: exponent of the deformation over the force, 1/n.
     """
-    top_n = float(path.force_n.max())
-    if np.unique(np.round(path.force_n / (FITTED_STEP * top_n))).size < LEAST_PLACES:
+    force_n = branch.path.force_n
+    top_n = float(force_n.max())
+    if np.unique(np.round(force_n / (FITTED_STEP * top_n))).size < LEAST_PLACES:
         return None
-    columns = _shape(path.force_n / top_n, q)
+    columns = _shape(force_n / top_n, q)
     weighed = np.linalg.solve(covariance, columns)
-    return Smooth(np.linalg.solve(columns.T @ weighed, weighed.T), columns, q, top_n)
+    found = Smooth(np.linalg.solve(columns.T @ weighed, weighed.T), columns, q, top_n)
+    bends = np.maximum(force_n[:, None] / top_n - np.array(KNEES), 0.0)
+    weights = np.linalg.solve(covariance, bends)
+    left = np.array([found.left(each) for each in weights.T])
+    shown, whole = np.sum(left.T * bends, axis=0), np.sum(weights * bends, axis=0)
+    told = shown > LEAST_LEFT * whole
+    most = float(np.max((left[told] @ branch.deformation_m) ** 2 / shown[told], initial=0.0))
+    return replace(found, kinked=most > KINK)
 
 
 def smoothed(local: Chord, branch: Branch, covariance: FloatArray, smooth: Smooth | None) -> Chord:
-    """The chord of the smooth curve. Where the data near its two ends leave it by more than the
-    errors explain with 95 %, the contact has a kink, and what they leave is added."""
+    """The chord of the smooth curve. Where the contact has a kink, or the data near its two ends
+    leave it by more than the errors explain with 95 %, what they leave is added."""
     if smooth is None:
         return local
     weights = smooth.span(local.from_n, local.to_n)
     left = smooth.left(local.weights)
     explained_m = NORMAL_95 * math.sqrt(max(float(left @ covariance @ left), 0.0))
-    if abs(float(left @ branch.deformation_m)) > explained_m:
+    if smooth.kinked or abs(float(left @ branch.deformation_m)) > explained_m:
         weights = weights + left
     return replace(local, span_m=float(weights @ branch.deformation_m), weights=weights)
 

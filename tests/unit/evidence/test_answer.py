@@ -20,6 +20,7 @@ from stepload.evidence.figures import SEAT
 from stepload.evidence.lawfit import Whitened, fit_law
 from stepload.evidence.laws import BILINEAR, HERTZ_LINEAR, POWER
 from stepload.evidence.loops import Hold, Track
+from stepload.evidence.quantity import ResultVerdict
 
 PLANE = "secant_from_mean_plane"
 RUNS = 4
@@ -47,6 +48,19 @@ def pad_over_stiff(force_n: FloatArray) -> FloatArray:
 def stop(force_n: FloatArray) -> FloatArray:
     beyond = np.maximum(hertz(force_n) - hertz(np.array([180.0]))[0], 0.0)
     return np.asarray(hertz(force_n) - 0.5 * beyond)
+
+
+def test_a_kink_is_read_at_the_ends_and_has_no_tangent() -> None:
+    force_n = np.linspace(0.3, 300.0, 300)
+    conditions = Conditions(Sources(None, position_noise_m=1e-6), 300.0, 3.0, 1e-6)
+    held = 0
+    for seed in range(RUNS):
+        noise_m = 1e-6 * np.random.default_rng(seed).standard_normal(force_n.size)
+        found = weigh(there_and_back(force_n, stop(force_n) + noise_m, conditions))
+        truth = chord_of(World(law=stop), found)
+        held += holds(found.headline.interval_n_per_m, truth)
+        assert found.quantities["tangent"].verdict is not ResultVerdict.IDENTIFIED
+    assert held == RUNS
 
 
 @pytest.mark.parametrize("points", [8, 12])
