@@ -21,7 +21,7 @@ LAUNCH = [
     "campaign", PLAN,
 ]  # fmt: skip
 """The command, with results in small batches: so a campaign can be cut short that is soon over."""
-RUNS = 20
+RUNS = 8
 
 
 def lines(directory: Path) -> list[str]:
@@ -47,11 +47,11 @@ def test_no_run_comes_above_the_elastic_limit(tmp_path: Path) -> None:
 
 def test_healthy_runs_are_plans_of_labs(tmp_path: Path) -> None:
     """Some are refused; a directory knows what its runs are."""
-    options = ["--runs", "4", "--seed", "5", "--processes", "1", "--out", tmp_path / "c"]
+    options = ["--runs", "2", "--seed", "5", "--processes", "1", "--out", tmp_path / "c"]
     done = in_process("campaign", PLAN, *options, "--axes", "one", "--faults", "none", "--json")
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
-    assert found["runs"] + found["refused"] == 4
+    assert found["runs"] + found["refused"] == 2
     assert found["above_elastic_limit"] == 0
     other = in_process("campaign", PLAN, *options, "--axes", "one")
     assert other.returncode != 0

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from real_runs import ROOT, in_process
 
-from stepload.design import plan_design, plan_report
+from stepload.design import plan_design
 from stepload.plan import room_to_write
 from stepload.plan.load import load_plan
 
@@ -51,11 +51,6 @@ def test_a_plan_is_designed_written_and_promises_what_preflight_does(tmp_path: P
     preflight = json.loads(looked.stdout)
     assert preflight["duration_s"] == pytest.approx(said["chosen"]["duration_s"])
     assert preflight["top_force_n"] <= preflight["largest_safe_force_n"]
-
-
-def test_a_file_is_named_from_where_the_plan_lies(tmp_path: Path) -> None:
-    for named, way in (("my rig.yaml", "../my rig.yaml"), ("plans/rig.yaml", "./rig.yaml")):
-        assert plan_report._file(tmp_path / named, tmp_path / "plans" / "a.yaml") == f'"{way}"'
 
 
 def test_a_rig_file_is_named_from_where_the_plan_lies(

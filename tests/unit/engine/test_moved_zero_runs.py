@@ -128,7 +128,7 @@ def test_a_slow_contact_is_no_moved_zero(wrong: str) -> None:
 
 def test_a_press_that_lasts_too_long_for_its_only_zero_is_ended_below_f_c() -> None:
     """The drift is as stated; less of it is counted on than the press takes."""
-    plan = stvf_plan(**(SLOW | {"hold_s": 4.0, "cycles": 6, "lift_off": False}))
+    plan = stvf_plan(**(SLOW | {"hold_s": 4.0, "cycles": 3, "lift_off": False}))
     second = replace(plan.rig.second_force, source=SecondForceSource.NONE)
     force = replace(plan.rig.force, drift_n_per_s=0.1)
     plan = replace(plan, rig=replace(plan.rig, second_force=second, force=force))

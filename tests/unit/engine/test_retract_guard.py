@@ -8,6 +8,7 @@ from random import Random
 from typing import Any
 
 import pytest
+from long_ones import long
 from run_bench import bench_for, run, spec_for
 from run_plans import stvf_plan, ur_plan
 
@@ -86,10 +87,11 @@ def test_nothing_goes_back_beyond_the_free_way_before_the_first_touch(make: Any)
     assert 0.0 < fastest_m_s <= limits.guarded_speed_m_s * 1.001 < limits.retract_speed_m_s
 
 
-def test_a_drawn_search_of_wrong_ways_back_stays_below_the_limit() -> None:
+@pytest.mark.parametrize("draws", [2, *long([12])])
+def test_a_drawn_search_of_wrong_ways_back_stays_below_the_limit(draws: int) -> None:
     """`wrong_signs --back 1000` in short."""
     chance = Random(5)
-    for _ in range(12):
+    for _ in range(draws):
         one = draw_back(chance)
         j, _, _ = run_back(one)
         assert j < 1.0, one

@@ -89,9 +89,9 @@ def pressed_s(plan: Plan, seed: int = 1) -> tuple[float, float]:
                 ("rubber-pad-ur10e", (30.0, 50.0)),
                 ("peach-ur3e", (3.0, 14.0)),
                 ("tpu-block-machine", (10.0, 20.0)),
+                ("tpu-dome-stvf", (10.0, 20.0)),  # what a hidden hard stop allows binds
             ]
         ),
-        ("tpu-dome-stvf", (10.0, 20.0)),  # what a hidden hard stop allows binds
     ],
 )
 def test_a_run_takes_the_time_that_was_told(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import html
 import io
 import json
-import math
 import re
 import sys
 from dataclasses import dataclass, replace
@@ -86,14 +85,6 @@ def test_terminal_and_page_show_the_same_cells_and_notes(
     assert "SOUND   Two springs" in text
 
 
-def test_what_is_for_a_page_only_is_not_on_the_terminal(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    long = Table("All of them", ("which",), [["every spring there is"]], page_only=True)
-    assert "every spring there is" not in shown(document(long), capsys)
-    assert "every spring there is" in render(document(long))
-
-
 def test_a_terminal_shows_what_it_would_obey(capsys: pytest.CaptureFixture[str]) -> None:
     bad = "\x1b[2Jname"
     rows = Table("t", ("c",), [[bad], ["[red]run"]], [bad])
@@ -122,11 +113,6 @@ def test_a_table_loses_nothing_however_narrow_the_terminal_is(
         assert all(said.count(letter) >= 3 * told.count(letter) for letter in set(told))
 
 
-def test_a_finding_says_what_to_do(capsys: pytest.CaptureFixture[str]) -> None:
-    Output(as_json=False).finding(Finding("warn", "it squeaks", "oil it"))
-    assert capsys.readouterr().out == "WARN    it squeaks\n        -> oil it\n"
-
-
 def test_with_json_one_object_goes_out_and_text_to_the_other_stream(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
@@ -138,13 +124,6 @@ def test_with_json_one_object_goes_out_and_text_to_the_other_stream(
     assert json.loads(told.out) == {
         "stiffness_n_per_m": 1e6, "ends_m": None, "turns": 3, "nothing": None,
     }  # fmt: skip
-
-
-def test_an_interval_names_its_unit_once_where_both_ends_have_it() -> None:
-    assert interval("N")((0.5, 0.75)) == "[500, 750] mN"
-    assert interval("N")((5.531, 6.7)) == "[5.53, 6.70] N"
-    assert interval("N")((0.0, math.inf)) == "[0, inf] N"
-    assert interval("N")((0.5, 1.5)) == "[500 mN, 1.5 N]"
 
 
 class Terminal(io.StringIO):
