@@ -60,14 +60,7 @@ def test_a_rig_file_is_named_from_where_the_plan_lies(
     monkeypatch.setattr(plan_design, "HOLDS_S", (5.0,))
     (tmp_path / "plans").mkdir()
     (tmp_path / "my rig.yaml").write_text("profile: stvf\nname: mine\n")
-    said = in_process(
-        "design",
-        SPHERE,
-        "./my rig.yaml",
-        "--out",
-        "plans/a.yaml",
-        cwd=tmp_path,
-    )
+    said = in_process("design", SPHERE, "./my rig.yaml", "--out", "plans/a.yaml", cwd=tmp_path)
     assert said.returncode == 0, said.stderr
     assert 'rig: "../my rig.yaml"' in (tmp_path / "plans" / "a.yaml").read_text()
     looked = in_process("preflight", "plans/a.yaml", cwd=tmp_path)

@@ -79,9 +79,7 @@ def test_an_arm_moves_only_when_asked():
     assert verdicts["motion"] == "passed", result.output
 
 
-def test_the_operator_is_asked_for_cable_and_load_and_a_sensor_that_goes_on_is_refused(
-    monkeypatch,
-):
+def test_the_operator_is_asked_for_cable_and_load_and_a_sensor_that_goes_on_is_refused(monkeypatch):
     asked = []
     monkeypatch.setattr("typer.prompt", lambda text, **_: asked.append(text))
     words = ["test", "sim", "--kind", "force_sensors", "--unplug", "--load", "9.81 N"]

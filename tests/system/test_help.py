@@ -162,9 +162,7 @@ def test_a_preflight_imports_nothing_of_scipy() -> None:
 def test_the_shell_completes_verbs_that_are_not_built(typed: str, offered: str) -> None:
     line = f"stepload {typed}"
     shown, _ = in_a_new_process(
-        _STEPLOAD_COMPLETE="complete_bash",
-        COMP_WORDS=line,
-        COMP_CWORD=str(len(line.split()) - 1),
+        _STEPLOAD_COMPLETE="complete_bash", COMP_WORDS=line, COMP_CWORD=str(len(line.split()) - 1)
     )
     assert offered in shown
 

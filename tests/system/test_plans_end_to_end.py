@@ -37,20 +37,8 @@ VERDICTS: dict[str, tuple[str, set[str]]] = {
     "plastic-sphere": ("go", set()),
     "run-in": ("go", set()),
     "system-stiffness": ("go", set()),
-    "ur16e-polyurethane-sphere": (
-        "warn",
-        {
-            "stiffness_indicative",
-            "friction_unknown",
-        },
-    ),
-    "ur5e-silicone-sphere": (
-        "warn",
-        {
-            "stiffness_indicative",
-            "friction_unknown",
-        },
-    ),
+    "ur16e-polyurethane-sphere": ("warn", {"stiffness_indicative", "friction_unknown"}),
+    "ur5e-silicone-sphere": ("warn", {"stiffness_indicative", "friction_unknown"}),
 }
 """Verdict, and the codes of the reasons that refuse or warn."""
 RUNNING = [name for name, (verdict, _) in VERDICTS.items() if verdict != "refused"]

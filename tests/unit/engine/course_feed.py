@@ -51,10 +51,7 @@ class Stage:
         self.touching: list[Callable[[float], None] | None] = []
 
     def zero(
-        self,
-        _now_s: float,
-        then: Callable[[float], None],
-        touching: Callable[[float], None] | None,
+        self, _now_s: float, then: Callable[[float], None], touching: Callable[[float], None] | None
     ) -> None:
         """Takes a zero for ever; what follows is in `zeroing`, or in `touching`."""
         self.zeroing.append(then)

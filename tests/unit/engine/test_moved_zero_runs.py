@@ -41,8 +41,7 @@ def count(engine: Engine, kind: str) -> int:
 
 
 @pytest.mark.parametrize(
-    ("drift_n_per_s", "rule"),
-    [pytest.param(0.1, "R6", marks=pytest.mark.long), (-0.1, "R11")],
+    ("drift_n_per_s", "rule"), [pytest.param(0.1, "R6", marks=pytest.mark.long), (-0.1, "R11")]
 )
 def test_a_run_with_a_moving_zero_and_a_long_way_completes(drift_n_per_s: float, rule: str) -> None:
     plan = long_way(max_drift_n=6.0, surface_distance_m=4.5e-3, retract_m=1.5e-4)

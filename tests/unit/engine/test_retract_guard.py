@@ -34,7 +34,7 @@ def end_of(plan: Any, spec: Any) -> tuple[Any, Any]:
     return bench, outcome.cause
 
 
-@pytest.mark.parametrize("make", [stvf_plan, ur_plan])
+@pytest.mark.parametrize("make", [stvf_plan, *long([ur_plan])])
 @pytest.mark.parametrize("softness", [0.3, 30.0])
 @pytest.mark.parametrize("distance_m", [1e-5, 2e-4])
 def test_an_arm_that_is_turned_round_is_led_back_to_the_start(
@@ -71,7 +71,7 @@ def test_a_start_in_contact_is_left_and_not_gone_back_to() -> None:
     assert bench.rig.world.true_force_n == 0.0
 
 
-@pytest.mark.parametrize("make", [stvf_plan, ur_plan])
+@pytest.mark.parametrize("make", [stvf_plan, *long([ur_plan])])
 def test_nothing_goes_back_beyond_the_free_way_before_the_first_touch(make: Any) -> None:
     plan = make(**QUICK, retract_m=6e-3)
     bench = bench_for(plan, 727.0)

@@ -8,7 +8,7 @@ from functools import cache
 from typing import Any
 
 import pytest
-from long_ones import long
+from long_ones import long, long_rows
 from run_bench import Bench, bench_for, run, run_to, spec_for
 from run_plans import limits_for, stvf_plan, ur_plan
 
@@ -55,7 +55,8 @@ def begun_s(make: Any, phase: Phase, step: int) -> float:
 
 @pytest.mark.parametrize(("kind", "magnitude", "rule"), FAULTS)
 @pytest.mark.parametrize(
-    ("phase", "step"), [(Phase.WARM_UP, 0), (Phase.FAST_APPROACH, 0), (Phase.LOAD, 1)]
+    ("phase", "step"),
+    [(Phase.LOAD, 1), *long_rows([(Phase.WARM_UP, 0), (Phase.FAST_APPROACH, 0)])],
 )
 def test_each_fault_trips_its_rule(
     kind: str, magnitude: float, rule: str, phase: Phase, step: int
@@ -77,7 +78,7 @@ def test_each_fault_trips_its_rule(
     assert engine.safe_reached != (kind in ARM_UNSEEN)
 
 
-@pytest.mark.parametrize("make", [stvf_plan, ur_plan])
+@pytest.mark.parametrize("make", [stvf_plan, *long([ur_plan])])
 @pytest.mark.parametrize(
     ("kind", "magnitude", "rules"),
     [
@@ -102,7 +103,7 @@ def test_faults_in_motion_stay_below_the_elastic_limit(
         assert bench.peak_n < F_C
 
 
-@pytest.mark.parametrize("make", [stvf_plan, ur_plan])
+@pytest.mark.parametrize("make", [stvf_plan, *long([ur_plan])])
 @pytest.mark.parametrize(
     ("kind", "magnitude"),
     [
@@ -150,7 +151,7 @@ def run_whole(bench: Bench) -> RunOutcome:
     return run_loop(bench.engine, bench.rig, NullRecorder())
 
 
-@pytest.mark.parametrize("make", [stvf_plan, ur_plan])
+@pytest.mark.parametrize("make", [stvf_plan, *long([ur_plan])])
 @pytest.mark.parametrize(("start_s", "jump_m"), [(0.03, 7e-3), (0.03, 4e-4), (0.03, -7e-3)])
 def test_a_position_that_jumps_before_the_first_command_is_not_started_from(
     make: Any, start_s: float, jump_m: float

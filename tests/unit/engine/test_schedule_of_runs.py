@@ -108,13 +108,7 @@ def test_a_run_takes_the_time_that_was_told(
     assert longest_s == pytest.approx(max(envelope.climbs.up_s), rel=0.15)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "campaign",
-        *long(("plastic-sphere", "ur5e-silicone-sphere")),
-    ],
-)
+@pytest.mark.parametrize("name", ["campaign", *long(("plastic-sphere", "ur5e-silicone-sphere"))])
 def test_a_shipped_plan_takes_the_time_that_preflight_prints(name: str) -> None:
     plan = load_plan(plan_path(name))
     assert pressed_s(plan)[0] == pytest.approx(derive(plan).duration_s, rel=WITHIN)

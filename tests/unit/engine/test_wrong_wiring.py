@@ -9,6 +9,7 @@ from random import Random
 from typing import Any
 
 import pytest
+from long_ones import long
 from run_bench import Bench, bench_for, run, run_to, spec_for
 from run_plans import limits_for, stvf_plan, ur_plan
 
@@ -42,7 +43,7 @@ def whole_run(
     return bench, run_loop(bench.engine, bench.rig, NullRecorder())
 
 
-@pytest.mark.parametrize("make", [stvf_plan, ur_plan])
+@pytest.mark.parametrize("make", [stvf_plan, *long([ur_plan])])
 @pytest.mark.parametrize("second", ["right", "wrong sign", "none"])
 @pytest.mark.parametrize("axis", AXES)
 def test_every_wiring_but_the_right_one_stops_at_the_surface(

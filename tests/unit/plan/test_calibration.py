@@ -289,10 +289,7 @@ def _records() -> st.SearchStrategy[CalibrationRecord]:
 
 @pytest.mark.parametrize(
     "changes",
-    [
-        {"sigma_n_per_m": RECORD.stiffness_n_per_m},
-        {"force_from_n": 300.0, "force_to_n": 300.0},
-    ],
+    [{"sigma_n_per_m": RECORD.stiffness_n_per_m}, {"force_from_n": 300.0, "force_to_n": 300.0}],
 )
 def test_a_record_that_contradicts_itself_is_refused(
     tmp_path: Path, changes: dict[str, float]

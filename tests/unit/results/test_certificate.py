@@ -179,9 +179,7 @@ def test_an_adhesive_contact_and_a_refused_plan_are_shown(envelope: Envelope) ->
 HOSTILE = '"><script>alert(1)</script><img src=//x>$x_{ ' + "W" * 900
 
 
-def test_hostile_words_are_escaped_cut_on_the_sheet_and_whole_behind_it(
-    envelope: Envelope,
-) -> None:
+def test_hostile_words_are_escaped_cut_on_the_sheet_and_whole_behind_it(envelope: Envelope) -> None:
     notes = "a word " * 290
     run = evaluated(
         envelope, pressed(3, cycles=1), specimen=HOSTILE, batch=HOSTILE, operator=HOSTILE,

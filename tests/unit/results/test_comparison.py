@@ -23,11 +23,7 @@ from stepload.record.rows import Phase
 from stepload.results import comparison
 from stepload.results.comparison import compare
 from stepload.results.comparison_curve import CurveGiven, _deformation_at
-from stepload.results.comparison_document import (
-    comparison_data,
-    comparison_document,
-    power_of_ten,
-)
+from stepload.results.comparison_document import comparison_data, comparison_document, power_of_ten
 from stepload.results.comparison_runs import ComparedRun, origin_of
 from stepload.results.model import NOTHING
 from stepload.results.press_data import PressData, TouchPoint

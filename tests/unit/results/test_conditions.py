@@ -15,13 +15,7 @@ from stepload.errors import BadInputError
 from stepload.estimators.lateral_effect import Across
 from stepload.plan.model import DisplacementSpec, Plan, Structure
 from stepload.results.analyse import identify_payload
-from stepload.results.conditions import (
-    FILE,
-    Stated,
-    from_attachments,
-    planned,
-    to_bytes,
-)
+from stepload.results.conditions import FILE, Stated, from_attachments, planned, to_bytes
 
 
 def warm_plan() -> Plan:

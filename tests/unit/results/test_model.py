@@ -61,10 +61,7 @@ def shown(document: Document, capsys: pytest.CaptureFixture[str]) -> str:
 def test_programs_get_what_has_a_key_and_people_what_has_a_label() -> None:
     assert data(FIELDS, SOFT) == {"stiffness_n_per_m": 2.5e3, "ends_m": (1e-3, 2e-3), "turns": 7}
     assert TABLE.columns == ["stiffness", "ends", "turns / 3"]
-    assert TABLE.rows == [
-        ["2.5 kN/m", "[1, 2] mm", "2.33"],
-        ["1 MN/m", NOTHING, "1.00"],
-    ]
+    assert TABLE.rows == [["2.5 kN/m", "[1, 2] mm", "2.33"], ["1 MN/m", NOTHING, "1.00"]]
 
 
 def test_fields_of_a_part_are_none_where_the_part_is_missing() -> None:
@@ -151,9 +148,7 @@ def test_a_terminal_breaks_lines_and_cells_between_words_only(
     assert set(re.findall(r"[a-z]{4,}", text)) <= words | {"sound", "because", "value", "verdict"}
 
 
-def test_the_verdict_stands_below_the_details(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_the_verdict_stands_below_the_details(capsys: pytest.CaptureFixture[str]) -> None:
     behind = Table("Behind", ("which",), [["others"]])
     found = replace(document(behind), brief=["  tangent   8 MN/m"], doubts=list("abcd"))
     Output(as_json=False).show(found)

@@ -17,13 +17,7 @@ from stepload.record.align import torques
 from stepload.record.plain import json_text
 from stepload.record.rows import Phase
 from stepload.results.press_data import press_data
-from stepload.results.quality import (
-    quality_data,
-    quality_of,
-    quality_table,
-    summary,
-    wrench_of,
-)
+from stepload.results.quality import quality_data, quality_of, quality_table, summary, wrench_of
 
 
 def twisted(axis: str = "+fz", beside_m: tuple[float, float] = (0.0, 3e-3)) -> ContactQuality:

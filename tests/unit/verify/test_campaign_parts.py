@@ -90,14 +90,14 @@ def test_a_run_depends_on_seed_series_and_index_alone() -> None:
 def test_a_run_has_one_fault_or_a_pair_that_its_rig_can_have() -> None:
     seen: set[str] = set()
     channels = set()
-    for index in range(40):
+    for index in range(20):
         for count in (1, 2):
             scenario = draw(TEMPLATE, 9, ("one", "six")[index % 2], index, ALL, count)
             assert len(scenario.wrong) == count
             assert not scenario.healthy
             seen |= set(scenario.wrong)
             channels.add(scenario.rig_class)
-    assert len(seen) > 45
+    assert len(seen) > 25
     assert len(channels) == 4
     assert jobs_for(5, ("one", "six"))[-1].index == 2
 
@@ -236,11 +236,7 @@ def test_named_hazards_follow_from_what_is_wrong_alone() -> None:
 
 
 @pytest.mark.parametrize(
-    "layer",
-    [
-        *list(LAYERS)[::5],
-        *long(layer for number, layer in enumerate(LAYERS) if number % 5),
-    ],
+    "layer", [*list(LAYERS)[::5], *long(layer for number, layer in enumerate(LAYERS) if number % 5)]
 )
 def test_a_healthy_rig_completes_without_any_layer(layer: str) -> None:
     assert run_scenario(healthy(), Ablation(layer))[0].status == "completed"
