@@ -96,10 +96,6 @@ def test_the_end_is_written_and_then_synced(desk: SimpleNamespace) -> None:
     assert desk.story[-1][0] == "sync"
 
 
-def test_at_most_a_tenth_of_a_second_waits() -> None:
-    assert 2.0 * PERIOD_S <= 0.1
-
-
 def test_counts_at_the_end_are_what_was_recorded_and_dropped(
     desk: SimpleNamespace, make: SimpleNamespace
 ) -> None:
