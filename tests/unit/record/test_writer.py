@@ -24,7 +24,7 @@ from stepload.record.encode import Channel, to_ns
 from stepload.record.layout import STREAMS, TOPICS
 from stepload.record.reader import read_recording
 from stepload.record.ring import Shared, State, capacities
-from stepload.record.writer_process import PERIOD_S, Start, Writer
+from stepload.record.writer_process import Start, Writer
 
 RATES_HZ = {"force": 1000.0, "arm": 500.0, "tick": 500.0}
 OFFSET_NS = 1_700_000_000_000_000_000

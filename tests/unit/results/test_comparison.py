@@ -186,16 +186,6 @@ def test_errors_that_are_not_shared_do_not_cancel(
     assert any(said in note for note in notes)
 
 
-def test_unknown_numbers_are_told() -> None:
-    unknown = compare([saved("a", arm=""), saved("b", draw=2, arm="")])
-    assert any("both ways" in note for note in unknown.notes)
-    assert "system stiffness K_s" in unknown.differences[0].open_sources
-    unnamed = replace(CONDITIONS, pose="")
-    found = compare([saved("a", conditions=unnamed), saved("b", draw=2, conditions=unnamed)])
-    assert any("name no pose" in note for note in found.notes)
-    assert found.differences[0].open_sources == ("smooth deformation error",)
-
-
 def test_runs_are_grouped_by_plan_or_as_told() -> None:
     runs = [saved(name, draw=i) for i, name in enumerate("abc", 1)]
     alone = compare(runs)

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import html
-import io
 import json
-import re
-import sys
 from dataclasses import dataclass, replace
 
 import pytest
@@ -15,7 +12,6 @@ from stepload.results.model import (
     NOTHING,
     Document,
     Field,
-    Finding,
     Table,
     Verdict,
     by_name,
@@ -121,31 +117,6 @@ def test_with_json_one_object_goes_out_and_text_to_the_other_stream(
     assert json.loads(told.out) == {
         "stiffness_n_per_m": 1e6, "ends_m": None, "turns": 3, "nothing": None,
     }  # fmt: skip
-
-
-class Terminal(io.StringIO):
-    """Standard output of a person."""
-
-    def isatty(self) -> bool:
-        return True
-
-
-def test_a_terminal_breaks_lines_and_cells_between_words_only(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    terminal = Terminal()
-    monkeypatch.setenv("COLUMNS", "80")
-    monkeypatch.setattr(sys, "stdout", terminal)
-    prose = "spring constants of several identically manufactured springs " * 3
-    wide = Table("t", ("identification", "value", "verdict"), [[prose, prose, "identified"]])
-    out = Output(as_json=False)
-    out.finding(Finding("warn", prose, prose))
-    out.show(document(wide, text=prose))
-    text = re.sub(r"\x1b\[[\d;]*m", "", terminal.getvalue())
-    assert max(len(line) for line in text.splitlines()) <= 80
-    words = set(prose.split()) | {"identification", "identified"}
-    assert words <= set(re.findall(r"[a-z]+", text))
-    assert set(re.findall(r"[a-z]{4,}", text)) <= words | {"sound", "because", "value", "verdict"}
 
 
 def test_the_verdict_stands_below_the_details(capsys: pytest.CaptureFixture[str]) -> None:
