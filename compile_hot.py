@@ -25,7 +25,7 @@ HOT = {
     "src/stepload/engine": (
         "anchor", "force_response", "cadence", "controller", "course", "cross_check", "tracking",
         "force_filter", "motion", "retract_guard",
-        "settle", "steps", "supervisor", "tare", "tick", "watch", "wrench",
+        "settle", "supervisor", "tare", "tick", "watch", "wrench",
     ),
     "src/stepload/record": ("ring",),
     "drivers/stepload_drivers/sim": (

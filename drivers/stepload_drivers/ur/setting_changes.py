@@ -12,6 +12,7 @@ from dataclasses import replace
 
 from stepload.rig.device import ArmConfiguration
 from stepload.rig.faults import FaultCode
+from stepload.units import percent
 from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import Problem
 
@@ -37,7 +38,7 @@ def slow_problem(configuration: ArmConfiguration) -> Problem | None:
         return None
     return Problem(
         FaultCode.UNSUPPORTED,
-        f"the speed slider is at {fraction:.0%}, 100 % is needed: the arm would not keep up",
+        f"the speed slider is at {percent(fraction, 2)}, 100 % is needed: the arm would lag",
         _SLIDER_HINT,
     )
 
@@ -81,7 +82,7 @@ def tcp_changed(armed: ArmConfiguration | None, told: ArmConfiguration | None) -
 def _changes(armed: ArmConfiguration, told: ArmConfiguration) -> Iterator[str]:
     slider, slider_now = armed.speed_fraction, told.speed_fraction
     if slider is not None and slider_now is not None and abs(slider_now - slider) > SAME_SLIDER:
-        yield f"speed slider from {slider:.0%} to {slider_now:.0%}"
+        yield f"speed slider from {percent(slider, 2)} to {percent(slider_now, 2)}"
     mass, mass_now = armed.payload_kg, told.payload_kg
     if mass is not None and mass_now is not None and abs(mass_now - mass) > SAME_KG:
         yield f"payload mass from {mass:.3f} kg to {mass_now:.3f} kg"

@@ -79,7 +79,7 @@ def interval_cell(low: float | None, high: float | None) -> str:
 
 def _cells(row: RunRow) -> list[str]:
     return [
-        row.run_id, row.started[:16].replace("T", " "), row.payload, row.specimen,
+        row.run_id[:6], row.started[:16].replace("T", " "), row.payload, row.specimen,
         row.verdict.replace("_", " "), stiffness_cell(row.chord_n_per_m),
         interval_cell(row.low_n_per_m, row.high_n_per_m),
         f"{'simulated, ' if row.simulated else ''}{row.status}",

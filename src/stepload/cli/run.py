@@ -72,7 +72,7 @@ def _show_end(finished: Finished, out: Output, *, quiet: bool) -> None:
 
     outcome, cause = finished.outcome, finished.outcome.cause
     first = first_sentence(outcome.status.value, cause, outcome.start_s, outcome.signal_number)
-    if cause is None:
+    if cause is None or cause.planned:
         word, text = outcome.status.value.upper(), f": {first}"
     else:
         where = f"in cycle {outcome.cycle}" if outcome.cycle else "before the first cycle"

@@ -21,6 +21,7 @@ from stepload.contact.limit import elastic_limit
 from stepload.contact.materials import BluntTip, Geometry, Material, PowerProfile
 from stepload.contact.power_law import ContactLaw
 from stepload.contact.rough import P0_MIN, rough_sphere
+from stepload.units import percent
 
 SMOOTH_ALPHA = 0.05
 """Largest σ_eq over the smooth deformation of a contact that counts as smooth (Johnson, 13.5)."""
@@ -169,7 +170,8 @@ def _roughness(pressed: Pressed) -> Iterator[DomainDoubt]:
     ]
     yield DomainDoubt(
         "rough_contact",
-        f"Roughness deforms {more[0]:.0%} more than (2) at {from_n:.4g} N, {more[1]:.0%} at"
+        f"Roughness deforms {percent(more[0], 2)} more than (2) at {from_n:.4g} N, "
+        f"{percent(more[1], 2)} at"
         f" {pressed.to_n:.4g} N, by (10).",
         "read K and n by the rough law (10)-(12), or use the chord only",
         alpha, SMOOTH_ALPHA, harmless=True,

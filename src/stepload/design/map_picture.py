@@ -19,6 +19,7 @@ from stepload.results.figures import (
     figure_of,
     plain,
 )
+from stepload.units import percent
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,7 +56,7 @@ def drawn(found: Map) -> Iterator[Figure]:
         )
         figure.suptitle(
             f"{plain(found.rig.name)}: 95 % interval of the chord, "
-            f"±{1.0 / found.rig.conditions.t:.0%} wanted",
+            f"±{percent(1.0 / found.rig.conditions.t, 2)} wanted",
             fontsize=11,
         )
         _legend(figure)

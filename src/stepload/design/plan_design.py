@@ -19,7 +19,7 @@ from stepload.evidence.expected import Narrowing, expected_chord, narrowing
 from stepload.evidence.quantity import Quantity
 from stepload.evidence.run_data import RunData
 from stepload.plan.problems import PlanError
-from stepload.units import format_quantity, rounded_down
+from stepload.units import format_quantity, percent, rounded_down
 
 SHARES = (0.25, 0.5, 0.75, 1.0)
 """Top forces, as shares of the largest."""
@@ -229,7 +229,7 @@ def _refusal(
         told = f"give it more --time: {later.text}, interval {half_text(later.half_width)}"
     return RefusedError(
         f"no plan for {limit.payload} on {limit.rig} that takes {within_s:.0f} s or less gives "
-        f"±{1.0 / best.run.conditions.t:.0%} (1/t); the best is {best.text}, interval "
+        f"±{percent(1.0 / best.run.conditions.t, 2)} (1/t); the best is {best.text}, interval "
         f"{half_text(best.half_width)}",
         hint=told or limit.why,
     )

@@ -21,7 +21,7 @@ from stepload.plan.load import load_plan
 from stepload.plan.references import names_a_file
 from stepload.plan.room_to_write import check_new
 from stepload.results.model import Table
-from stepload.units import format_quantity
+from stepload.units import format_quantity, percent
 
 
 def sentences(found: Design) -> list[str]:
@@ -46,7 +46,9 @@ def _time(found: Design) -> str:
         more = f"no plan that was looked at takes longer than {longest_s:.0f} s"
     elif not longer.half_width * ALIKE < chosen.half_width:
         most_s = min(longer_s, longest_s)
-        more = f"up to {most_s:.0f} s would narrow the interval by less than {ALIKE - 1.0:.0%}"
+        more = (
+            f"up to {most_s:.0f} s would narrow the interval by less than {percent(ALIKE - 1.0, 2)}"
+        )
     else:
         more = f"{longer.text}, gives {half_text(longer.half_width)}"
     said = f"More time than the {found.within_s:.0f} s given: {more}."

@@ -79,10 +79,11 @@ class Cadence:
             target_m, done = tick(now_s, force, arm, displacement, second)
             if target_m == target_m:
                 self.busy = "the arm's command"
-                if engine.shift_m == NO_SHIFT:
+                shift_m = engine.shift_m
+                if shift_m == NO_SHIFT:
                     command(target_m)
                 else:
-                    command(target_m, engine.shift_m)
+                    command(target_m, shift_m)
             else:
                 self._ask_held(now_s)
             keep(now_s, force, arm, displacement, second)

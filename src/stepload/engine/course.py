@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 from stepload.engine.operator import Operator
+from stepload.engine.phases import Exit
 from stepload.engine.retract_guard import RetractGuard
 from stepload.engine.supervisor import Supervisor
 from stepload.engine.watch import Breach
@@ -15,10 +16,6 @@ from stepload.plan.model import Procedure
 from stepload.record.outcome import Tare, Touch
 from stepload.record.rows import Phase
 
-Act = Callable[[float, float], None]
-"""What a phase does in each tick: (now_s, step_s)."""
-Then = Callable[[float], None]
-"""What follows a part of the order: (now_s)."""
 _LOAD = int(Phase.LOAD)
 Emit = Callable[[float, str, dict[str, object]], None]
 
@@ -26,12 +23,13 @@ Emit = Callable[[float, str, dict[str, object]], None]
 class Course:
     """The present phase and what has been found so far.
 
-    `act` is called in each tick. `target_m` is the commanded position (NaN until the arm has
-    reported its own), `held_m` the position at which its controller reported to hold it before the
-    first command (NaN: it did not), `shift_m` the commanded shift across the approach, `speed_m_s`
-    the speed of the target, `goal_m` where `move` and `rest_at_goal` go to. `surface_m` is the
-    position of the last touch, NaN before, `dwelt_n` the mean force in contact after it, and
-    `deepest_m` the largest target at which a level was held.
+    `sequence` is resumed in each tick, at `now_s`, `step_s` after the last one. `target_m` is the
+    commanded position (NaN until the arm has reported its own), `held_m` the position at which its
+    controller reported to hold it before the first command (NaN: it did not), `shift_m` the
+    commanded shift across the approach, `speed_m_s` the speed of the target, `goal_m` where `move`
+    and `rest_at_goal` go to. `surface_m` is the position of the last touch, NaN before, `dwelt_n`
+    the mean force in contact after it, and `deepest_m` the largest target at which a level was
+    held.
     `failure` is set when the run cannot go on, `done` when it has come to its end, `interrupted`
     when the operator ended it.
     """
@@ -51,9 +49,9 @@ class Course:
         self.operator = operator
         self.emit = emit
         self.guard = RetractGuard(limits)
-        self.act: Act = self._stand
+        self.sequence: Iterator[None] = iter(())
         self.phase = int(Phase.WARM_UP)
-        self.since_s = 0.0
+        self.since_s = self.now_s = self.step_s = 0.0
         self.cycle = cycle
         self.step_number = 0
         self.level_n = 0.0
@@ -140,9 +138,12 @@ class Course:
         tare = self.tares[-1]
         return tare.time_s - 0.5 * tare.duration_s
 
-    def open_n(self, now_s: float) -> float:
+    @property
+    def open_n(self) -> float:
         """Force in N up to which a contact counts as open: the zero may have drifted as stated."""
-        drift_n = self.limits.drift_n_per_s * (now_s - self.zeroed_s) if self.tares else 0.0
+        drift_n = 0.0
+        if self.tares:
+            drift_n = self.limits.drift_n_per_s * (self.now_s - self.zeroed_s)
         return self.limits.touch_force_n + min(drift_n, self.plan.max_drift_n)
 
     @property
@@ -151,13 +152,19 @@ class Course:
         return self.plan.retract_m
 
     def step(self, now_s: float, step_s: float) -> float:
-        """Run one tick; returns the target in m."""
+        """Run one tick; returns the target in m.
+
+        Raises:
+            RuntimeError: the sequence is over, and the run is neither done nor failed.
+        """
+        self.now_s, self.step_s = now_s, step_s
         if now_s > self._open_by_s and self.phase == _LOAD:
             self._old_zero(now_s)
-        self.act(now_s, step_s)
+        if next(self.sequence, self) is self and not self.done and self.failure is None:
+            raise RuntimeError("the sequence of the run ended without an end of the run")
         return self.target_m
 
-    def press(self, now_s: float) -> None:
+    def press(self) -> None:
         """From now on the payload is pressed, for as long as the zero of the force can be believed.
 
         Only a load step makes force of a zero that moves: elsewhere the target stands or goes back.
@@ -165,9 +172,9 @@ class Course:
         limits = self.limits
         drift = limits.zero_drift_n_per_s
         if drift > 0.0:
-            before_s = now_s - self.zeroed_s
+            before_s = self.now_s - self.zeroed_s
             before_n = pressed_shift_n(drift, before_s, 0.0, limits.touch_force_n)
-            self._open_by_s = now_s + (limits.zero_shift_n - before_n) / drift
+            self._open_by_s = self.now_s + (limits.zero_shift_n - before_n) / drift
 
     def _old_zero(self, now_s: float) -> None:
         """End the run: its zero has not been looked at for too long."""
@@ -187,28 +194,31 @@ class Course:
             " touch force",
         )  # fmt: skip
 
-    def enter(self, phase: Phase, now_s: float, act: Act) -> None:
+    def enter(self, phase: Phase) -> None:
         """Begin a phase, at rest."""
         self.phase = int(phase)
-        self.since_s = now_s
+        self.since_s = self.now_s
         self.speed_m_s = 0.0
         self._rest_from_s = math.nan
-        self.act = act
-        self.emit(
-            now_s,
+        self.tell(
             "phase",
             {"phase": phase.name, "cycle": self.cycle, "step": self.step_number,
              "level_n": self.level_n},
         )  # fmt: skip
 
-    def fail(self, reason: str, value: float, limit: float, unit: str, message: str) -> None:
-        """Record that the run cannot go on, and why."""
-        self.failure = Breach(reason, value, limit, unit, message)
+    def tell(self, kind: str, data: dict[str, object]) -> None:
+        """An event of this tick, for the record."""
+        self.emit(self.now_s, kind, data)
 
-    def finish(self, now_s: float) -> None:
+    def fail(self, reason: str, value: float, limit: float, unit: str, message: str) -> Exit:
+        """Record that the run cannot go on, and why; the exit of the phase."""
+        self.failure = Breach(reason, value, limit, unit, message)
+        return Exit.FAIL
+
+    def finish(self) -> None:
         """End the run; the target stays."""
         self.done = True
-        self.enter(Phase.DONE, now_s, self._stand)
+        self.enter(Phase.DONE)
 
     def stop_asked(self) -> bool:
         """Whether the operator has asked for the end; if so the run counts as interrupted."""
@@ -217,9 +227,9 @@ class Course:
             return True
         return False
 
-    def move(self, fastest_m_s: float, step_s: float) -> bool:
+    def move(self, fastest_m_s: float) -> bool:
         """Move the target towards the goal with bounded acceleration; True when it is there."""
-        gap_m = self.goal_m - self.target_m
+        gap_m, step_s = self.goal_m - self.target_m, self.step_s
         way_m = abs(gap_m)
         acceleration = self.limits.acceleration_m_s2
         speed = min(
@@ -240,13 +250,10 @@ class Course:
         self.goal_m = goal_m
         self._rest_from_s = math.nan
 
-    def rest_at_goal(self, now_s: float, step_s: float, rest_s: float) -> bool:
+    def rest_at_goal(self, rest_s: float) -> bool:
         """Move back to the goal; True after `rest_s` of rest there."""
-        if not self.move(self.back_speed_m_s, step_s):
+        if not self.move(self.back_speed_m_s):
             return False
         if self._rest_from_s != self._rest_from_s:
-            self._rest_from_s = now_s
-        return now_s - self._rest_from_s >= rest_s
-
-    def _stand(self, _now_s: float, _step_s: float) -> None:
-        """Nothing to do; the target stays."""
+            self._rest_from_s = self.now_s
+        return self.now_s - self._rest_from_s >= rest_s

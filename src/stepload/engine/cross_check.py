@@ -9,6 +9,7 @@ gap between the ranges is the difference: motion makes none, a wrong channel doe
 from __future__ import annotations
 
 import math
+from collections import deque
 
 
 class _Range:
@@ -17,8 +18,7 @@ class _Range:
     def __init__(self, ticks: int, alpha: float, noise_n: float) -> None:
         self._alpha = alpha
         self._noise_n = noise_n * math.sqrt(alpha / (2.0 - alpha))
-        self._readings = [math.nan] * ticks
-        self._at = 0
+        self._readings = deque([math.nan] * ticks, ticks)
         self._n = self._low_n = self._high_n = math.nan
 
     def restart(self) -> None:
@@ -26,22 +26,22 @@ class _Range:
 
     def add(self, reading_n: float) -> tuple[float, float]:
         """Add a reading; (lowest, highest) less the noise, both the middle if nothing is left."""
-        readings, at = self._readings, self._at
-        if self._n != self._n:
-            self._n = self._low_n = self._high_n = reading_n
-            readings[:] = [reading_n] * len(readings)
-        oldest_n = readings[at]
-        readings[at] = self._n = n = self._n + self._alpha * (reading_n - self._n)
-        self._at = at + 1 if at + 1 < len(readings) else 0
-        if n <= self._low_n:
-            self._low_n = n
-        elif oldest_n == self._low_n:
-            self._low_n = min(readings)
-        if n >= self._high_n:
-            self._high_n = n
-        elif oldest_n == self._high_n:
-            self._high_n = max(readings)
-        low, high = self._low_n + self._noise_n, self._high_n - self._noise_n
+        n, readings = self._n, self._readings
+        if n != n:
+            n = self._low_n = self._high_n = reading_n
+            readings.extend([n] * len(readings))
+        oldest_n, low_n, high_n = readings[0], self._low_n, self._high_n
+        self._n = n = n + self._alpha * (reading_n - n)
+        readings.append(n)
+        if n <= low_n:
+            self._low_n = low_n = n
+        elif oldest_n == low_n:
+            self._low_n = low_n = min(readings)
+        if n >= high_n:
+            self._high_n = high_n = n
+        elif oldest_n == high_n:
+            self._high_n = high_n = max(readings)
+        low, high = low_n + self._noise_n, high_n - self._noise_n
         if low < high:
             return low, high
         middle = 0.5 * (low + high)

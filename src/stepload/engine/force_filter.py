@@ -16,14 +16,21 @@ class ForceFilter:
     Args:
         period_s: of the tick.
         late_s: longest time in s from a target to its effect on this channel's readings.
+        noise_n: noise (sd) of one reading; `expect` replaces it.
     """
 
-    def __init__(self, period_s: float, late_s: float) -> None:
+    def __init__(self, period_s: float, late_s: float, noise_n: float) -> None:
         self.tau_s = max(0.25 * late_s, 2.0 * period_s)
         self.alpha = alpha = period_s / self.tau_s
         self.span_s = self.tau_s * (1.0 - alpha)  # by which the slower filter lags behind a ramp
         self._late_s = late_s
         self.smooth_n = self._slow_n = self.slope_n_per_s = 0.0
+        self.expect(noise_n)
+
+    def expect(self, noise_n: float) -> None:
+        """Count with noise of this sd from now on."""
+        self._noise_n = RATE_SIGMAS * (noise_n * math.sqrt(self.alpha / (2.0 - self.alpha)))
+        self._rate_noise_n_per_s = self._noise_n / self.span_s
 
     def restart(self, force_n: float) -> None:
         """Begin at rest with this force."""
@@ -36,9 +43,9 @@ class ForceFilter:
         self._slow_n = slow_n = self._slow_n + self.alpha * (smooth_n - self._slow_n)
         self.slope_n_per_s = (smooth_n - slow_n) / self.span_s
 
-    def peak_n(self, noise_n: float) -> float:
-        """Magnitude in N that the force reaches within `late_s`, for noise of this sd."""
-        filtered_n = noise_n * math.sqrt(self.alpha / (2.0 - self.alpha))
+    def peak_n(self) -> float:
+        """Magnitude in N that the force reaches within `late_s`."""
         slope = self.slope_n_per_s if self.smooth_n >= 0.0 else -self.slope_n_per_s
-        rise = max(0.0, slope - RATE_SIGMAS * filtered_n / self.span_s)
-        return abs(self.smooth_n) + RATE_SIGMAS * filtered_n + rise * self._late_s
+        rise = slope - self._rate_noise_n_per_s
+        peak_n = abs(self.smooth_n) + self._noise_n
+        return peak_n + rise * self._late_s if rise > 0.0 else peak_n

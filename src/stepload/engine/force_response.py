@@ -6,6 +6,7 @@ Independent of the step controller's travel limit (`engine.anchor`), with its ow
 from __future__ import annotations
 
 import math
+from collections import deque
 
 from stepload.engine.watch import Breach, Found
 from stepload.envelope.limits import RunLimits
@@ -31,8 +32,8 @@ class ForceResponseWatch:
     def __init__(self, limits: RunLimits, found: Found) -> None:
         self._found = found
         self._alpha = min(1.0, limits.period_s / ANSWER_FILTER_S)
-        self._targets_m = [math.nan] * (1 + math.ceil(limits.reaction_s / limits.period_s))
-        self._at = 0
+        ticks = 1 + math.ceil(limits.reaction_s / limits.period_s)
+        self._targets_m = deque([math.nan] * ticks, ticks)
         self._mean_n = self._mean_m = self._risen_n = self._risen_m = 0.0
         self.answer_n = self._answer_m = self._taut_s = 0.0
         self._dwelt, self._pressed = 0, False
@@ -59,7 +60,8 @@ class ForceResponseWatch:
         then_m = self._delayed(target_m)
         self._dwelt = self._dwelt + 1 if phase == _DWELL else 0
         weight = self._alpha if phase == _HOLD and self._pressed else 1.0
-        weight /= max(1, self._dwelt)
+        if self._dwelt:
+            weight /= self._dwelt
         self._mean_n += weight * (smooth_n - self._mean_n)
         self.answer_n = self._risen_n = self._mean_n
         self._answer_m = self._risen_m = self._mean_m = then_m
@@ -95,8 +97,6 @@ class ForceResponseWatch:
 
     def _delayed(self, target_m: float) -> float:
         """The target of `reaction_s` ago; take in the newest."""
-        targets_m, at = self._targets_m, self._at
-        then_m = targets_m[at]
-        targets_m[at] = target_m
-        self._at = at + 1 if at + 1 < len(targets_m) else 0
+        then_m = self._targets_m[0]
+        self._targets_m.append(target_m)
         return then_m if then_m == then_m else target_m

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 
 from stepload.engine.watch import Breach, Found
 from stepload.envelope.limits import RunLimits
@@ -38,8 +39,7 @@ class MotionWatch:
         self._found = found
         period_s = limits.period_s
         self._model_alpha = period_s / (limits.arm_lag_s + period_s)
-        self._delayed = [math.nan] * max(1, round(limits.command_delay_s / period_s))
-        self._delayed_at = 0
+        self._delayed: deque[float] = deque(maxlen=max(1, round(limits.command_delay_s / period_s)))
         self.model_m = self.target_m = self._still_model_m = self._still_m = math.nan
         self._still_blur_m = 0.0
         self._rest, self._rest_steps = 0, math.ceil(REST_S / period_s)
@@ -78,11 +78,14 @@ class MotionWatch:
         last_m, self.target_m = self.target_m, target_m
         if last_m != last_m:  # nothing was commanded before
             self.model_m = self._still_model_m = self._still_m = position_m
-            self._delayed = [position_m] * len(self._delayed)
+            self._delayed.extend([position_m] * (self._delayed.maxlen or 1))
             return None
         self._follow(step_s, target_m, last_m)
         away = self._judge_place(position_m)
-        return away or self._judge_search(now_s, position_m, phase)
+        if phase in SEARCHING:
+            return away or self._judge_search(now_s, position_m)
+        self._progress_s = math.nan
+        return away
 
     def _follow(self, step_s: float, target_m: float, last_m: float) -> None:
         """Update the speeds of the target and the model of the arm."""
@@ -95,29 +98,24 @@ class MotionWatch:
             recent = -speed
         self.recent_m_s = recent
         self.steps = steps = 1 if step_s < 1.5 * period_s else min(round(step_s / period_s), 1000)
-        delayed = self._delayed
-        at = self._delayed_at
-        model_m = self.model_m
+        delayed, model_m = self._delayed, self.model_m
         for _ in range(steps):
-            delayed_m = delayed[at]
-            delayed[at] = target_m
-            at = at + 1 if at + 1 < len(delayed) else 0
-            model_m += self._model_alpha * (delayed_m - model_m)
-        self._delayed_at = at
+            model_m += self._model_alpha * (delayed[0] - model_m)
+            delayed.append(target_m)
         self.model_m = model_m
 
     def _judge_place(self, position_m: float) -> Breach | None:
         """R7: the arm is not where its commands put it, or does not move as far as they say."""
         limits, model_m, recent = self._limits, self.model_m, self.recent_m_s
         error_m = position_m - model_m
-        tolerance_m = limits.model_tolerance_m + limits.model_lag_s * recent
+        blur_m = limits.model_lag_s * recent
+        tolerance_m = limits.model_tolerance_m + blur_m
         if not -tolerance_m <= error_m <= tolerance_m:
             return self._found(
                 "R7", error_m, tolerance_m, "m",
                 f"the arm is {error_m * 1e6:+.1f} um away from where its commands should put it",
             )  # fmt: skip
         moved_m = model_m - self._still_model_m
-        blur_m = limits.model_lag_s * recent
         span_m = limits.still_m + blur_m
         self._rest = rest = 0 if self.speed_m_s else self._rest + self.steps
         if rest >= self._rest_steps and self._still_blur_m > limits.still_m:
@@ -134,11 +132,8 @@ class MotionWatch:
                 )  # fmt: skip
         return None
 
-    def _judge_search(self, now_s: float, position_m: float, phase: int) -> Breach | None:
+    def _judge_search(self, now_s: float, position_m: float) -> Breach | None:
         """R8, and R7 where an approach makes no progress."""
-        if phase not in SEARCHING:
-            self._progress_s = math.nan
-            return None
         if position_m > self._limits.search_end_m:
             return self._found(
                 "R8", position_m, self._limits.search_end_m, "m",

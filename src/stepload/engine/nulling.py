@@ -9,9 +9,9 @@ then the sensor is not turned against the arm as the plan says.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
-from stepload.engine.course import Course, Then
+from stepload.engine.course import Course
+from stepload.engine.phases import May, Steps, phase
 from stepload.envelope.aligning import NullingLaw
 from stepload.record.rows import Phase
 
@@ -57,56 +57,50 @@ class Nulling:
     def __init__(self, course: Course, law: NullingLaw | None) -> None:
         self._course = course
         self._law = law
-        self._then: Then = course.finish
-        self._first_n = self._least_n = 0.0
-        self._begin_m: Shift = (0.0, 0.0)
 
-    def begin(self, now_s: float, then: Callable[[float], None]) -> None:
-        """Null the lateral force, then call `then`; at once where there is nothing to do."""
-        course, law = self._course, self._law
-        if law is None or course.sup.smooth_n < law.from_n:
-            then(now_s)
-            return
-        self._then = then
-        self._first_n = self._least_n = math.hypot(*self._across_n(law))
-        self._begin_m = course.shift_m
-        course.enter(Phase.NULLING, now_s, self._act)
+    def null(self) -> Steps:
+        """Null the lateral force; at once over where there is nothing to do."""
+        law = self._law
+        if law is not None and not self._course.sup.smooth_n < law.from_n:
+            yield from self._null(law)
+        return None
+
+    @phase(Phase.NULLING, "before a hold, where the plan asks for it", May.ACROSS)
+    def _null(self, law: NullingLaw) -> Steps:
+        """Go sideways until the lateral force is gone, its time is up, or it grows."""
+        course = self._course
+        first_n = least_n = math.hypot(*self._across_n(law))
+        begin_m = course.shift_m
+        grown_n = max(GROWN_DEADS * law.dead_n, GROWN_SHARE * first_n)
+        course.enter(Phase.NULLING)
+        why = ""
+        while not why:
+            yield
+            across_n = self._across_n(law)
+            size_n = math.hypot(*across_n)
+            least_n = min(least_n, size_n)
+            if size_n > least_n + grown_n:
+                why, self._law = "grown", None
+            elif size_n <= law.dead_n:
+                why = "gone"
+            elif course.stop_asked():
+                why = "stop"
+            elif course.now_s - course.since_s < law.longest_s:
+                course.shift_m = nulled(course.shift_m, across_n, law, course.step_s)
+            elif size_n > USELESS_SHARE * first_n:
+                why, self._law = "useless", None
+            else:
+                why = "time"
+        course.tell(
+            "nulled",
+            {"level_n": course.level_n, "before_n": first_n, "after_n": size_n,
+             "shift_m": list(course.shift_m),
+             "moved_m": math.dist(course.shift_m, begin_m), "why": why},
+        )  # fmt: skip
+        return None
 
     def _across_n(self, law: NullingLaw) -> Shift:
         """Lateral force in N in the axes of the arm."""
         one, other = self._course.sup.force.load_across_n
         c, s = math.cos(law.turn_rad), math.sin(law.turn_rad)
         return c * one - s * other, s * one + c * other
-
-    def _act(self, now_s: float, step_s: float) -> None:
-        course, law = self._course, self._law
-        assert law is not None
-        across_n = self._across_n(law)
-        size_n = math.hypot(*across_n)
-        self._least_n = min(self._least_n, size_n)
-        grown_n = max(GROWN_DEADS * law.dead_n, GROWN_SHARE * self._first_n)
-        if size_n > self._least_n + grown_n:
-            self._law = None
-            self._end(now_s, size_n, "grown")
-        elif size_n <= law.dead_n:
-            self._end(now_s, size_n, "gone")
-        elif course.stop_asked():
-            self._end(now_s, size_n, "stop")
-        elif now_s - course.since_s >= law.longest_s:
-            useless = size_n > USELESS_SHARE * self._first_n
-            if useless:
-                self._law = None
-            self._end(now_s, size_n, "useless" if useless else "time")
-        else:
-            course.shift_m = nulled(course.shift_m, across_n, law, step_s)
-
-    def _end(self, now_s: float, size_n: float, why: str) -> None:
-        course = self._course
-        course.emit(
-            now_s,
-            "nulled",
-            {"level_n": course.level_n, "before_n": self._first_n, "after_n": size_n,
-             "shift_m": list(course.shift_m),
-             "moved_m": math.dist(course.shift_m, self._begin_m), "why": why},
-        )  # fmt: skip
-        self._then(now_s)

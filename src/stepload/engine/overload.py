@@ -13,7 +13,8 @@ COMPONENTS = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 
 class OverloadWatch:
-    """Watches one force sensor; `used` is the largest reading as a share of its limit.
+    """Watches one force sensor; `used` is the largest reading as a share of its limit,
+    `stated` the components with a rating, as (index, limit).
 
     Args:
         name: of the sensor.
@@ -23,24 +24,22 @@ class OverloadWatch:
 
     def __init__(self, name: str, limits: Sequence[float], found: Found) -> None:
         self._name, self._found = name, found
-        self._stated = [(i, limit) for i, limit in enumerate(limits) if limit < math.inf]
+        self.stated = [(i, limit) for i, limit in enumerate(limits) if limit < math.inf]
         self._over = 0
         self.used = 0.0
 
     def judge(self, wrench: Sequence[float]) -> Breach | None:
         """Judge a fresh reading, not tared: the weight of the tool loads the sensor too."""
-        if not self._stated:
-            return None
         # A component that is no number may be anything.
         shares = [
             abs(wrench[index]) / limit if wrench[index] == wrench[index] else math.inf
-            for index, limit in self._stated
+            for index, limit in self.stated
         ]
-        self.used = used = max(shares)
+        self.used = used = max(shares, default=0.0)
         self._over = self._over + 1 if used > 1.0 else 0
         if self._over < OVERLOADED_SAMPLES:
             return None
-        index, limit = self._stated[shares.index(used)]
+        index, limit = self.stated[shares.index(used)]
         value, unit = abs(wrench[index]), "N" if index < 3 else "N m"
         return self._found(
             "R13", value, limit, unit,

@@ -34,7 +34,7 @@ class _Channel:
         self.least_m = self.rose_n = 0.0
 
     def read(self, raw_n: float) -> None:
-        if not math.isfinite(raw_n):
+        if raw_n - raw_n != 0.0:
             return
         if self.smooth_n != self.smooth_n:
             self.smooth_n = raw_n
@@ -65,7 +65,7 @@ class RetractGuard:
     """Watches the target; a way back lasts until the target goes forward again, or has rested.
 
     Every force channel must have grown: one alone may be late, and a way back that is right must
-    not be turned round. Once the direction is proven nothing turns it round.
+    not be turned round. Once the direction is proven nothing turns it round: `follow` rests.
 
     `proven` says that the arm's direction is, since a touch pushed back.
     `found` is the breach of the first force that grew, `goal_m` the target of the least force then.
@@ -93,6 +93,8 @@ class RetractGuard:
         `target_m` is the target in force until now, `touched` whether there has been a touch.
         """
         self.proven = self.proven or touched
+        if self.proven:
+            return None
         readings_n = sup.force.raw_n, sup.second_raw_n
         for channel, raw_n in zip(self._channels, readings_n, strict=False):
             channel.read(raw_n)
@@ -117,7 +119,7 @@ class RetractGuard:
             grown_n, limit_n = channel.grown_n(zero_n, sup.tared), channel.tolerance_n
             if grown_n > limit_n:
                 grown.append((grown_n / limit_n, grown_n, limit_n, channel))
-        if self.proven or len(grown) < len(self._channels):
+        if len(grown) < len(self._channels):
             return None
         _, grown_n, limit_n, channel = max(grown, key=lambda one: one[0])
         return self.turn(grown_n, limit_n, channel.least_m if sup.tared else self._from_m)

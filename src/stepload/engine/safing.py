@@ -75,6 +75,11 @@ def stop_notice(cause: Cause | None, start_s: float) -> str:
     """What the operator reads in the moment of a stop; `start_s` counts as zero."""
     if cause is None:
         return "STOPPING on request: the arm retracts. Use the emergency stop if it does not."
+    if cause.planned:
+        return (
+            f"ENDING at {cause.time_s - start_s:.3f} s, as the plan asks ({cause.rule}): "
+            f"{cause.message}. The arm retracts. Use the emergency stop if it does not."
+        )
     return (
         f"STOPPED by {cause.rule} at {cause.time_s - start_s:.3f} s: {cause.message}"
         f"{cause.numbers}. USE THE EMERGENCY STOP if the arm presses on."
@@ -127,8 +132,9 @@ def first_sentence(status: str, cause: Cause | None, start_s: float, signal_numb
     if cause is None:
         asked = f" ({Signals(signal_number).name})" if signal_number else ""
         return f"The run was interrupted on the operator's request{asked}."
+    asked = ", as its plan asks" if cause.planned else ""
     at = f"{cause.time_s - start_s:.3f} s"
-    return f"The run was stopped by {cause.rule} at {at}: {cause.message}{cause.numbers}."
+    return f"The run was stopped by {cause.rule} at {at}{asked}: {cause.message}{cause.numbers}."
 
 
 def _retract_told(retracted: bool, still_closed: str, end_s: float, turned: bool) -> str:

@@ -6,8 +6,9 @@ import math
 from collections.abc import Callable
 
 from stepload.engine.controller import StepController
-from stepload.engine.course import Course, Then
+from stepload.engine.course import Course
 from stepload.engine.nulling import Nulling
+from stepload.engine.phases import Exit, May, Steps, phase
 from stepload.engine.retract import not_open
 from stepload.engine.settle import SettleTest
 from stepload.envelope.aligning import NullingLaw
@@ -41,8 +42,6 @@ class LoadSteps:
         self._settle = SettleTest()
         self._nulling = Nulling(course, nulling)
         self._same_contact = False
-        self._hold_phase = Phase.HOLD
-        self._then: Then = course.finish
         self._force_sum_n = self._position_sum_m = 0.0
         self._ticks = 0
         self._rest_n = self._rest_m = math.nan
@@ -61,102 +60,99 @@ class LoadSteps:
         """Mean force in N and position in m of the last hold."""
         return self._force_sum_n / self._ticks, self._position_sum_m / self._ticks
 
-    def load(self, now_s: float, number: int, level_n: float, then: Then) -> None:
-        """Rise to `level_n`, hold it, then call `then`; `number` is the step's in the record."""
-        self._begin(now_s, number, level_n, 1.0, then)
+    def step(self, number: int, level_n: float, up: bool = True) -> Steps:
+        """Rise or come down to `level_n` and hold it; `number` is the step's in the record."""
+        return (
+            (yield from self._go(number, level_n, up))
+            or (yield from self._nulling.null())
+            or (yield from self._hold(up))
+        )
 
-    def unload(self, now_s: float, number: int, level_n: float, then: Then) -> None:
-        """Come down to `level_n`, hold it, then call `then`."""
-        self._begin(now_s, number, level_n, -1.0, then)
-
-    def _begin(self, now_s: float, number: int, level_n: float, sign: float, then: Then) -> None:
-        course, sup = self._course, self._course.sup
+    @phase(Phase.LOAD, "in contact, below the level", May.TOWARDS, Exit.FAIL)
+    @phase(Phase.UNLOAD, "in contact, above the level", May.BACK, Exit.FAIL)
+    def _go(self, number: int, level_n: float, up: bool) -> Steps:
+        """Bring the force to a level, or give it up after its time."""
+        course, sup, controller = self._course, self._course.sup, self.controller
         course.step_number, course.level_n = number, level_n
-        self._then = then
         if not self._same_contact:
-            course.press(now_s)
+            course.press()
         held = self._same_contact and self._ticks
         rested_n = self.held_mean[0] if held else course.dwelt_n
-        self.controller.begin(
-            level_n, sup.smooth_n, sup.arm.position_m, sign, self._same_contact, rested_n,
-            course.target_m,
+        controller.begin(
+            level_n, sup.smooth_n, sup.arm.position_m, 1.0 if up else -1.0, self._same_contact,
+            rested_n, course.target_m,
         )  # fmt: skip
         self._same_contact = True
-        self._hold_phase = Phase.HOLD if sign > 0.0 else Phase.UNLOAD_HOLD
-        course.enter(Phase.LOAD if sign > 0.0 else Phase.UNLOAD, now_s, self._go)
+        course.enter(Phase.LOAD if up else Phase.UNLOAD)
+        patience_s = step_patience_s(course.plan)
+        while True:
+            yield
+            course.target_m = controller.step(
+                sup.force_n, sup.smooth_n, sup.arm.position_m, course.target_m, course.step_s
+            )
+            if course.target_m < course.surface_m - course.retract_m:
+                return not_open(course, level_n)
+            if controller.reached:
+                return None
+            if course.now_s - course.since_s >= patience_s:
+                course.tell("level_missed", {"level_n": level_n, "force_n": sup.smooth_n})
+                return None
 
-    def _go(self, now_s: float, step_s: float) -> None:
-        course, controller = self._course, self.controller
-        sup = course.sup
-        course.target_m = controller.step(
-            sup.force_n, sup.smooth_n, sup.arm.position_m, course.target_m, step_s
-        )
-        if course.target_m < course.surface_m - course.retract_m:
-            not_open(course, course.level_n)
-        if not (controller.reached or self._too_long(now_s)):
-            return
-        self._nulling.begin(now_s, self._begin_hold)
-
-    def _begin_hold(self, now_s: float) -> None:
-        course, limits = self._course, self._course.limits
+    @phase(Phase.HOLD, "a level was reached or given up", May.STAND, Exit.FAIL)
+    @phase(Phase.UNLOAD_HOLD, "a level was reached or given up", May.STAND, Exit.FAIL)
+    def _hold(self, up: bool) -> Steps:
+        """Hold a level until it has settled."""
+        course, limits, sup, settle = (
+            self._course, self._course.limits, self._course.sup, self._settle
+        )  # fmt: skip
         if self.controller.reached and course.target_m > course.deepest_m:
             course.deepest_m = course.target_m
         eps_n = max(limits.band_n, SETTLE_SHARE * course.level_n)
-        self._settle.begin(now_s + 4.0 / limits.step_rate_per_s, course.plan.hold_s, eps_n)
+        hold_s = course.plan.hold_s
+        settle.begin(course.now_s + 4.0 / limits.step_rate_per_s, hold_s, eps_n)
         self._force_sum_n = self._position_sum_m = 0.0
         self._ticks = 0
         self._rest_n = math.nan
-        course.enter(self._hold_phase, now_s, self._hold)
+        course.enter(Phase.HOLD if up else Phase.UNLOAD_HOLD)
+        longest_s = hold_s + course.plan.settle_timeout_s
+        while True:
+            yield
+            settle.add(course.now_s, sup.force_n)
+            self._force_sum_n += sup.force_n
+            self._position_sum_m += sup.arm.position_m
+            self._ticks += 1
+            held_s = course.now_s - course.since_s
+            if left := self._late(held_s):
+                return left
+            if held_s >= hold_s and (settle.settled or held_s >= longest_s):
+                break
+        course.tell(
+            "held",
+            {"level_n": course.level_n, "force_n": sup.smooth_n,
+             "settled": settle.settled and self.controller.reached, "held_s": held_s,
+             "cycle": course.cycle, "step": course.step_number,
+             "loading": up},
+        )  # fmt: skip
+        return None
 
-    def _too_long(self, now_s: float) -> bool:
-        course = self._course
-        if now_s - course.since_s < step_patience_s(course.plan):
-            return False
-        missed = {"level_n": course.level_n, "force_n": course.sup.smooth_n}
-        course.emit(now_s, "level_missed", {**missed})
-        return True
-
-    def _late(self, held_s: float) -> None:
+    def _late(self, held_s: float) -> Exit | None:
         """End the run (R9) where an only force channel still rises though nothing moves: it lags.
 
         The next step would take a force for proven that the payload bore long before.
         """
         course, limits, sup = self._course, self._course.limits, self._course.sup
         if limits.cross_check or course.phase != Phase.HOLD or held_s < 2.0 * limits.reaction_s:
-            return
+            return None
         if self._rest_n != self._rest_n:
             self._rest_n, self._rest_m = sup.smooth_n, sup.arm.position_m
         moved_m = max(0.0, sup.arm.position_m - self._rest_m) + limits.position_resolution_m
         allowed_n = limits.touch_force_n + limits.zero_drift_n_per_s * held_s
         allowed_n += limits.stiffness_n_per_m * moved_m
         rose_n = sup.smooth_n - self._rest_n
-        if rose_n > allowed_n:
-            course.fail(
-                "R9", rose_n, allowed_n, "N",
-                f"the force rose by {rose_n:.3g} N in a hold, where nothing moves. The only force"
-                " channel shows the force too late",
-            )  # fmt: skip
-
-    def _hold(self, now_s: float, _step_s: float) -> None:
-        course, settle = self._course, self._settle
-        sup = course.sup
-        settle.add(now_s, sup.force_n)
-        self._force_sum_n += sup.force_n
-        self._position_sum_m += sup.arm.position_m
-        self._ticks += 1
-        held_s = now_s - course.since_s
-        self._late(held_s)
-        if held_s < course.plan.hold_s:
-            return
-        timed_out = held_s >= course.plan.hold_s + course.plan.settle_timeout_s
-        if not (settle.settled or timed_out):
-            return
-        course.emit(
-            now_s,
-            "held",
-            {"level_n": course.level_n, "force_n": course.sup.smooth_n,
-             "settled": settle.settled and self.controller.reached, "held_s": held_s,
-             "cycle": course.cycle, "step": course.step_number,
-             "loading": course.phase == Phase.HOLD},
+        if not rose_n > allowed_n:
+            return None
+        return course.fail(
+            "R9", rose_n, allowed_n, "N",
+            f"the force rose by {rose_n:.3g} N in a hold, where nothing moves. The only force"
+            " channel shows the force too late",
         )  # fmt: skip
-        self._then(now_s)

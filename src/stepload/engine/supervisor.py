@@ -101,9 +101,11 @@ class Supervisor:
         self.wrench, self.arm_wrench = WrenchRules(limits, found), WrenchRules(limits, found)
         self.overload = OverloadWatch("force sensor", limits.overload, found)
         self.second_overload = OverloadWatch("second force sensor", limits.second_overload, found)
+        sensors = (self.overload, self.force), (self.second_overload, self.second)
+        self._rated = [(rule, sensor) for rule, sensor in sensors if sensor and rule.stated]
         period_s = limits.period_s
-        self._filter = ForceFilter(period_s, limits.reaction_s)
-        self._second_filter = ForceFilter(period_s, limits.second_late_s)
+        self._filter = ForceFilter(period_s, limits.reaction_s, limits.noise_n)
+        self._second_filter = ForceFilter(period_s, limits.second_late_s, limits.second_noise_n)
         self.smooth_tau_s, self.smooth_alpha = self._filter.tau_s, self._filter.alpha
         self.tared = self._sound = False
         self._wrong_way = self._second_wrong_way = 0
@@ -129,6 +131,7 @@ class Supervisor:
         self.arm_wrench.adopt(limits)
         slope_noise_n = 1.5 * noise_n * math.sqrt(self.smooth_alpha)
         self._slope_noise_n_per_s = slope_noise_n / self._filter.span_s
+        self._second_filter.expect(limits.second_noise_n)
         self.force.identical_counts = limits.identical_counts
 
     @property
@@ -203,13 +206,15 @@ class Supervisor:
         """
         self._now_s = now_s
         # Every stream is followed, whatever fails.
+        arm, second = self.arm, self.second
         in_force = self.force.take(force_samples, now_s)
-        in_arm = self.arm.take(arm_samples, now_s)
-        in_second = None if self.second is None else self.second.take(second_samples, now_s)
-        motion = self.motion.judge(now_s, target_m, self.arm.position_m, phase)
-        overload = self.overload.judge(self.force.wrench) if self.force.fresh else None
-        if self.second is not None and self.second.fresh:
-            overload = self.second_overload.judge(self.second.wrench) or overload
+        in_arm = arm.take(arm_samples, now_s)
+        in_second = None if second is None else second.take(second_samples, now_s)
+        motion = self.motion.judge(now_s, target_m, arm.position_m, phase)
+        overload = None
+        for rule, sensor in self._rated:
+            if sensor.fresh:
+                overload = rule.judge(sensor.wrench) or overload
         force = self._judge_force(target_m, compliance_m_per_n, phase) if self.tared else None
         self._sound = in_force is None and in_arm is None and in_second is None
         if self.cause is None:
@@ -217,32 +222,29 @@ class Supervisor:
             if first is not None:
                 stream: ForceWatch | ArmWatch = self.force
                 if first is in_arm or first is motion:
-                    stream = self.arm
-                elif first is in_second and self.second is not None:
-                    stream = self.second
-                rule, value, limit, unit, message = first
+                    stream = arm
+                elif first is in_second and second is not None:
+                    stream = second
+                code, value, limit, unit, message = first
                 age_s = max(0.0, now_s - stream.receive_s)
-                self.cause = Cause(rule, value, limit, unit, age_s, now_s, message)
+                self.cause = Cause(code, value, limit, unit, age_s, now_s, message)
         return self.cause
 
     def _judge_force(self, target_m: float, compliance_m_per_n: float, phase: int) -> Breach | None:
         """R1, R2, R5, R6, R9, R11, R12, R14 and the speed cap; keeps the filtered force."""
-        limits = self._limits
+        limits, motion, follow = self._limits, self.motion, self._filter
         limit_n, noise_n = limits.force_limit_n, limits.noise_n
-        jump_n = 0.0
+        jump_n, force_n = 0.0, self.force_n
         if self.force.fresh:
             self.force_n = force_n = self.force.raw_n - self.zero_n
             jump_n = force_n - self._last_n
             self._last_n = force_n
-        else:
-            force_n = self.force_n
-        self._filter.add(force_n)
-        self.smooth_n = smooth_n = self._filter.smooth_n
-        self.slope_n_per_s = slope = self._filter.slope_n_per_s
+        follow.add(force_n)
+        self.smooth_n, self.slope_n_per_s = smooth_n, slope = follow.smooth_n, follow.slope_n_per_s
         breach = None
 
         rise = slope - self._slope_noise_n_per_s
-        speed = self.motion.speed_m_s
+        speed, recent, steps = motion.speed_m_s, motion.recent_m_s, motion.steps
         peak_n = smooth_n + 4.0 * noise_n
         if phase == _LOAD and speed > 0.0:
             stiffness = limits.stiffness_n_per_m
@@ -268,12 +270,11 @@ class Supervisor:
                 f" before the arm can give way{_below_zero(force_n)}",
             )  # fmt: skip
 
-        recent = self.motion.recent_m_s
-        jump_limit_n = (limits.jump_n + limits.contact_n_s_per_m * recent) * self.motion.steps
+        jump_limit_n = (limits.jump_n + limits.contact_n_s_per_m * recent) * steps
         fall_limit_n = jump_limit_n
         if not limits.cross_check and phase in PRESSED and speed >= 0.0:
             ring_n = limits.ring_n_s_per_m * recent
-            fall_limit_n = min(jump_limit_n, (limits.jump_n + ring_n) * self.motion.steps)
+            fall_limit_n = min(jump_limit_n, (limits.jump_n + ring_n) * steps)
         if not -fall_limit_n <= jump_n <= jump_limit_n:
             breach = breach or self._found(
                 "R9", jump_n, jump_limit_n if jump_n > 0.0 else fall_limit_n, "N",
@@ -297,26 +298,25 @@ class Supervisor:
         raw_n = self.arm.force_n if self.second is None else self.second.raw_n
         self.second_n = second_n = raw_n - self.second_zero_n
         follow.add(second_n)
-        self.second_predicted_n = peak_n = follow.peak_n(limits.second_noise_n)
+        self.second_predicted_n = peak_n = follow.peak_n()
+        if not peak_n > limit_n:
+            return None
         if abs(follow.smooth_n) > limit_n:
             return self._found(
                 "R1", abs(follow.smooth_n), limit_n, "N",
                 f"the second channel reads {second_n:.4g} N, beyond {limit_n:.4g} N",
             )  # fmt: skip
-        if peak_n > limit_n:
-            return self._found(
-                "R2", peak_n, limit_n, "N",
-                f"{second_n:.4g} N on the second channel would grow to {peak_n:.4g} N, above"
-                f" {limit_n:.4g} N, before the arm can give way",
-            )  # fmt: skip
-        return None
+        return self._found(
+            "R2", peak_n, limit_n, "N",
+            f"{second_n:.4g} N on the second channel would grow to {peak_n:.4g} N, above"
+            f" {limit_n:.4g} N, before the arm can give way",
+        )  # fmt: skip
 
     def _judge_side(self, force_n: float, phase: int) -> Breach | None:
         """R1 and R2 for the whole force; R11 in an approach, else R12 and R14."""
-        limits, across_n = self._limits, self.force.across_n
-        breach = None
-        if across_n > limits.touch_force_n:
-            breach = self._judge_whole(force_n, across_n)
+        limits, force, breach = self._limits, self.force, None
+        if force.across_n > limits.touch_force_n:
+            breach = self._judge_whole(force_n, force.across_n)
         if self.second is not None:
             breach = breach or self._judge_second_side(self.second, phase)
         if self.arm.side.told:
@@ -324,13 +324,16 @@ class Supervisor:
         if phase in SEARCHING:
             return breach or self._judge_way(force_n)
         self._wrong_way = 0
-        along_n = self.force.smooth_n - self.zero_n
-        dragged = self.wrench.judge_across(
-            self.force.smooth_across_n, force_n, along_n, self.predicted_n,
-            leaving=phase == _RETRACT,
-        )  # fmt: skip
-        beside = self.wrench.judge_centre(self.force, along_n)
-        return breach or dragged or beside
+        along_n = force.smooth_n - self.zero_n
+        if limits.lateral_share:
+            dragged = self.wrench.judge_across(
+                force.smooth_across_n, force_n, along_n, self.predicted_n, phase == _RETRACT
+            )
+            breach = breach or dragged
+        if limits.eccentricity_m:
+            beside = self.wrench.judge_centre(force, along_n)
+            breach = breach or beside
+        return breach
 
     def _judge_arm_side(self, force_n: float, phase: int) -> Breach | None:
         """R1, R2 and R12 for the lateral force by the arm's own wrench, less its tolerance.
@@ -344,8 +347,8 @@ class Supervisor:
         if phase in SEARCHING:
             return breach
         dragged = self.arm_wrench.judge_across(
-            across_n, force_n, along_n, self.predicted_n, leaving=phase == _RETRACT,
-            by="by the arm's own wrench, less its tolerance: ",
+            across_n, force_n, along_n, self.predicted_n, phase == _RETRACT,
+            "by the arm's own wrench, less its tolerance: ",
         )  # fmt: skip
         return breach or dragged
 

@@ -133,25 +133,21 @@ class Engine:
         The target is NaN until the arm has said where it is: command nothing then. The gauge does
         not steer; its samples are recorded by the caller.
         """
-        step_s = now_s - self._last_s
-        if self._last_s != self._last_s:
+        last_s, self._last_s = self._last_s, now_s
+        if last_s != last_s:
             self._emit(now_s, "limits", {**self.limits.values})
-        self._last_s = now_s
+        step_s = now_s - last_s
         if not 0.0 <= step_s <= self._longest_step_s:
             step_s = self._longest_step_s if step_s > 0.0 else 0.0
-        sup, course, controller = self.supervisor, self.course, self.steps.controller
+        sup, course, target_m = self.supervisor, self.course, self.target_m
+        guard = course.guard
         cause = sup.check(
-            now_s,
-            force_samples,
-            arm_samples,
-            second_samples,
-            self.target_m,
-            controller.c_m_per_n,
-            self._phase,
-        )
-        grown = course.guard.follow(now_s, self.target_m, sup, course.proven)
+            now_s, force_samples, arm_samples, second_samples, target_m,
+            self.steps.controller.c_m_per_n, self._phase,
+        )  # fmt: skip
+        grown = None if guard.proven else guard.follow(now_s, target_m, sup, course.proven)
         if grown is not None:
-            self._emit(now_s, grown.rule, {**grown._asdict(), "goal_m": course.guard.goal_m})
+            self._emit(now_s, grown.rule, {**grown._asdict(), "goal_m": guard.goal_m})
             if cause is None and not self.safing:
                 course.failure = grown
         if self.safing:

@@ -54,29 +54,6 @@ def wrench_axis(axis: str) -> tuple[int, float]:
     return AXES[axis[1:]], -1.0 if axis[0] == "-" else 1.0
 
 
-class _Clock:
-    """R10: device time against host time, by the newest sample of each tick."""
-
-    def __init__(self, limit_s: float) -> None:
-        self.limit_s = limit_s
-        self._offset_s = float("nan")
-        self._late = 0
-
-    def runs_away(self, receive_s: float, device_s: float) -> float:
-        """Difference in s once it has lasted; 0.0 while sound or where the device has no clock."""
-        offset_s = receive_s - device_s
-        away_s = offset_s - self._offset_s
-        if -self.limit_s < away_s < self.limit_s:
-            self._offset_s += CLOCK_TRACKING * away_s
-            self._late = 0
-            return 0.0
-        if away_s != away_s:  # no device clock, or the first sample
-            self._offset_s = offset_s
-            return 0.0
-        self._late += 1
-        return away_s if self._late >= LATE_CLOCK_TICKS else 0.0
-
-
 class _StreamWatch:
     """Checks that a stream is fresh (R3), in order, and not stamped in the future (R10).
 
@@ -87,10 +64,10 @@ class _StreamWatch:
         self.name = name
         self.found = found
         self._stale_s = stale_s
-        self._clock = _Clock(clock_s)
+        self._clock_s = clock_s
         self._sequence = -1
-        self._empty = 0
-        self.receive_s = float("nan")
+        self._empty = self._late = 0
+        self.receive_s = self._offset_s = float("nan")
         self.fresh = False
 
     def take(self, samples: Sequence[Any], now_s: float) -> Breach | None:
@@ -99,19 +76,17 @@ class _StreamWatch:
             return self._missing(now_s)
         self._empty = 0
         self.fresh = True
-        breach = None
-        last = self._sequence
-        for sample in samples:
-            if sample.sequence <= last:
+        breach, last = None, self._sequence
+        for newest in samples:
+            if (sequence := newest.sequence) <= last:
                 breach = breach or self.found(
-                    "R10", float(sample.sequence), float(last), "",
-                    f"{self.name}: sample {sample.sequence} came after sample {last}",
+                    "R10", float(sequence), float(last), "",
+                    f"{self.name}: sample {sequence} came after sample {last}",
                 )  # fmt: skip
-            last = sample.sequence
+            last = sequence
         self._sequence = last
         judged = self._judge(samples)
         breach = breach or judged
-        newest = samples[-1]
         self.receive_s = receive_s = newest.receive_time_s
         if receive_s - now_s > AHEAD_S:
             breach = breach or self.found(
@@ -119,9 +94,19 @@ class _StreamWatch:
                 f"{self.name}: a sample is stamped {(receive_s - now_s) * 1e3:.3g} ms later than"
                 " now: its age cannot be known",
             )  # fmt: skip
-        if away_s := self._clock.runs_away(receive_s, newest.device_time_s):
+        offset_s = receive_s - newest.device_time_s
+        away_s = offset_s - self._offset_s
+        if -self._clock_s < away_s < self._clock_s:
+            self._offset_s += CLOCK_TRACKING * away_s
+            self._late = 0
+            return breach
+        if away_s != away_s:  # no device clock, or the first sample
+            self._offset_s = offset_s
+            return breach
+        self._late += 1
+        if self._late >= LATE_CLOCK_TICKS:
             breach = breach or self.found(
-                "R10", away_s, self._clock.limit_s, "s",
+                "R10", away_s, self._clock_s, "s",
                 f"{self.name}: device time is {away_s * 1e3:+.1f} ms away from host time",
             )  # fmt: skip
         return breach
@@ -152,7 +137,8 @@ class _StreamWatch:
 
 class ForceWatch(_StreamWatch):
     """Watches a force sensor; `raw_n` is its newest reading along the pressing axis, not tared, and
-    `smooth_n` the same, filtered like the lateral force.
+    `smooth_n` the same, filtered over some ticks. `across_n` is its newest lateral force, less that
+    at `tare`, and `smooth_across_n` the same, filtered.
 
     `wrench` is that reading as the sensor gives it, six components, () before any; `same` how often
     it was repeated.
@@ -174,6 +160,7 @@ class ForceWatch(_StreamWatch):
         self._i, self._j = (index for index in AXES.values() if index != self._index)
         self._zero: Sequence[float] = (0.0,) * 6
         self._smooth_i = self._smooth_j = float("nan")
+        self.across_n = self.smooth_across_n = 0.0
         self._torque_i = self._torque_j = 0.0
         self._full_scale_n = full_scale_n
         self.identical_counts = identical_counts
@@ -183,16 +170,6 @@ class ForceWatch(_StreamWatch):
         self._step_i = self._step_j = float("inf")
         self._lives_across: bool | None = None
         self.raw_n = self.smooth_n = float("nan")
-
-    @property
-    def across_n(self) -> float:
-        """Newest lateral force in N, less that at `tare`."""
-        wrench = self.wrench
-        if not wrench:
-            return 0.0
-        i, j, zero = self._i, self._j, self._zero
-        across_i, across_j = wrench[i] - zero[i], wrench[j] - zero[j]
-        return math.hypot(across_i, across_j) if across_i or across_j else 0.0
 
     @property
     def load_across_n(self) -> tuple[float, float]:
@@ -206,15 +183,6 @@ class ForceWatch(_StreamWatch):
         one = self._sign * (self._smooth_i - zero[self._i])
         other = self._sign * (self._smooth_j - zero[self._j])
         return (other, one) if self._index == 1 else (one, other)
-
-    @property
-    def smooth_across_n(self) -> float:
-        """Lateral force in N, filtered over some ticks, less that at `tare`."""
-        if self._smooth_i != self._smooth_i:
-            return 0.0
-        zero = self._zero
-        across_i, across_j = self._smooth_i - zero[self._i], self._smooth_j - zero[self._j]
-        return math.hypot(across_i, across_j) if across_i or across_j else 0.0
 
     def torque_beside(self, lever_m: float) -> float:
         """Lateral torque in N·m that a force on the axis does not explain, filtered and tared.
@@ -247,6 +215,8 @@ class ForceWatch(_StreamWatch):
             zero[i], zero[j] = self._smooth_i, self._smooth_j
             zero[3 + i], zero[3 + j] = self._torque_i, self._torque_j
             self._zero = tuple(zero)
+        if self.wrench:
+            self._take_off_zero(self._i, self._j)
 
     @property
     def axis(self) -> tuple[int, float]:
@@ -258,42 +228,51 @@ class ForceWatch(_StreamWatch):
         return self._sign * sample.wrench[self._index]
 
     def _judge(self, samples: Sequence[ForceSample]) -> Breach | None:
-        breach = None
+        breach, index, sign, scale_n = None, self._index, self._sign, self._full_scale_n
         for sample in samples:
-            wrench, status = sample.wrench, sample.status
-            raw_n = self._sign * wrench[self._index]
+            wrench = sample.wrench
+            raw_n = sign * wrench[index]
             if wrench == self.wrench:
                 self.same += 1
                 if self.same >= self.identical_counts > 0:
                     breach = breach or self._frozen(self.name, self.same + 1, self.identical_counts)
             else:
-                breach = breach or self._judge_across(wrench)
+                breach = breach or self._judge_across(wrench, self.wrench)
                 self.same = 0
                 self.wrench = wrench
-            if status:
+            if status := sample.status:
                 breach = breach or self.found(
                     "R4", float(status), 0.0, "",
                     f"{self.name}: the device flags its sample (status {status})",
                 )  # fmt: skip
             whole_n = sum(wrench)
-            if -self._full_scale_n < raw_n < self._full_scale_n and whole_n - whole_n == 0.0:
+            if -scale_n < raw_n < scale_n and whole_n - whole_n == 0.0:
                 self.raw_n = raw_n
             else:
                 breach = breach or self.found(
-                    "R4", raw_n, self._full_scale_n, "N",
+                    "R4", raw_n, scale_n, "N",
                     f"{self.name}: {raw_n:.4g} N, or a force across it, is not finite or beyond"
                     " full scale",
                 )  # fmt: skip
+        i, j = self._i, self._j
         if breach is None:
-            self._follow(self.wrench)
+            if self._smooth_i != self._smooth_i:
+                self.smooth_n, self._smooth_i, self._smooth_j = raw_n, wrench[i], wrench[j]
+                self._torque_i, self._torque_j = wrench[3 + i], wrench[3 + j]
+            self.smooth_n += ACROSS_ALPHA * (raw_n - self.smooth_n)
+            self._smooth_i += ACROSS_ALPHA * (wrench[i] - self._smooth_i)
+            self._smooth_j += ACROSS_ALPHA * (wrench[j] - self._smooth_j)
+            self._torque_i += ACROSS_ALPHA * (wrench[3 + i] - self._torque_i)
+            self._torque_j += ACROSS_ALPHA * (wrench[3 + j] - self._torque_j)
+        self._take_off_zero(i, j)
         return breach
 
-    def _judge_across(self, wrench: Sequence[float]) -> Breach | None:
+    def _judge_across(self, wrench: Sequence[float], last: Sequence[float]) -> Breach | None:
         """R4 where the lateral components are frozen while the rest of the reading changes.
 
         Only for a sensor whose lateral components changed in free air; those of a load cell do not.
         """
-        i, j, last = self._i, self._j, self.wrench
+        i, j = self._i, self._j
         if self._lives_across is None and last:
             self._seen_across += 1
             if self._leaps(abs(wrench[i] - last[i]), abs(wrench[j] - last[j])):
@@ -318,20 +297,12 @@ class ForceWatch(_StreamWatch):
             self._step_j = change_j
         return change_i > STEPS * self._step_i or change_j > STEPS * self._step_j
 
-    def _follow(self, wrench: Sequence[float]) -> None:
-        """Filter the forces, and the lateral torques."""
-        i, j, along_n = self._i, self._j, self._sign * wrench[self._index]
-        across_i, across_j = wrench[i], wrench[j]
-        torque_i, torque_j = wrench[3 + i], wrench[3 + j]
-        if self._smooth_i != self._smooth_i:
-            self._smooth_i, self._smooth_j = across_i, across_j
-            self._torque_i, self._torque_j = torque_i, torque_j
-            self.smooth_n = along_n
-        self.smooth_n += ACROSS_ALPHA * (along_n - self.smooth_n)
-        self._smooth_i += ACROSS_ALPHA * (across_i - self._smooth_i)
-        self._smooth_j += ACROSS_ALPHA * (across_j - self._smooth_j)
-        self._torque_i += ACROSS_ALPHA * (torque_i - self._torque_i)
-        self._torque_j += ACROSS_ALPHA * (torque_j - self._torque_j)
+    def _take_off_zero(self, i: int, j: int) -> None:
+        """Lateral forces less those at `tare`."""
+        wrench, zero_i, zero_j = self.wrench, self._zero[i], self._zero[j]
+        self.across_n = math.hypot(wrench[i] - zero_i, wrench[j] - zero_j)
+        if self._smooth_i == self._smooth_i:
+            self.smooth_across_n = math.hypot(self._smooth_i - zero_i, self._smooth_j - zero_j)
 
 
 class ArmWatch(_StreamWatch):
@@ -360,8 +331,8 @@ class ArmWatch(_StreamWatch):
     def _judge(self, samples: Sequence[ArmSample]) -> Breach | None:
         breach = None
         for sample in samples:
-            status, position_m = sample.status, sample.position_m
-            if status:
+            position_m = sample.position_m
+            if status := sample.status:
                 breach = breach or self.found(
                     "R4", float(status), 0.0, "",
                     f"arm: cannot follow commands, or flags its sample (status {status})",
@@ -375,7 +346,7 @@ class ArmWatch(_StreamWatch):
             if self._needs_force:
                 force = self._judge_force(sample.force_n)
                 breach = breach or force
-        if self._needs_force and not self.side.take(samples[-1].wrench):
+        if self._needs_force and not self.side.take(sample.wrench):
             breach = breach or self.found(
                 "R4", float("nan"), 0.0, "N", "arm force: it is not finite across the press"
             )

@@ -9,6 +9,7 @@ import math
 
 from stepload.engine.watch import Breach, ForceWatch, Found
 from stepload.envelope.limits import RunLimits
+from stepload.units import percent
 
 LATERAL_TIME_S = 0.02
 """Time in s for which the lateral share, already filtered, may be too large."""
@@ -41,7 +42,6 @@ class WrenchRules:
         force_n: float,
         smooth_n: float,
         predicted_n: float,
-        *,
         leaving: bool = False,
         by: str = "",
     ) -> Breach | None:
@@ -69,18 +69,23 @@ class WrenchRules:
         if self._across_s > LATERAL_TIME_S:
             return self._found(
                 "R12", 100.0 * share, 100.0 * largest, "%",
-                f"{by}the force across the pressing axis is {across_n:.4g} N, {share:.0%} of that"
-                f" along it (allowed {largest:.0%}): the tool slides or bends sideways. Align"
+                f"{by}the force across the pressing axis is {across_n:.4g} N, "
+                f"{percent(share, 2)} of that"
+                f" along it (allowed {percent(largest, 2)}): the tool slides or bends "
+                f"sideways. Align"
                 " tool and plate, or hold the arm another way",
             )  # fmt: skip
-        worse = min(share, largest) * (min(share, largest) + 2.0 * limits.lateral_askew)
+        counted = share if share < largest else largest
+        worse = counted * (counted + 2.0 * limits.lateral_askew)
         allowed_n = limits.allowed_n * (1.0 - limits.lateral_weakening * worse)
-        for along_n, word in ((force_n, "is"), (predicted_n, "would be")):
+        for along_n in (force_n, predicted_n):
             whole_n = math.hypot(along_n, across_n)
             if whole_n > allowed_n:
+                word = "is" if along_n == force_n else "would be"
                 return self._found(
                     "R12", whole_n, allowed_n, "N",
-                    f"{by}the whole force {word} {whole_n:.4g} N, and with {share:.0%} of it across"
+                    f"{by}the whole force {word} {whole_n:.4g} N, and with "
+                    f"{percent(share, 2)} of it across"
                     f" the axis only {allowed_n:.4g} N are allowed: a payload that is dragged"
                     " sideways yields earlier",
                 )  # fmt: skip

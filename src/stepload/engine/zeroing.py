@@ -1,13 +1,20 @@
-"""At rest in free air: takes the zero of both force channels, and checks its noise and drift."""
+"""At rest in free air: proves that nothing touches, takes the zero, checks its noise and drift.
+
+A tare in contact would subtract that contact's force from every later reading, and nothing could
+detect it any more. So the arm backs off first, within the free way that the plan states until its
+direction is proven: force that changes with it was contact.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import asdict
 from functools import partial
 
-from stepload.engine.course import Act, Course, Then
-from stepload.engine.free_air import FreeAir
+from stepload.engine.course import Course
+from stepload.engine.phases import Exit, May, Steps, phase
+from stepload.engine.retract import REST_S
 from stepload.engine.tare import TareWindow
 from stepload.envelope.bounds import Measured
 from stepload.envelope.schedule import BETWEEN_CYCLES_TARE_S
@@ -16,6 +23,12 @@ from stepload.errors import DomainError, RefusedError
 from stepload.record.outcome import Tare
 from stepload.record.rows import Phase
 
+LOOK_S = 0.2
+"""Duration of each measurement, before and after backing off: ten periods of 50 Hz mains."""
+FREE_SIGMAS = 6.0
+ALLOWED_SHARE = 0.5
+"""Share of the allowed drift and cross-check tolerance below which a change counts as none, since
+sensors are not ideal at rest; more where backing off takes longer than that share of a tare."""
 DRIFT_CHECK_S = 0.5
 NOISE_FACTOR = 3.0
 SECOND_NOISE_FACTOR = 1.5
@@ -31,110 +44,212 @@ class Zeroing:
 
     Args:
         course: state of the run.
-        stopped: what to do when the operator stops the run here.
         adopt: derives thresholds from what was measured where it is worse than planned.
     """
 
-    def __init__(self, course: Course, stopped: Then, adopt: Adopt) -> None:
+    def __init__(self, course: Course, adopt: Adopt) -> None:
         self._course = course
-        self._stopped = stopped
         self._adopt = adopt
-        self._then = stopped
-        self._window = TareWindow()
-        self._free_air = FreeAir(course, stopped)
-        self._zero: Tare | None = None
 
-    def warm_up(self, now_s: float, then: Then) -> None:
-        """Wait, then `take` a zero."""
-        self._then = then
-        self._course.enter(Phase.WARM_UP, now_s, self._warm_up)
+    def take(self, on_the_way: bool = False) -> Steps:
+        """Prove free air, take the zero, check its drift; see `free_air`."""
+        return (
+            (yield from self.free_air(on_the_way))
+            or (yield from self.tare())
+            or (yield from self.drift_check())
+        )
 
-    def take(self, now_s: float, then: Then, touching: Then | None = None) -> None:
-        """Prove free air, take the zero, check its drift, then call `then`; see `FreeAir.prove`."""
-        self._then = then
-        self._free_air.prove(now_s, self._begin_tare, touching)
+    @phase(Phase.WARM_UP, "the arm was taken over", May.STAND, Exit.STOP)
+    def warm_up(self) -> Steps:
+        """Wait until the sensors are warm."""
+        course = self._course
+        course.enter(Phase.WARM_UP)
+        while True:
+            yield
+            if course.stop_asked():
+                return Exit.STOP
+            if course.now_s - course.since_s >= course.plan.warm_up_s:
+                return None
 
-    def look_back(self, now_s: float, then: Then) -> None:
-        """Measure after a retract how far the zero has moved, then call `then`.
+    @phase(Phase.FREE_AIR, "before every tare", May.BACK, Exit.STOP, Exit.CONTACT, Exit.FAIL)
+    def free_air(self, on_the_way: bool = False) -> Steps:
+        """Read both force channels, back off by the plan's retract, and read them again.
+
+        In contact the run fails. `on_the_way`, in an approach, contact is an exit, and a smaller
+        change already counts as contact: a payload much softer than planned is still compressed
+        after the retract.
+        """
+        course = self._course
+        window, before = TareWindow(), None
+        course.enter(Phase.FREE_AIR)
+        while before is None:
+            yield
+            if course.stop_asked():
+                return Exit.STOP
+            before = window.offer(course.now_s, course.sup, LOOK_S)
+        course.aim(max(course.target_m - course.retract_m, course.back_end_m))
+        back_m = course.target_m - course.goal_m
+        yield
+        while not course.rest_at_goal(REST_S + 4.0 * course.limits.loop_s):
+            yield
+        window, after = TareWindow(), None
+        while after is None:
+            yield
+            after = window.offer(course.now_s, course.sup, LOOK_S)
+        return self._free(before, after, back_m, on_the_way)
+
+    def _free(self, before: Tare, after: Tare, back_m: float, on_the_way: bool) -> Exit | None:
+        """Whether backing off has changed no force."""
+        course, limits = self._course, self._course.limits
+        change_n = after.mean_n - before.mean_n
+        second_n = after.second_mean_n - before.second_mean_n
+        course.tell(
+            "free_air",
+            {"backed_off_m": back_m, "change_n": change_n,
+             "second_change_n": second_n, "before": asdict(before), "after": asdict(after)},
+        )  # fmt: skip
+        share = ALLOWED_SHARE
+        if not on_the_way:
+            apart_s = after.time_s - before.time_s
+            share = max(ALLOWED_SHARE, min(1.0, apart_s / course.plan.tare_s))
+        # `max_drift` leaves room for a whole cycle. Between two looks a touch is contact.
+        drift_n = min(course.plan.max_drift_n, limits.touch_force_n / share)
+        tolerance_n = limits.cross_tolerance_n
+        if on_the_way:
+            drift_n = tolerance_n = limits.moved_zero_n
+        error_n = math.hypot(after.mean_error_n, before.mean_error_n)
+        changes = [("force", change_n, error_n, drift_n)]
+        if limits.cross_check:
+            error_n = math.hypot(after.second_mean_error_n, before.second_mean_error_n)
+            changes.append(("second force channel", second_n, error_n, tolerance_n))
+        for name, change_n, error_n, allowed_n in changes:
+            limit_n = max(FREE_SIGMAS * error_n, share * allowed_n)
+            if abs(change_n) <= limit_n:
+                continue
+            if on_the_way:
+                return Exit.CONTACT
+            return self._in_contact(name, change_n, limit_n, back_m)
+        return None
+
+    def _in_contact(self, name: str, change_n: float, limit_n: float, back_m: float) -> Exit:
+        course = self._course
+        if change_n > 0.0 and not course.proven:
+            return course.fail(*course.guard.turn(change_n, limit_n))
+        return course.fail(
+            "not_free", change_n, limit_n, "N",
+            f"the {name} changed by {change_n:+.3g} N when the arm backed off by"
+            f" {back_m * 1e3:.3g} mm: it was in contact, and a zero taken there"
+            " would be wrong. Move the start pose away from the surface, see that nothing drags on"
+            " the tool, and start again",
+        )  # fmt: skip
+
+    @phase(Phase.TARE, "free air was proved", May.STAND, Exit.STOP, Exit.FAIL)
+    def tare(self) -> Steps:
+        """Take the zero of both force channels."""
+        course, window = self._course, TareWindow()
+        course.enter(Phase.TARE)
+        while True:
+            yield
+            if course.stop_asked():
+                return Exit.STOP
+            tare = window.offer(course.now_s, course.sup, course.plan.tare_s)
+            if tare is not None:
+                return self._accept(tare)
+
+    @phase(Phase.DRIFT_CHECK, "after a tare", May.STAND, Exit.FAIL)
+    def drift_check(self) -> Steps:
+        """See whether the zero stays."""
+        course, window, zero = self._course, TareWindow(), self._course.tares[-1]
+        course.enter(Phase.DRIFT_CHECK)
+        look = None
+        while look is None:
+            yield
+            look = window.offer(course.now_s, course.sup, DRIFT_CHECK_S)
+        shift_n = look.mean_n - zero.mean_n
+        second_n = look.second_mean_n - zero.second_mean_n
+        course.tell("drift", {"shift_n": shift_n, "second_shift_n": second_n})
+        return self._stays(shift_n, second_n, "since the tare: warm up longer")
+
+    @phase(Phase.POST_TARE, "after the retract of a cycle", May.STAND, Exit.FAIL)
+    def look_back(self) -> Steps:
+        """Measure how far the zero has moved.
 
         Between cycles the new zero counts from now on. Free air needs no proof here: the contact
         was seen to open, and a zero further off than the drift allowed ends the run.
         """
-        self._then = then
-        self._begin(now_s, Phase.POST_TARE, self._look_back)
+        course, plan, window = self._course, self._course.plan, TareWindow()
+        course.enter(Phase.POST_TARE)
+        last = course.cycle >= plan.cycles
+        duration_s = plan.tare_s if last else min(plan.tare_s, BETWEEN_CYCLES_TARE_S)
+        tare = None
+        while tare is None:
+            yield
+            tare = window.offer(course.now_s, course.sup, duration_s)
+        course.zero_shift_n = tare.mean_n - course.tares[0].mean_n
+        if last:
+            self._keep_last(tare)
+            return None
+        before = course.tares[-1]
+        shift_n, second_n = tare.mean_n - before.mean_n, tare.second_mean_n - before.second_mean_n
+        return self._stays(shift_n, second_n, "within one cycle") or self._accept(tare)
 
-    def _begin_tare(self, now_s: float) -> None:
-        self._begin(now_s, Phase.TARE, self._tare)
+    def _keep_last(self, tare: Tare) -> None:
+        """After the last cycle the zero counts for the last touch; how far it moved is told."""
+        course, limits = self._course, self._course.limits
+        limit_n, second_limit_n = course.plan.max_drift_n, limits.second_zero_n
+        second_n = tare.second_mean_n - course.tares[0].second_mean_n
+        flagged = abs(course.zero_shift_n) > limit_n
+        second_flagged = bool(limits.cross_check) and abs(second_n) > second_limit_n
+        self._use(tare)
+        course.tell("tare", asdict(tare))
+        course.tell(
+            "zero_shift",
+            {"shift_n": course.zero_shift_n, "limit_n": limit_n, "second_shift_n": second_n,
+             "second_limit_n": second_limit_n, "flagged": flagged or second_flagged,
+             **asdict(tare)},
+        )  # fmt: skip
 
-    def _begin(self, now_s: float, phase: Phase, act: Act) -> None:
-        self._window = TareWindow()
-        self._course.enter(phase, now_s, act)
+    def _use(self, tare: Tare) -> None:
+        self._course.tares.append(tare)
+        self._course.sup.tare(tare.mean_n, tare.second_mean_n, tare.wrench)
 
-    def _warm_up(self, now_s: float, _step_s: float) -> None:
-        course = self._course
-        if course.stop_asked():
-            self._stopped(now_s)
-        elif now_s - course.since_s >= course.plan.warm_up_s:
-            self.take(now_s, self._then)
-
-    def _tare(self, now_s: float, _step_s: float) -> None:
-        course = self._course
-        if course.stop_asked():
-            self._stopped(now_s)
-            return
-        tare = self._window.offer(now_s, course.sup, course.plan.tare_s)
-        if tare is not None and self._accept(now_s, tare):
-            self._begin(now_s, Phase.DRIFT_CHECK, self._drift_check)
-
-    def _accept(self, now_s: float, tare: Tare) -> bool:
+    def _accept(self, tare: Tare) -> Exit | None:
         """Take this zero, unless it is too noisy or drifts."""
         course = self._course
         position_m = course.sup.arm.position_m
-        course.emit(now_s, "tare", {**asdict(tare), "position_m": position_m})
+        course.tell("tare", {**asdict(tare), "position_m": position_m})
         allowed_n, max_drift_n = NOISE_FACTOR * course.limits.noise_n, course.plan.max_drift_n
         drift_n = abs(tare.slope_n_per_s) * tare.duration_s
         if not tare.noise_n <= allowed_n:
-            course.fail(
+            return course.fail(
                 "noise", tare.noise_n, allowed_n, "N",
                 f"the force sensor's noise of {tare.noise_n:.3g} N is more than {NOISE_FACTOR:g}"
                 " times what the limits were derived for",
             )  # fmt: skip
-        elif not drift_n <= max_drift_n:
-            course.fail(
+        if not drift_n <= max_drift_n:
+            return course.fail(
                 "drift", drift_n, max_drift_n, "N",
                 f"the force drifted by {drift_n:.3g} N during the tare: warm up longer",
             )  # fmt: skip
-        elif self._still_fits(tare):
-            self._zero = tare
-            course.tares.append(tare)
-            course.sup.tare(tare.mean_n, tare.second_mean_n, tare.wrench)
-        return course.failure is None
+        left = self._fit(tare)
+        if left is None:
+            self._use(tare)
+        return left
 
-    def _drift_check(self, now_s: float, _step_s: float) -> None:
-        course, zero = self._course, self._zero
-        look = self._window.offer(now_s, course.sup, DRIFT_CHECK_S)
-        if look is None or zero is None:
-            return
-        shift_n = look.mean_n - zero.mean_n
-        second_n = look.second_mean_n - zero.second_mean_n
-        course.emit(now_s, "drift", {"shift_n": shift_n, "second_shift_n": second_n})
-        if self._stand(shift_n, second_n, "since the tare: warm up longer"):
-            self._then(now_s)
-
-    def _stand(self, shift_n: float, second_n: float, since: str) -> bool:
-        """Whether no zero has moved further than is counted on; else the run cannot go on."""
+    def _stays(self, shift_n: float, second_n: float, since: str) -> Exit | None:
+        """Fails the run where a zero has moved further than is counted on."""
         course, max_drift_n = self._course, self._course.plan.max_drift_n
         second_limit_n = course.limits.second_zero_n
         if not abs(shift_n) <= max_drift_n:
             text = f"the force's zero moved by {shift_n:+.3g} N {since}"
-            course.fail("drift", shift_n, max_drift_n, "N", text)
-        elif course.limits.cross_check and not abs(second_n) <= second_limit_n:
+            return course.fail("drift", shift_n, max_drift_n, "N", text)
+        if course.limits.cross_check and not abs(second_n) <= second_limit_n:
             text = f"the second force channel's zero moved by {second_n:+.3g} N {since}"
-            course.fail("drift", second_n, second_limit_n, "N", text)
-        return course.failure is None
+            return course.fail("drift", second_n, second_limit_n, "N", text)
+        return None
 
-    def _still_fits(self, tare: Tare) -> bool:
-        """Whether the plan still leaves room with the measured noise and drift."""
+    def _fit(self, tare: Tare) -> Exit | None:
+        """Fails the run where the measured noise and drift leave the plan no room."""
         course, plan, limits = self._course, self._course.plan, self._course.limits
         noise_n = tare.noise_n if tare.sure_noise_n > limits.shown_noise_n else 0.0
         second, sure = bool(limits.cross_check), tare.sure_slope_n_per_s
@@ -146,51 +261,21 @@ class Zeroing:
         loud = second and tare.second_noise_n > SECOND_NOISE_FACTOR * limits.second_noise_n
         second_noise_n = tare.second_noise_n if loud else 0.0
         if noise_n == drift_n_per_s == second_noise_n == 0.0 and not blind:
-            return True
+            return None
         refusal = self._adopt(Measured(noise_n, drift_n_per_s, blind, second_noise_n))
-        if refusal is not None:
-            drift_n = moved(drift_n_per_s)
-            found = f"a noise of {tare.noise_n:.3g} N and a drift of {drift_n:.3g} N until the zero"
-            beside = (
-                f", and a noise of {second_noise_n:.3g} N of the second channel where"
-                f" second_force.noise is {limits.second_noise_n:.3g} N"
-                if loud
-                else ""
-            )
-            only = " (and nothing across the pressing axis, as a load cell)" if blind else ""
-            course.fail(
-                "no_room", tare.noise_n, limits.shown_noise_n, "N",
-                f"the tare shows {found} is looked at again{beside}{only}; with them the plan does"
-                f" not fit: {refusal.message} ({refusal.hint})",
-            )  # fmt: skip
-        return course.failure is None
-
-    def _look_back(self, now_s: float, _step_s: float) -> None:
-        course, plan = self._course, self._course.plan
-        last = course.cycle >= plan.cycles
-        duration_s = plan.tare_s if last else min(plan.tare_s, BETWEEN_CYCLES_TARE_S)
-        tare = self._window.offer(now_s, course.sup, duration_s)
-        if tare is None:
-            return
-        course.zero_shift_n = tare.mean_n - course.tares[0].mean_n
-        if last:
-            second_n = tare.second_mean_n - course.tares[0].second_mean_n
-            second_limit_n, checked = course.limits.second_zero_n, bool(course.limits.cross_check)
-            flagged = abs(course.zero_shift_n) > plan.max_drift_n
-            course.tares.append(tare)
-            course.sup.tare(tare.mean_n, tare.second_mean_n, tare.wrench)  # for the last touch
-            course.emit(now_s, "tare", asdict(tare))
-            course.emit(
-                now_s,
-                "zero_shift",
-                {"shift_n": course.zero_shift_n, "limit_n": plan.max_drift_n,
-                 "second_shift_n": second_n, "second_limit_n": second_limit_n,
-                 "flagged": flagged or (checked and abs(second_n) > second_limit_n),
-                 **asdict(tare)},
-            )  # fmt: skip
-            self._then(now_s)
-            return
-        before = course.tares[-1]
-        shift_n, second_n = tare.mean_n - before.mean_n, tare.second_mean_n - before.second_mean_n
-        if self._stand(shift_n, second_n, "within one cycle") and self._accept(now_s, tare):
-            self._then(now_s)
+        if refusal is None:
+            return None
+        drift_n = moved(drift_n_per_s)
+        found = f"a noise of {tare.noise_n:.3g} N and a drift of {drift_n:.3g} N until the zero"
+        beside = (
+            f", and a noise of {second_noise_n:.3g} N of the second channel where"
+            f" second_force.noise is {limits.second_noise_n:.3g} N"
+            if loud
+            else ""
+        )
+        only = " (and nothing across the pressing axis, as a load cell)" if blind else ""
+        return course.fail(
+            "no_room", tare.noise_n, limits.shown_noise_n, "N",
+            f"the tare shows {found} is looked at again{beside}{only}; with them the plan does"
+            f" not fit: {refusal.message} ({refusal.hint})",
+        )  # fmt: skip

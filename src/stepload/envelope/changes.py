@@ -19,7 +19,7 @@ from stepload.estimators.identifiability import gauge_resolution_for
 from stepload.plan.checks import least_touch_force
 from stepload.plan.derived import follows, rederived
 from stepload.plan.model import DisplacementSpec, Plan, SecondForce, SecondForceSource
-from stepload.units import format_quantity, parse_quantity, rounded_down
+from stepload.units import format_quantity, parse_quantity, percent, rounded_down
 
 DOWN = (1.0, 0.999, 0.95, 0.9, 0.75, 0.5, 0.3, 0.2, 0.1)
 UP = (1.1, 1.25, 1.5, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0)
@@ -135,7 +135,8 @@ def second_channel(plan: Plan, reason: Reason) -> Iterator[Change]:
             continue
         second = SecondForce(SecondForceSource.ARM, tolerance_n, AGREE, noise_n=0.1 * tolerance_n)
         yield Change(
-            f"the arm's own force as second_force, if it agrees within {text} + {AGREE:.0%}",
+            f"the arm's own force as second_force, if it agrees within {text} + "
+            f"{percent(AGREE, 2)}",
             _changed(plan, "rig", second_force=second),
             "rig.second_force",
         )

@@ -24,6 +24,7 @@ from stepload.envelope.pressing import HARD_STOP_N_PER_M
 from stepload.plan.model import SecondForceSource, Structure
 from stepload.plan.rig import Rig
 from stepload.units import format_quantity as f
+from stepload.units import percent
 
 HEAVIER = 10.0
 """Factor by which a moving arm is assumed to be heavier than stated."""
@@ -129,7 +130,7 @@ def _of_channels(rig: Rig) -> Iterator[Hazard]:
         yield Hazard(
             "one_force_channel",
             "One force channel: a wrong gain or a reading that hangs cannot be seen;"
-            f" {gain:.1%} of gain are allowed for.",
+            f" {percent(gain, 2)} of gain are allowed for.",
             "a second force channel, or the machine's own force trip",
             gain,
         )
@@ -138,7 +139,7 @@ def _of_channels(rig: Rig) -> Iterator[Hazard]:
         yield Hazard(
             "both_channels_alike",
             "Both force channels wrong or late in the same way cannot be seen;"
-            f" {common:.1%} are allowed for ({source}).",
+            f" {percent(common, 2)} are allowed for ({source}).",
             "calibrate them separately, with different weights; give each a link of its own",
             common,
         )
@@ -146,7 +147,7 @@ def _of_channels(rig: Rig) -> Iterator[Hazard]:
         yield Hazard(
             "sideways_unseen",
             "A force sensor of one component does not see lateral force;"
-            f" {LATERAL_SHARE:.0%} of the axial force are allowed for.",
+            f" {percent(LATERAL_SHARE, 2)} of the axial force are allowed for.",
             "a six-axis force sensor, or a pose that pushes little sideways (stepload pose)",
             LATERAL_SHARE,
         )

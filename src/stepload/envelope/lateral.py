@@ -12,7 +12,7 @@ from stepload.contact.materials import Material
 from stepload.envelope.conditions import ARM_MISALIGNMENT_RAD
 from stepload.envelope.reason import Reason, Severity
 from stepload.plan.model import ForceSpec, Payload, Plan, Structure
-from stepload.units import format_quantity
+from stepload.units import format_quantity, percent
 
 UNMEASURED_TILT_RAD = math.radians(3.0)
 """Assumed largest tilt of a plate where none is stated."""
@@ -231,7 +231,7 @@ def lateral_reasons(plan: Plan) -> Iterator[Reason]:
     refused = allowed <= centred
     yield Reason(
         "sensor_moment", Severity.REFUSE if refused else Severity.WARN,
-        f"At the top force the sensor's rated torque allows a lateral force of {share:.0%}"
+        f"At the top force the sensor's rated torque allows a lateral force of {percent(share, 2)}"
         f" (R13), with a lever of {format_quantity(force.lever_m, 'm')}.",
         "a shorter tool, or a lower top_force",
         share, plan.procedure.max_lateral_share, "",

@@ -34,6 +34,7 @@ from stepload.envelope.zero_drift import counted_shift_n, second_zero_n, uncheck
 from stepload.errors import RefusedError
 from stepload.plan.checks import LEAST_TOUCH_SIGMAS, least_touch_force
 from stepload.plan.model import Plan, SecondForceSource
+from stepload.units import percent
 
 GUARDED_SHARE = 0.4
 """Share of F_lim that a guarded approach may reach."""
@@ -245,7 +246,8 @@ def _channel_errors(
         too_little = max(3.0 * rig.force.gain_uncertainty, rig.force.nonlinearity or 0.0)
         if too_little >= 1.0:
             raise RefusedError(
-                f"3 times the gain's uncertainty of {rig.force.gain_uncertainty:.0%}, or its"
+                f"3 times the gain's uncertainty of {percent(rig.force.gain_uncertainty, 2)}, "
+                f"or its"
                 " nonlinearity, is all of the reading, and nothing checks the only force channel",
                 hint="calibrate the force sensor (rig.force.gain_uncertainty), or declare a second"
                 " force channel",

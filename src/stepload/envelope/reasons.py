@@ -26,7 +26,7 @@ from stepload.evidence.lateral import TURN_RAD_PER_N, UNKNOWN_FRICTION
 from stepload.plan.model import DeviceSpec, Plan, Provenance, SecondForceSource, Structure
 from stepload.rig.device import ForceSensor
 from stepload.rig.plugins import load_driver
-from stepload.units import format_quantity, rounded_down
+from stepload.units import format_quantity, percent, rounded_down
 
 MOST_WORDS = 24
 """Words of a text from elsewhere that a finding quotes."""
@@ -70,7 +70,8 @@ def force_reasons(
 def _above(plan: Plan, safe_n: float, theory: Theory) -> str:
     """The top force beside F_c, or beside what is left of it on this rig."""
     top_n, counted = plan.procedure.top_force_n, theory.counted
-    top, used = format_quantity(top_n, "N"), format_quantity(counted.lower_n, "N")
+    top = f"Top force {format_quantity(top_n, 'N')}"
+    used = format_quantity(counted.lower_n, "N")
     safe = format_quantity(rounded_down(safe_n), "N")
     if top_n > counted.value_n:
         whose, onset = "the elastic limit of the contact", theory.yield_onset
@@ -276,7 +277,7 @@ def _gauge_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
     yield Reason(
         "gauge_offset", Severity.WARN,
         f"The gauge's offset from the contact is not stated; {format_quantity(offset_m, 'm')} "
-        f"count, {harm:.1%} of the deformation.",
+        f"count, {percent(harm, 2)} of the deformation.",
         "state rig.displacement.offset, or use two gauges on both sides",
         harm, math.nan, "", harm, "rig.displacement.offset",
     )  # fmt: skip

@@ -13,7 +13,7 @@ from stepload.estimators.smooth import NORMAL_95
 from stepload.plan.model import Plan, Provenance, RecordPolicy
 from stepload.rig.device import ArmConfiguration
 from stepload.rig.pose import differences, stiffness_change
-from stepload.units import format_quantity
+from stepload.units import format_quantity, percent
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ def known_stiffness(plan: Plan) -> KnownStiffness:
         why = f"it was made in pose {theirs!r}, this is {mine!r}"
     elif rows[0][0] > BEGINS * plan.procedure.top_force_n:
         first = format_quantity(rows[0][0], "N")
-        why = f"its first row is at {first}, above {BEGINS:.0%} of the top force"
+        why = f"its first row is at {first}, above {percent(BEGINS, 2)} of the top force"
     else:
         common = stated.deflection_common * stated.stiffness_n_per_m
         return KnownStiffness(DeflectionTable(*rows), common, "")
@@ -77,7 +77,7 @@ def stiffness_reasons(plan: Plan) -> Iterator[Reason]:
     yield Reason(
         "deflection_table", Severity.NOTE,
         f"The table of the system's deflection ends at {format_quantity(last_n, 'N')}, "
-        f"{share:.0%} of the top force.",
+        f"{percent(share, 2)} of the top force.",
         f"stepload calibrate in this pose, up to {format_quantity(top_n, 'N')}" if short else "",
         last_n, top_n, "N",
     )  # fmt: skip

@@ -28,6 +28,12 @@ FITTED_STEP = 0.05
 """Forces closer than this share of the top are one place."""
 LEAST_PLACES = 5
 """Places that a fit of three numbers needs at least."""
+KNEES = (0.03, 0.06, *np.arange(0.1, 0.96, 0.05).tolist())
+"""Forces at which a kink is looked for, as shares of the top."""
+LEAST_LEFT = 1e-6
+"""Share of a kink that the smooth curve must leave."""
+KINK = 16.0
+"""χ² by which a kink must fit better than none: four standard deviations."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,17 +124,24 @@ def chord(branch: Branch, from_n: float | None = None, to_n: float | None = None
 class Smooth:
     """δ = a + b F^q + c F^2q by generalised least squares over a branch, F in `unit_n`.
 
-    (a, b, c) are `estimator` (3, B) @ deformation; q is 1/n.
+    (a, b, c) are `estimator` (3, B) @ deformation, the curve is `columns` (B, 3) @ (a, b, c); q is
+    1/n. `kinked`: the data show a kink, which the curve does not have.
     """
 
     estimator: FloatArray
+    columns: FloatArray
     q: float
     unit_n: float
+    kinked: bool = False
 
     def span(self, from_n: float, to_n: float) -> FloatArray:
         """(B,) weights of the difference of the deformations at two forces."""
         low, high = _shape(np.array([from_n, to_n]) / self.unit_n, self.q)
         return np.asarray((high - low) @ self.estimator)
+
+    def left(self, weights: FloatArray) -> FloatArray:
+        """(B,) weights of what a sum of deformations is more than that of the curve."""
+        return np.asarray(weights - (weights @ self.columns) @ self.estimator)
 
     def slope(self, at_n: float) -> FloatArray:
         """(B,) weights of the compliance in m/N at a force."""
@@ -137,34 +150,41 @@ class Smooth:
         return np.asarray(slopes / self.unit_n @ self.estimator)
 
 
-def smooth_of(path: Path, covariance: FloatArray, q: float) -> Smooth | None:
+def smooth_of(branch: Branch, covariance: FloatArray, q: float) -> Smooth | None:
     """The smooth curve through a branch; None where it has too few forces.
 
     Args:
-        path: of the branch.
+        branch: a loading or an unloading.
         covariance: (B, B) of the deformation in m².
         q: exponent of the deformation over the force, 1/n.
     """
-    top_n = float(path.force_n.max())
-    if np.unique(np.round(path.force_n / (FITTED_STEP * top_n))).size < LEAST_PLACES:
+    force_n = branch.path.force_n
+    top_n = float(force_n.max())
+    if np.unique(np.round(force_n / (FITTED_STEP * top_n))).size < LEAST_PLACES:
         return None
-    columns = _shape(path.force_n / top_n, q)
+    columns = _shape(force_n / top_n, q)
     weighed = np.linalg.solve(covariance, columns)
-    return Smooth(np.linalg.solve(columns.T @ weighed, weighed.T), q, top_n)
+    found = Smooth(np.linalg.solve(columns.T @ weighed, weighed.T), columns, q, top_n)
+    bends = np.maximum(force_n[:, None] / top_n - np.array(KNEES), 0.0)
+    weights = np.linalg.solve(covariance, bends)
+    left = np.array([found.left(each) for each in weights.T])
+    shown, whole = np.sum(left.T * bends, axis=0), np.sum(weights * bends, axis=0)
+    told = shown > LEAST_LEFT * whole
+    most = float(np.max((left[told] @ branch.deformation_m) ** 2 / shown[told], initial=0.0))
+    return replace(found, kinked=most > KINK)
 
 
 def smoothed(local: Chord, branch: Branch, covariance: FloatArray, smooth: Smooth | None) -> Chord:
-    """The chord of the smooth curve. Where its two ends read something else by more than the errors
-    explain with 95 %, the contact has a kink, and the ends are believed."""
+    """The chord of the smooth curve. Where the contact has a kink, or the data near its two ends
+    leave it by more than the errors explain with 95 %, what they leave is added."""
     if smooth is None:
         return local
     weights = smooth.span(local.from_n, local.to_n)
-    span_m = float(weights @ branch.deformation_m)
-    apart = weights - local.weights
-    explained_m = NORMAL_95 * math.sqrt(max(float(apart @ covariance @ apart), 0.0))
-    if abs(span_m - local.span_m) > explained_m:
-        return local
-    return replace(local, span_m=span_m, weights=weights)
+    left = smooth.left(local.weights)
+    explained_m = NORMAL_95 * math.sqrt(max(float(left @ covariance @ left), 0.0))
+    if smooth.kinked or abs(float(left @ branch.deformation_m)) > explained_m:
+        weights = weights + left
+    return replace(local, span_m=float(weights @ branch.deformation_m), weights=weights)
 
 
 def _shape(u: FloatArray, q: float) -> FloatArray:

@@ -137,11 +137,12 @@ def quantities(run: RunData, read_from: Reading) -> dict[str, Quantity]:
 
     found = {"chord": of_weights("chord", main.weights, main.span_m, main.from_n, main.to_n)}
     if (smooth := read_from.smooth) is not None:
+        kinked = ("the data have a kink, which the curve of the tangent has not",) * smooth.kinked
         weights = smooth.slope(at_n)
         slope = float(weights @ read_from.branch.deformation_m)
         found["tangent"] = (
             of_weights("tangent", weights, slope, at_n, at_n, [_upper(read_from, smooth, at_n)],
-                       beyond)
+                       (*beyond, *kinked))
             if slope > 0.0 else _open("tangent", at_n, doubts)
         )  # fmt: skip
     if not law_sets:
@@ -294,14 +295,13 @@ def _of_laws(
 
 
 def _upper(read_from: Reading, smooth: Smooth, at_n: float) -> Line:
-    """Difference of curve and data in the chord below a tangent, beyond what their errors
-    explain."""
+    """Difference of curve and data in the chord below a tangent, less the standard uncertainty
+    of their errors."""
     branch, parts = read_from.branch, read_from.errors[middle(len(read_from.errors))]
     upper = chord(branch, UPPER_SHARE * at_n, at_n)
-    weights = smooth.span(upper.from_n, upper.to_n)
-    span_m = float(weights @ branch.deformation_m)
-    allowed = NORMAL_95 * combined(_lines(parts, upper.weights - weights, upper.span_m))
-    off = math.log(span_m / upper.span_m) if min(span_m, upper.span_m) > 0.0 else math.inf
+    left = smooth.left(upper.weights)
+    off = abs(float(left @ branch.deformation_m)) / upper.span_m if upper.span_m > 0.0 else math.inf
+    allowed = combined(_lines(parts, left, upper.span_m))
     beyond = math.sqrt(max(off**2 - allowed**2, 0.0))
     return Line("shape (upper chord against the curve's)", f"{percent(off, 3)}", beyond)
 

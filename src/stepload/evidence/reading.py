@@ -114,7 +114,7 @@ def _reading(
     errors = [errors_of(run, branch, elastic, drift, length_n) for length_n in lengths]
     # The shape of the fit must not tell K_s: its error is not among those that weigh the data.
     weighing = total([part for part in errors[middle(len(lengths))] if part.source != SYSTEM])
-    smooth = smooth_of(branch.path, weighing, elastic.q)
+    smooth = smooth_of(branch, weighing, elastic.q)
     main = smoothed(local, branch, weighing, smooth)
     return figures.Reading(
         main=main,

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from stepload.engine.margins import MEANING, margins
+from stepload.engine.order import PHASES
 from stepload.engine.replay import Replayer, group_by_tick
 from stepload.engine.replayed import changed_limits, limits_from, zero_of
 from stepload.engine.watch import wrench_axis
@@ -35,6 +36,7 @@ LIVE_SCHEMA: dict[str, Any] = {
     "properties": {
         "time_s": _number("the run's clock"),
         "phase": {"type": "string"},
+        "may": {"type": "string", "description": "what the phase may command"},
         "cycle": {"type": "integer"},
         "step": {"type": "integer"},
         "level_n": _number("load level aimed at"),
@@ -174,6 +176,7 @@ class State:
         return {
             "time_s": row.time_s,
             "phase": Phase(row.phase).name.replace("_", " ").lower(),
+            "may": PHASES[Phase(row.phase)].may.value,
             "cycle": row.cycle,
             "step": row.step,
             "level_n": row.level_n,

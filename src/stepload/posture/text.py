@@ -10,7 +10,7 @@ from stepload.posture.chain import reach_m
 from stepload.posture.compliance import WRONG_BY
 from stepload.posture.rig_search import Posture, Row
 from stepload.posture.search import TRAVELS_M
-from stepload.units import format_quantity
+from stepload.units import format_quantity, percent
 
 WORTH = 1.1
 """Least ratio of stiffness for which a change of the pose is recommended."""
@@ -111,7 +111,7 @@ def _stuck(first: Row) -> str:
 
 def _near(first: Row) -> str:
     told = ", ".join(
-        f"{share:.1%} over {format_quantity(travel, 'm')}"
+        f"{percent(share, 2)} over {format_quantity(travel, 'm')}"
         for share, travel in zip(first.changes, TRAVELS_M, strict=True)
         if np.isfinite(share)
     )

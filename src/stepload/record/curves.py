@@ -21,6 +21,7 @@ from stepload.record.curve_header import (
     split,
 )
 from stepload.record.curve_rows import MAX_LINE, FloatArray, RowError, Table, read_rows
+from stepload.units import percent
 
 MAX_BYTES = 1 << 26
 MIN_ROWS = 3
@@ -181,7 +182,8 @@ def _curve(path: Path, head: _Head, table: Table) -> Curve:
         share = f"{missing} of {rows + missing} rows lack a number"
         _fail(
             path, line, at, f"{text[:40]!r} is not a finite number; {share}",
-            f"at most {MISSING_SHARE:.0%} may be missing: cut the file to what was measured",
+            f"at most {percent(MISSING_SHARE, 2)} may be missing: cut the file to what was "
+            f"measured",
         )  # fmt: skip
     if rows < MIN_ROWS:
         last = table.line[-1] if rows else head.read

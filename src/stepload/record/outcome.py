@@ -87,10 +87,15 @@ class Cause(NamedTuple):
     message: str
 
     @property
+    def planned(self) -> bool:
+        """Whether the plan asked for this end: nothing is wrong with the rig."""
+        return self.rule == "until"
+
+    @property
     def numbers(self) -> str:
         """Value, limit and age as text; "" where a device or a part broke: it has no numbers, and
         where the message has them."""
-        if not (self.unit or self.rule.startswith(("R", "CAP"))):
+        if self.planned or not (self.unit or self.rule.startswith(("R", "CAP"))):
             return ""
         value, limit = (
             f"{number:.6g} {self.unit}" if self.unit else f"{number:.0f}"

@@ -133,9 +133,7 @@ CYCLE: tuple[Field[Cycle], ...] = (
         lambda cycle: f"{cycle.loop_energy_j * 1e3:.3g} ± {cycle.loop_sigma_j * 1e3:.1g} mJ",
         label="loop energy",
     ),
-    Field(
-        lambda cycle: cycle.loop_energy_j / cycle.stored_energy_j, "", "of stored", number(".1%")
-    ),
+    Field(lambda cycle: percent(cycle.loop_energy_j / cycle.stored_energy_j, 2), label="of stored"),
     *map(named, ("loop_energy_j", "loop_sigma_j", "stored_energy_j")),
 )
 

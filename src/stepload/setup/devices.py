@@ -17,7 +17,7 @@ from stepload.rig.plugins import load_driver
 from stepload.setup.bench import ARMS, FORCE, SECOND, SENSORS, Setup, listen
 from stepload.setup.state import Found
 from stepload.setup.yaml_keys import Value, flat, quoted
-from stepload.units import parse_quantity
+from stepload.units import parse_quantity, percent
 
 RATE_TOLERANCE = 0.05
 NO_ADAPTERS = ("virtual", "udp_multicast", "serial", "socketcand")
@@ -70,7 +70,7 @@ def _settings(told: ArmConfiguration | None, where: Mapping[str, str]) -> list[s
         at = f" at {_millimetres(told.payload_cog_m)} mm" if told.payload_cog_m else ""
         shown["payload_kg"] = f"payload {told.payload_kg:.3g} kg{at}"
     if told.speed_fraction is not None:
-        shown["speed_fraction"] = f"speed slider {told.speed_fraction:.0%}"
+        shown["speed_fraction"] = f"speed slider {percent(told.speed_fraction, 2)}"
     names = {"tcp_offset": "TCP", "payload_kg": "payload", "speed_fraction": "speed slider"}
     return [
         shown.get(key, f"{name}: {NOT_TOLD}")

@@ -17,7 +17,7 @@ from stepload.estimators.fit import FloatArray
 from stepload.setup.bench import ARM, FORCE, SECOND, Bench, Setup, listen, say_hazards
 from stepload.setup.state import Found
 from stepload.setup.yaml_keys import Value
-from stepload.units import parse_quantity
+from stepload.units import parse_quantity, percent
 
 REST_S, LOOK_S = 2.0, 0.1
 PUSHES = 2
@@ -71,7 +71,7 @@ def _as_found(setup: Setup, proven: dict[str, Proven]) -> Found:
         along = f"along {one.axis}" if one.axis else "the right way round"
         notes.append(
             f"{UNITS[name]} felt {PUSHES} pushes of {one.push_n:.1f} N {along}, "
-            f"{one.cross_talk:.0%} across"
+            f"{percent(one.cross_talk, 2)} across"
         )
         setup.tell(notes[-1])
         how = f"{setup.measured}: {PUSHES} pushes by hand of {one.push_n:.1f} N"

@@ -116,7 +116,7 @@ def test_roughness_is_doubted_at_the_lowest_force() -> None:
 
 def test_what_roughness_does_is_told_by_the_rough_law() -> None:
     doubt = found(roughness_m=7.5e-6, micro_hardness_pa=7e8)["rough_contact"]
-    assert "6% at 300 N" in doubt.message
+    assert "6.4 % at 300 N" in doubt.message
 
 
 def test_roughness_beyond_the_model_is_no_note() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -12,7 +12,9 @@ from run_plans import limits_for, stvf_plan
 
 from stepload.engine.course import Course
 from stepload.engine.operator import Operator
+from stepload.engine.phases import Exit, Steps
 
+BACK_OFF_REST_S = 0.2
 PERIOD_S = 1.0 / 1024.0
 """A power of two: so many of them add up without rounding."""
 PLAN = stvf_plan().procedure
@@ -20,7 +22,7 @@ PLANNED = limits_for(stvf_plan())
 
 
 class Stage:
-    """A course with what happens on it: `events`, `then` (times at which what follows was called).
+    """A course with what happens on it: `events`, and `left`: each part's end and exit, with times.
 
     `limits` and `procedure` change those of the paper's machine. The arm is where its target is
     unless `position_m` is set.
@@ -46,17 +48,31 @@ class Stage:
         self.now_s = 10.0
         self.position_m: float | None = None
         self.then: list[float] = []
-        self.stopped: list[float] = []
-        self.zeroing: list[Callable[[float], None]] = []
-        self.touching: list[Callable[[float], None] | None] = []
+        self.exits: list[Exit] = []
+        self.zeroing: list[bool] = []
+        self.zeroed: list[Exit | None] = []
 
-    def zero(
-        self, _now_s: float, then: Callable[[float], None], touching: Callable[[float], None] | None
-    ) -> None:
-        """Takes a zero for ever; what follows is in `zeroing`, or in `touching`."""
-        self.zeroing.append(then)
-        self.touching.append(touching)
-        self.course.act = lambda _now_s, _step_s: None
+    def begin(self, part: Steps) -> None:
+        """Enter a part of a run in this tick; `then` has the time of its end, `exits` its exit."""
+        self.course.now_s = self.now_s
+        self.course.sequence = self._led(part)
+        next(self.course.sequence)
+
+    def _led(self, part: Steps) -> Generator[None]:
+        left = yield from part
+        if left is None:
+            self.then.append(self.now_s)
+        else:
+            self.exits.append(left)
+        while True:
+            yield
+
+    def take(self, on_the_way: bool = False) -> Steps:
+        """In place of `Zeroing.take`: lasts until a test puts what comes of it into `zeroed`."""
+        self.zeroing.append(on_the_way)
+        while not self.zeroed:
+            yield
+        return self.zeroed.pop()
 
     def ticks(self, count: int = 1, force_n: float | None = None) -> None:
         """So many ticks; a force is told by all readings of it."""
@@ -67,7 +83,7 @@ class Stage:
             at_m = self.course.target_m if self.position_m is None else self.position_m
             self.sup.arm.position_m = at_m
             self.course.step(self.now_s, PERIOD_S)
-            if self.then or self.stopped or self.course.failure:
+            if self.then or self.exits or self.course.failure:
                 return
 
     def readings(self, main: Sequence[float], second: Sequence[float] | None = None) -> None:
@@ -76,8 +92,19 @@ class Stage:
             self.sup.force.raw_n = newton
             self.sup.second_raw_n = second[index] if second is not None else 0.0
             self.ticks()
-            if self.then or self.stopped or self.course.failure:
+            if self.then or self.exits or self.course.failure:
                 return
+
+    def back_off(self) -> None:
+        """So many ticks until the arm has backed off and rested; readings go on as they are."""
+        course = self.course
+        ticks = 1 + round((BACK_OFF_REST_S + 4.0 * course.limits.loop_s) / PERIOD_S)
+        for _ in range(5000):
+            self.ticks()
+            ticks = ticks - 1 if course.target_m == course.goal_m else ticks
+            if not ticks:
+                return
+        raise AssertionError("did not back off")
 
     def find(self, kind: str) -> dict[str, Any]:
         """The data of the newest event of this kind."""

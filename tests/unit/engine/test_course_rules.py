@@ -13,7 +13,8 @@ from course_feed import PERIOD_S, PLAN, PLANNED, Stage
 from stepload.engine.approach import RING_TIMEOUT_S, Approach
 from stepload.engine.operator import StopLevel
 from stepload.engine.order import START_REST_S, RunOrder
-from stepload.engine.retract import Retract
+from stepload.engine.phases import Exit
+from stepload.engine.retract import retract
 from stepload.engine.settle import BLOCK_S, BLOCKS, RingTest, SettleTest
 from stepload.engine.steps import LoadSteps
 from stepload.engine.touch import BOUNCE_S, SURE
@@ -31,16 +32,17 @@ def approach(
 ) -> tuple[Stage, Approach]:
     stage = Stage(limits, procedure)
     stage.course.tares.append(Tare(9.0, 0.3, 300, 0.0, 0.1, 0.0, 0.0, 0.1))
-    part = Approach(stage.course, stage.stopped.append, stage.zero)
-    part.begin(stage.now_s, "first", touches, stage.then.append)
+    part = Approach(stage.course, stage)  # type: ignore[arg-type]
+    stage.begin(part.touch("first", touches))
     return stage, part
 
 
 def guarded(limits: dict[str, Any] | None = None, **options: Any) -> Stage:
     """An approach that has just become a guarded one, at rest."""
-    stage, part = approach(limits, **options)
+    stage, _ = approach(limits, **options)
     stage.sup.arm.position_m = stage.course.target_m = stage.course.goal_m
-    part._begin_guarded(stage.now_s)
+    stage.ticks()
+    assert stage.course.phase == Phase.GUARDED_APPROACH
     return stage
 
 
@@ -58,8 +60,8 @@ def test_the_fast_approach_ends_short_of_where_the_surface_may_be() -> None:
 def test_a_known_surface_is_approached_to_a_gap_and_half_as_fast() -> None:
     stage = Stage(WIDE)
     stage.course.surface_m = 2e-3
-    part = Approach(stage.course, stage.stopped.append, stage.zero)
-    part.begin(stage.now_s, "cycle", 1, stage.then.append)
+    part = Approach(stage.course, stage)  # type: ignore[arg-type]
+    stage.begin(part.touch("cycle", 1))
     gap_m = max(20.0 * PLANNED.position_resolution_m, 0.3 * PLANNED.guarded_speed_m_s)
     assert stage.course.goal_m == pytest.approx(2e-3 - min(gap_m, PLAN.retract_m) - RUN_OUT_M)
     while stage.course.phase == Phase.FAST_APPROACH:
@@ -121,16 +123,14 @@ def test_an_only_channel_that_reads_anew_lets_the_approach_go_on_at_the_speed_of
 def test_r6_an_only_channel_that_feels_no_known_surface_ends_the_approach(
     changes: dict[str, Any], found: bool
 ) -> None:
-    stage = guarded(WIDE | changes)
-    course, limits = stage.course, stage.course.limits
-    course.surface_m = course.target_m
-    touch_n = limits.touch_force_n
-    slack_m = limits.travel_m(touch_n) + limits.moved_zero_n / limits.answer_at(touch_n)
-    for deepest_m in (-math.inf, course.surface_m + 2.0 * slack_m):
-        course.deepest_m = deepest_m
-        end_m = max(course.surface_m + slack_m, deepest_m)
+    for deepest_slacks in (-math.inf, 2.0):
         for beyond_m, ended in ((-1e-6, False), (1e-6, found)):
-            course.failure = None
+            stage = guarded(WIDE | changes)
+            course, limits = stage.course, stage.course.limits
+            course.surface_m, touch_n = course.target_m, limits.touch_force_n
+            slack_m = limits.travel_m(touch_n) + limits.moved_zero_n / limits.answer_at(touch_n)
+            course.deepest_m = course.surface_m + deepest_slacks * slack_m
+            end_m = max(course.surface_m + slack_m, course.deepest_m)
             course.target_m = stage.position_m = end_m + beyond_m
             stage.ticks(1)
             assert (course.failure is not None) == ended
@@ -248,11 +248,12 @@ def test_a_stop_during_an_approach_leaves() -> None:
     for stage in (approach()[0], guarded()):
         stage.operator.request_stop(StopLevel.AFTER_STEP)
         stage.ticks()
-        assert stage.stopped
+        assert stage.exits == [Exit.STOP]
 
 
 def test_force_that_stays_between_touches_leads_back_by_the_retract_and_no_further() -> None:
-    retract_m = 1.5 * approach()[1]._gap_m()
+    gap_m = max(20.0 * PLANNED.position_resolution_m, 0.3 * PLANNED.guarded_speed_m_s)
+    retract_m = 1.5 * min(gap_m, PLAN.retract_m)
     stage = touched(2, retract_m=retract_m)
     course = stage.course
     stage.ticks(20_000, 0.51 * PLANNED.touch_force_n + 3.0 * PLANNED.touch_force_n)
@@ -280,7 +281,8 @@ def test_a_zero_that_moved_on_the_way_is_taken_again_and_the_surface_touched_aga
     assert course.failure is None
     assert len(stage.zeroing) == 1
     assert course.target_m == pytest.approx(course.surface_m - 1e-4)
-    stage.zeroing[0](stage.now_s)
+    stage.zeroed.append(None)
+    stage.ticks()
     assert course.phase == Phase.FAST_APPROACH
     stage.ticks(5_000, 0.0)
     assert course.phase == Phase.GUARDED_APPROACH
@@ -317,7 +319,9 @@ def test_the_gap_between_touches_covers_lost_motion_and_resolution() -> None:
         ({"position_resolution_m": 3e-5}, 6e-4),
         ({"lost_motion_m": 1e-2}, PLAN.retract_m),
     ):
-        assert approach(change)[1]._gap_m() == pytest.approx(gap_m)
+        stage = touched(2, limits=change)
+        stage.ticks(300)
+        assert stage.course.surface_m - stage.course.goal_m == pytest.approx(gap_m)
 
 
 @pytest.mark.parametrize(("share", "is_open"), [(0.99, True), (1.01, False)])
@@ -325,7 +329,7 @@ def test_a_retract_proves_that_the_contact_is_open(share: float, is_open: bool) 
     stage = Stage()
     stage.course.surface_m = stage.course.target_m = 1e-3
     stage.sup.arm.position_m = 1e-3
-    Retract(stage.course).begin(stage.now_s, stage.then.append)
+    stage.begin(retract(stage.course))
     assert stage.course.goal_m == pytest.approx(1e-3 - PLAN.retract_m)
     begin_s = stage.now_s
     stage.ticks(3000, share * PLANNED.touch_force_n)
@@ -365,7 +369,8 @@ def test_motion_to_a_goal_has_bounded_speed_and_acceleration_and_comes_to_rest_t
         course = stage.course
         course.aim(goal_m)
         speeds, before_m = [0.0], 0.0
-        while not course.move(0.01, PERIOD_S):
+        course.step_s = PERIOD_S
+        while not course.move(0.01):
             speeds.append(abs(course.target_m - before_m) / PERIOD_S)
             before_m = course.target_m
             assert abs(course.target_m) <= abs(goal_m)
@@ -379,14 +384,17 @@ def test_motion_to_a_goal_has_bounded_speed_and_acceleration_and_comes_to_rest_t
 
 def test_rest_is_counted_from_the_arrival_and_anew_for_a_new_goal() -> None:
     course = Stage().course
+
+    def rests(now_s: float) -> bool:
+        course.now_s = now_s
+        return course.rest_at_goal(0.5)
+
     course.aim(0.0)
-    assert not course.rest_at_goal(1.0, PERIOD_S, 0.5)
-    assert not course.rest_at_goal(1.4, PERIOD_S, 0.5)
-    assert course.rest_at_goal(1.5, PERIOD_S, 0.5)
+    assert [rests(now_s) for now_s in (1.0, 1.4, 1.5)] == [False, False, True]
     course.aim(0.0)
-    assert not course.rest_at_goal(1.6, PERIOD_S, 0.5)
-    course.enter(Phase.HOLD, 2.0, course._stand)
-    assert not course.rest_at_goal(9.0, PERIOD_S, 0.5)
+    assert not rests(1.6)
+    course.enter(Phase.HOLD)
+    assert not rests(9.0)
 
 
 def test_a_lead_is_learned_slowly_and_not_from_an_arm_that_does_not_follow() -> None:
@@ -426,7 +434,7 @@ def steps(**procedure: Any) -> tuple[Stage, LoadSteps, Any]:
 def test_a_step_that_does_not_come_to_its_level_is_given_up_after_its_time() -> None:
     stage, part, _ = steps(settle_timeout_s=0.125)
     begin_s = stage.now_s
-    part.load(begin_s, 1, 50.0, stage.then.append)
+    stage.begin(part.step(1, 50.0))
     while stage.course.phase == Phase.LOAD:
         stage.ticks(1, 20.0)
     assert stage.now_s - begin_s == 20.0 * 0.125
@@ -436,7 +444,7 @@ def test_a_step_that_does_not_come_to_its_level_is_given_up_after_its_time() -> 
 
 def test_a_level_that_was_given_up_is_not_settled_though_its_force_is_at_rest() -> None:
     stage, part, _ = steps(settle_timeout_s=2.0)
-    part.load(stage.now_s, 1, 50.0, stage.then.append)
+    stage.begin(part.step(1, 50.0))
     while not stage.then:
         stage.ticks(1, 20.0)
     held = stage.find("held")
@@ -447,7 +455,7 @@ def test_a_level_that_was_given_up_is_not_settled_though_its_force_is_at_rest() 
 def test_unloading_that_does_not_open_the_contact_goes_back_by_a_retract_and_no_further() -> None:
     stage, part, controller = steps()
     controller.step_m = -1e-6
-    part.unload(stage.now_s, 1, 50.0, stage.then.append)
+    stage.begin(part.step(1, 50.0, up=False))
     stage.ticks(2000, 100.0)
     assert stage.course.failure is not None
     assert stage.course.failure.rule == "not_open"
@@ -458,10 +466,9 @@ def test_unloading_that_does_not_open_the_contact_goes_back_by_a_retract_and_no_
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_phases_and_signs_of_loading_and_unloading(sign: float) -> None:
     stage, part, controller = steps()
-    begin = part.load if sign > 0.0 else part.unload
     stage.sup.smooth_n, stage.sup.arm.position_m = 12.0, 3e-6
     stage.course.dwelt_n = 11.0
-    begin(stage.now_s, 4, 50.0, stage.then.append)
+    stage.begin(part.step(4, 50.0, sign > 0.0))
     assert stage.course.phase == (Phase.LOAD if sign > 0.0 else Phase.UNLOAD)
     assert (stage.course.step_number, stage.course.level_n) == (4, 50.0)
     assert controller.begun == [(50.0, 12.0, 3e-6, sign, False, 11.0, stage.course.target_m)]
@@ -470,17 +477,17 @@ def test_phases_and_signs_of_loading_and_unloading(sign: float) -> None:
     assert stage.course.phase == (Phase.HOLD if sign > 0.0 else Phase.UNLOAD_HOLD)
     for force_n in (13.0, 15.0):
         stage.ticks(1, force_n)
-    begin(stage.now_s, 5, 60.0, stage.then.append)
+    stage.begin(part.step(5, 60.0, sign > 0.0))
     assert controller.begun[-1][4:6] == (True, 14.0)
     part.new_contact()
-    begin(stage.now_s, 6, 70.0, stage.then.append)
+    stage.begin(part.step(6, 70.0, sign > 0.0))
     assert controller.begun[-1][4:6] == (False, 11.0)
 
 
 def hold(forces: Any, **procedure: Any) -> tuple[float, dict[str, Any]]:
     """How long a hold of 0.5 s lasts, and what is said of it."""
     stage, part, controller = steps(hold_s=0.5, settle_timeout_s=3.0, **procedure)
-    part.load(stage.now_s, 1, 50.0, stage.then.append)
+    stage.begin(part.step(1, 50.0))
     controller.reached = True
     stage.ticks(1, 50.0)
     begin_s = stage.now_s

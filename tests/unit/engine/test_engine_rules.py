@@ -35,7 +35,8 @@ class Rig:
         self.index = 0
         self.force_n = 0.0
         self.steps: list[float] = []
-        self.engine.course.act = lambda now_s, step_s: self.steps.append(step_s)
+        course = self.engine.course
+        course.sequence = iter(lambda: self.steps.append(course.step_s), self)
         self.engine.course.target_m = 0.0
         self.tick()
         self.engine.supervisor.tare(0.0, 0.0)

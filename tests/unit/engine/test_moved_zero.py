@@ -10,7 +10,8 @@ import pytest
 from course_feed import PERIOD_S, PLAN, PLANNED, Stage
 
 from stepload.engine.approach import MEAN_S, Approach
-from stepload.engine.free_air import LOOK_S, FreeAir
+from stepload.engine.phases import Exit
+from stepload.engine.zeroing import LOOK_S, Zeroing
 from stepload.envelope.schedule import WORTH
 from stepload.envelope.zero_drift import SECOND_ZERO_SHARE
 from stepload.record.outcome import Tare
@@ -26,8 +27,8 @@ TICKS = round(3.0 * MEAN_S / PLANNED.period_s)
 def approach(limits: dict[str, Any] | None = None, **procedure: Any) -> tuple[Stage, Approach]:
     stage = Stage(limits, {"max_drift_n": 10.0, "retract_m": 1e-4, **procedure})
     stage.course.tares.append(ZERO)
-    part = Approach(stage.course, stage.stopped.append, stage.zero)
-    part.begin(stage.now_s, "first", 1, stage.then.append)
+    part = Approach(stage.course, stage)  # type: ignore[arg-type]
+    stage.begin(part.touch("first", 1))
     return stage, part
 
 
@@ -63,7 +64,8 @@ def test_the_way_gained_is_worth_what_backing_off_loses() -> None:
         stage.ticks(100, 2.0 * MOVED_N)
         assert len(stage.zeroing) == taken + 1
         stage.course.tares.append(ZERO)
-        stage.zeroing[-1](stage.now_s)
+        stage.zeroed.append(None)
+        stage.ticks()
 
 
 def test_no_more_than_the_allowed_drift_since_the_first_zero_is_taken_for_one() -> None:
@@ -89,7 +91,8 @@ def test_after_a_moved_zero_the_approach_begins_again_and_so_does_the_mean() -> 
     stage, _ = approach()
     stage.ticks(TICKS, 2.0 * MOVED_N)
     stage.course.tares.append(replace(ZERO, mean_n=2.0 * MOVED_N))
-    stage.zeroing[0](stage.now_s)
+    stage.zeroed.append(None)
+    stage.ticks()
     assert stage.course.phase == Phase.FAST_APPROACH
     stage.ticks(round(0.1 * TICKS), 2.0 * MOVED_N)
     assert len(stage.zeroing) == 1
@@ -100,13 +103,13 @@ def test_after_a_moved_zero_the_approach_begins_again_and_so_does_the_mean() -> 
 def test_what_goes_away_by_backing_off_is_met_with_the_old_zero_and_not_proved_again() -> None:
     stage, part = approach()
     stage.ticks(TICKS, 2.0 * MOVED_N)
-    (meet,) = stage.touching
-    assert meet is not None
-    meet(stage.now_s)
+    assert stage.zeroing == [True]
+    stage.zeroed.append(Exit.CONTACT)
+    stage.ticks()
     assert stage.course.phase == Phase.GUARDED_APPROACH
     stage.ticks(TICKS, 2.0 * MOVED_N)
     assert len(stage.zeroing) == 1
-    part.begin(stage.now_s, "cycle", 1, stage.then.append)
+    stage.begin(part.touch("cycle", 1))
     stage.ticks(TICKS, 2.0 * MOVED_N)
     assert len(stage.zeroing) == 2
 
@@ -117,13 +120,11 @@ def test_on_the_way_a_little_that_goes_with_the_way_is_contact(second: bool) -> 
     noise_free = [0.0] * LOOK
     for share, on_the_way, free in ((0.49, True, True), (0.51, True, False), (0.51, False, True)):
         stage = Stage()
-        met: list[float] = []
-        proof = FreeAir(stage.course, stage.stopped.append)
-        proof.prove(stage.now_s, stage.then.append, met.append if on_the_way else None)
+        stage.begin(Zeroing(stage.course, lambda _: None).free_air(on_the_way))
         stage.readings(noise_free, noise_free)
-        while stage.course.act.__name__ != "_look_again":
-            stage.ticks()
+        stage.back_off()
         change = [-share * 0.5 * PLAN.max_drift_n if not on_the_way else -share * MOVED_N] * LOOK
         stage.readings(noise_free if second else change, change if second else noise_free)
         assert stage.course.failure is None
-        assert bool(stage.then) == free == (not met)
+        assert stage.exits == ([] if free else [Exit.CONTACT])
+        assert bool(stage.then) == free

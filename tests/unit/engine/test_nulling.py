@@ -75,7 +75,7 @@ def test_a_force_that_grows_ends_it_at_once_and_for_the_run() -> None:
     course, sup = stage.course, stage.sup
     sup.smooth_n, sup.force.load_across_n = 10.0, (5.0, 0.0)
     part = Nuller(course, LAW)
-    part.begin(stage.now_s, stage.then.append)
+    stage.begin(part.null())
     sizes = []
     for _ in range(1000):
         sup.force.load_across_n = (5.0 - 1e5 * course.shift_m[0], 0.0)
@@ -85,7 +85,7 @@ def test_a_force_that_grows_ends_it_at_once_and_for_the_run() -> None:
             break
     assert stage.find("nulled")["why"] == "grown"
     assert max(sizes) < 6.0
-    part.begin(stage.now_s, stage.then.append)
+    stage.begin(part.null())
     assert len(stage.then) == 2
 
 

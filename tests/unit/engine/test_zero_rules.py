@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
+from itertools import repeat
 
 import pytest
 from course_feed import PERIOD_S, PLAN, PLANNED, Stage, swing
 
-from stepload.engine.free_air import FREE_SIGMAS, LOOK_S, FreeAir
 from stepload.engine.operator import StopLevel
-from stepload.engine.retract import Retract
+from stepload.engine.phases import Exit, Steps
+from stepload.engine.retract import retract
 from stepload.engine.tare import TareWindow
-from stepload.engine.zeroing import DRIFT_CHECK_S, NOISE_FACTOR, Zeroing
+from stepload.engine.zeroing import DRIFT_CHECK_S, FREE_SIGMAS, LOOK_S, NOISE_FACTOR, Zeroing
 from stepload.envelope.bounds import Measured
 from stepload.envelope.zero_drift import STEP_RATES, longest_under_load_s
 from stepload.errors import RefusedError
@@ -22,15 +23,7 @@ LOOK = round(LOOK_S / PERIOD_S)
 
 
 def free_air(stage: Stage) -> None:
-    FreeAir(stage.course, stage.stopped.append).prove(stage.now_s, stage.then.append)
-
-
-def back_off(stage: Stage) -> None:
-    for _ in range(5000):
-        if stage.course.act.__name__ == "_look_again":
-            return
-        stage.ticks()
-    raise AssertionError("did not back off")
+    stage.begin(Zeroing(stage.course, lambda _: None).free_air())
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -41,7 +34,7 @@ def test_force_that_changes_by_backing_off_was_contact(sign: float, second: bool
         stage = Stage(procedure={"tare_s": 100.0})
         free_air(stage)
         stage.readings([0.0] * (LOOK + 1), [0.0] * (LOOK + 1))
-        back_off(stage)
+        stage.back_off()
         change = [sign * share * limit_n] * (LOOK + 1)
         still = [0.0] * (LOOK + 1)
         stage.readings(still if second else change, change if second else still)
@@ -62,7 +55,7 @@ def test_a_change_that_noise_explains_is_none() -> None:
         stage = Stage()
         free_air(stage)
         stage.readings(swing(0.0, noise_n, count))
-        back_off(stage)
+        stage.back_off()
         stage.readings(swing(share * error_n, noise_n, count))
         assert (stage.course.failure is None) == free
 
@@ -71,7 +64,7 @@ def test_the_second_channel_is_looked_at_only_where_there_is_one() -> None:
     stage = Stage({"cross_check": ""})
     free_air(stage)
     stage.readings([0.0] * (LOOK + 1), [0.0] * (LOOK + 1))
-    back_off(stage)
+    stage.back_off()
     stage.readings([0.0] * (LOOK + 1), [100.0] * (LOOK + 1))
     assert stage.then
 
@@ -80,7 +73,7 @@ def test_the_arm_backs_off_by_the_whole_retract_and_comes_to_rest_before_the_sec
     stage = Stage()
     free_air(stage)
     stage.ticks(LOOK + 2)
-    back_off(stage)
+    stage.back_off()
     assert stage.course.target_m == pytest.approx(-PLAN.retract_m)
     rest_s = 0.2 + 4.0 * PLANNED.loop_s
     moving_s = PLAN.retract_m / PLANNED.retract_speed_m_s
@@ -92,7 +85,7 @@ def test_a_stop_while_free_air_is_looked_for_is_honoured() -> None:
     free_air(stage)
     stage.operator.request_stop(StopLevel.AFTER_STEP)
     stage.ticks()
-    assert stage.stopped
+    assert stage.exits == [Exit.STOP]
 
 
 class Zero:
@@ -102,8 +95,7 @@ class Zero:
         self.stage = stage = Stage(limits, procedure)
         self.adopted: list[Measured] = []
         self.refusal: RefusedError | None = None
-        self.zeroing = Zeroing(stage.course, stage.stopped.append, self._adopt)
-        self.zeroing._then = stage.then.append
+        self.zeroing = Zeroing(stage.course, self._adopt)
         self.count = round(stage.course.plan.tare_s / PERIOD_S) + 1
         self.look = round(DRIFT_CHECK_S / PERIOD_S) + 1
 
@@ -112,8 +104,11 @@ class Zero:
         return self.refusal
 
     def tare(self, readings: list[float], second: list[float] | None = None) -> None:
-        self.zeroing._begin_tare(self.stage.now_s)
+        self.stage.begin(self._zero())
         self.stage.readings(readings, second)
+
+    def _zero(self) -> Steps:
+        return (yield from self.zeroing.tare()) or (yield from self.zeroing.drift_check())
 
 
 def test_the_zero_is_the_mean_of_both_channels() -> None:
@@ -258,10 +253,12 @@ def test_a_zero_of_an_only_channel_that_is_too_old_ends_the_press() -> None:
         stage, middle_s = zero.stage, 0.5 * zero.stage.course.tares[0].duration_s
         assert stage.course.zeroed_s == pytest.approx(stage.now_s - middle_s, abs=2.0 * PERIOD_S)
         stage.then.clear()
-        stage.course.enter(Phase.LOAD, stage.now_s, lambda _now_s, _step_s: None)
+        stage.course.sequence = repeat(None)
+        stage.course.enter(Phase.LOAD)
         stage.now_s += waited_s
         age_s = stage.now_s - stage.course.zeroed_s
-        stage.course.press(stage.now_s)
+        stage.course.now_s = stage.now_s
+        stage.course.press()
         if drift == 0.0:
             stage.now_s += 1e6
             stage.ticks(2)
@@ -288,8 +285,8 @@ def test_a_payload_that_is_no_longer_pressed_has_no_zero_that_is_too_old() -> No
     zero = Zero({"cross_check": "", "zero_drift_n_per_s": 0.5})
     zero.tare([0.0] * zero.count)
     stage = zero.stage
-    stage.course.press(stage.now_s)
-    Retract(stage.course).begin(stage.now_s, stage.then.append)
+    stage.course.press()
+    stage.begin(retract(stage.course))
     stage.now_s += 1e6
     stage.ticks(2)
     assert stage.course.failure is None
@@ -321,7 +318,7 @@ def look_back(cycle: int, cycles: int, shift_n: float, second_n: float = 0.0) ->
     zero = Zero(cycles=cycles, tare_s=2.0)
     zero.tare([0.0] * zero.count, [0.0] * zero.count)
     zero.stage.course.cycle = cycle
-    zero.zeroing.look_back(zero.stage.now_s, zero.stage.then.append)
+    zero.stage.begin(zero.zeroing.look_back())
     zero.stage.readings([shift_n] * zero.count, [second_n] * zero.count)
     return zero
 
@@ -369,30 +366,27 @@ def test_between_cycles_a_second_is_long_enough_and_at_the_end_the_plans_time() 
         zero.tare([0.0] * zero.count)
         zero.stage.course.cycle = cycle
         begin_s = zero.stage.now_s
-        zero.zeroing.look_back(begin_s, zero.stage.then.append)
+        zero.stage.begin(zero.zeroing.look_back())
         zero.stage.readings([0.0] * zero.count)
         assert zero.stage.then[0] - begin_s == pytest.approx(expected_s, abs=2.0 * PERIOD_S)
 
 
 def test_the_warm_up_is_waited_for() -> None:
     zero = Zero(warm_up_s=0.25)
-    zero.zeroing.warm_up(zero.stage.now_s, zero.stage.then.append)
+    zero.stage.begin(zero.zeroing.warm_up())
     zero.stage.ticks(255)
-    assert zero.stage.course.phase == Phase.WARM_UP
+    assert not zero.stage.then
     zero.stage.ticks(1)
-    assert zero.stage.course.phase == Phase.FREE_AIR
+    assert zero.stage.then
 
 
 @pytest.mark.parametrize("phase", ["warm_up", "tare"])
 def test_a_stop_before_the_approach_is_honoured(phase: str) -> None:
     zero = Zero()
-    if phase == "warm_up":
-        zero.zeroing.warm_up(zero.stage.now_s, zero.stage.then.append)
-    else:
-        zero.zeroing._begin_tare(zero.stage.now_s)
+    zero.stage.begin(getattr(zero.zeroing, phase)())
     zero.stage.operator.request_stop(StopLevel.AFTER_STEP)
     zero.stage.ticks()
-    assert zero.stage.stopped
+    assert zero.stage.exits == [Exit.STOP]
     assert zero.stage.course.interrupted
 
 

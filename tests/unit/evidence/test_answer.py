@@ -8,16 +8,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pressed_runs import HERTZ_K, World, hertz, press, straight_table, told
+from pressed_runs import HERTZ_K, World, hertz, press, straight_table, there_and_back, told
 
 from stepload.contact.rough import RoughSphere
 from stepload.errors import DomainError
+from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
+from stepload.estimators.sources import Sources
 from stepload.evidence.answer import Evidence, weigh
 from stepload.evidence.figures import SEAT
 from stepload.evidence.lawfit import Whitened, fit_law
 from stepload.evidence.laws import BILINEAR, HERTZ_LINEAR, POWER
 from stepload.evidence.loops import Hold, Track
+from stepload.evidence.quantity import ResultVerdict
 
 PLANE = "secant_from_mean_plane"
 RUNS = 4
@@ -45,6 +48,31 @@ def pad_over_stiff(force_n: FloatArray) -> FloatArray:
 def stop(force_n: FloatArray) -> FloatArray:
     beyond = np.maximum(hertz(force_n) - hertz(np.array([180.0]))[0], 0.0)
     return np.asarray(hertz(force_n) - 0.5 * beyond)
+
+
+def test_a_kink_is_read_at_the_ends_and_has_no_tangent() -> None:
+    force_n = np.linspace(0.3, 300.0, 300)
+    conditions = Conditions(Sources(None, position_noise_m=1e-6), 300.0, 3.0, 1e-6)
+    held = 0
+    for seed in range(RUNS):
+        noise_m = 1e-6 * np.random.default_rng(seed).standard_normal(force_n.size)
+        found = weigh(there_and_back(force_n, stop(force_n) + noise_m, conditions))
+        truth = chord_of(World(law=stop), found)
+        held += holds(found.headline.interval_n_per_m, truth)
+        assert found.quantities["tangent"].verdict is not ResultVerdict.IDENTIFIED
+    assert held == RUNS
+
+
+@pytest.mark.parametrize("points", [8, 12])
+def test_a_few_points_far_apart_are_no_kink(points: int) -> None:
+    force_n = np.linspace(5.0, 300.0, points)
+    conditions = Conditions(Sources(None, position_noise_m=0.3e-6), 300.0, 3.0, 0.3e-6)
+    held = 0
+    for seed in range(RUNS):
+        noise_m = 0.3e-6 * np.random.default_rng(seed).standard_normal(points)
+        found = weigh(there_and_back(force_n, hertz(force_n) + noise_m, conditions))
+        held += holds(found.headline.interval_n_per_m, chord_of(World(), found))
+    assert held == RUNS
 
 
 @pytest.mark.parametrize(

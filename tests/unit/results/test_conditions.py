@@ -172,7 +172,7 @@ def test_a_gauge_needs_neither_table_nor_k_s() -> None:
     assert not [r for r in envelope_of(plan).reasons if "deflection_table" in r.code]
 
 
-@pytest.mark.parametrize(("last_n", "share"), [(300.0, "100%"), (200.0, "67%")])
+@pytest.mark.parametrize(("last_n", "share"), [(300.0, "100 %"), (200.0, "67 %")])
 def test_preflight_says_how_much_of_the_forces_the_table_covers(last_n: float, share: str) -> None:
     plan = with_table(deflection_force_n=(50.0, last_n))
     [told] = [r for r in envelope_of(plan).reasons if r.code == "deflection_table"]

@@ -175,7 +175,7 @@ def _break(incident: Incident, rig: Any, engine: Any, clock: WatchedClock, recor
     component, error = incident.detail.split()
     name, method = component.split(".")
 
-    def raising(_now_s: float, _step_s: float) -> None:
+    def raising() -> None:
         raise ERRORS[error](f"simulated {error} in {method}")
 
     def failing(inner: Any) -> Any:
@@ -188,7 +188,9 @@ def _break(incident: Incident, rig: Any, engine: Any, clock: WatchedClock, recor
     elif name == "supervisor":
         clock.at(incident.start_s, lambda: setattr(rig, "force", SpoiltOnce(rig, error)))
     elif name == "procedure":
-        clock.at(incident.start_s, lambda: setattr(engine.course, "act", raising))
+        clock.at(
+            incident.start_s, lambda: setattr(engine.course, "sequence", iter(raising, None))
+        )
     elif name == "recorder":
         return failing(recorder)
     elif name == "arm":

@@ -1,0 +1,118 @@
+"""The table of phases: complete, told in docs/record.md, and kept by every tick of whole runs."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from course_feed import Stage
+from run_bench import bench_for, run
+from run_plans import stvf_plan
+from tilted_plans import tilted_plan
+
+from stepload.engine.order import PHASES, RunOrder
+from stepload.engine.phases import Exit, May, phase
+from stepload.plan.model import Nulling, Plan
+from stepload.record.rows import Phase, TickRow
+
+PAGE = Path(__file__).parents[3] / "docs" / "record.md"
+SHORT = {"top_force_n": 60.0, "step_n": 30.0, "hold_s": 0.1, "settle_timeout_s": 0.5}
+RUNS = {
+    "two cycles": stvf_plan(**SHORT, cycles=2),
+    "without lift-off": stvf_plan(**SHORT, cycles=2, lift_off=False),
+    "six axes": tilted_plan(0.3, -0.2, nulling=Nulling(), lateral_stiffness_n_per_m=1.45e5),
+}
+ROUNDING_M = 1e-15
+
+
+def test_every_phase_is_in_the_table_and_the_page_tells_it() -> None:
+    assert set(PHASES) == set(Phase)
+    _, _, after = PAGE.read_text(encoding="utf-8").partition("| number | phase |")
+    told = after.partition("\n\n")[0].splitlines()[2:]
+    assert told == [
+        f"| {int(number)} | {number.name.replace('_', ' ').lower()} | {row.entry} | {row.may} |"
+        f" {', '.join(row.exits) or 'none'} |"
+        for number, row in sorted(PHASES.items())
+    ]
+
+
+def moves(rows: list[TickRow], shifts_m: list[tuple[float, float]]) -> dict[Phase, set[str]]:
+    """How the target moved within each phase."""
+    found: dict[Phase, set[str]] = {}
+    for (before, row), (from_m, to_m) in zip(pairwise(rows), pairwise(shifts_m), strict=True):
+        if before.phase != row.phase:
+            continue
+        kinds, way_m = found.setdefault(Phase(row.phase), set()), row.target_m - before.target_m
+        if abs(way_m) > ROUNDING_M:
+            kinds.add("towards" if way_m > 0.0 else "back")
+        if from_m != to_m:
+            kinds.add("across")
+    return found
+
+
+ALLOWED = {
+    May.STAND: set(), May.TOWARDS: {"towards"}, May.BACK: {"back"}, May.ACROSS: {"across"},
+    May.BACK_OR_ACROSS: {"back", "across"},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("plan", RUNS.values(), ids=RUNS.keys())
+def test_no_phase_commands_what_the_table_does_not_allow(plan: Plan) -> None:
+    bench = bench_for(plan)
+    rows: list[TickRow] = []
+    shifts_m: list[tuple[float, float]] = []
+    tick = bench.engine.tick
+
+    class Told:
+        """The engine, with the shift of every tick kept."""
+
+        def __getattr__(self, name: str) -> object:
+            return getattr(bench.engine, name)
+
+        def tick(self, *given: object) -> tuple[float, bool]:
+            target_m, done = tick(*given)  # type: ignore[arg-type]
+            shifts_m.append(bench.engine.shift_m)
+            return target_m, done
+
+    engine = run(replace(bench, engine=Told()), rows=rows)  # type: ignore[arg-type]
+    assert engine.cause is None
+    assert engine.course.done
+    found = moves(rows, shifts_m)
+    for number, kinds in found.items():
+        assert kinds <= ALLOWED[PHASES[number].may], number.name
+    assert {Phase.LOAD, Phase.HOLD, Phase.RETRACT} <= set(found)
+    if plan.procedure.nulling:
+        assert {Phase.ALIGN, Phase.NULLING} <= set(found)
+        assert found[Phase.NULLING] == {"across"}
+
+
+def test_an_exit_that_is_not_stated_is_an_error() -> None:
+    stated = PHASES[Phase.DWELL]
+
+    @phase(Phase.DWELL, stated.entry, stated.may, *stated.exits)
+    def other() -> Generator[None, None, Exit | None]:
+        yield
+        return Exit.CONTACT
+
+    stage = Stage()
+    stage.begin(other())
+    with pytest.raises(RuntimeError, match="DWELL"):
+        stage.ticks()
+
+
+def test_a_sequence_that_ends_without_an_end_of_the_run_is_an_error() -> None:
+    """Nobody would move the arm any more; the loop makes the rig safe."""
+    stage = Stage()
+    stage.course.sequence = iter(())
+    with pytest.raises(RuntimeError):
+        stage.ticks()
+    stage.course.fail("drift", 1.0, 0.5, "N", "")
+    stage.ticks()
+    stage = Stage()
+    RunOrder(stage.course, lambda _: None, 0, lambda _: None)  # type: ignore[arg-type,return-value]
+    stage.course.finish()
+    stage.course.sequence = iter(())
+    stage.ticks()
