@@ -198,13 +198,7 @@ def test_an_arm_that_falls_silent_says_why():
 
 @pytest.mark.parametrize(
     ("noise", "resolution", "limit"),
-    [
-        (1.0, 1.0, 25),
-        (1.0, 0.0, 25),
-        (0.25, 1.0, 447),
-        (0.0, 1.0, math.inf),
-        (0.01, 1.0, math.inf),
-    ],
+    [(1.0, 1.0, 25), (1.0, 0.0, 25), (0.25, 1.0, 447), (0.0, 1.0, math.inf), (0.01, 1.0, math.inf)],
 )
 def test_how_many_equal_readings_a_living_sensor_may_show(noise, resolution, limit):
     """The chance of a row of N in the middle of a step, σ = q/4: erf(√2)^(N−1) < 1e-9."""

@@ -109,40 +109,11 @@ def test_a_test_that_does_not_run_in_real_time_is_never_run_again(run):
     result.assert_outcomes(failed=1)
 
 
-def test_a_stall_does_not_touch_a_test_that_passes(run):
-    result = run(of_a_test(LONG))
-    assert result.ret == 0
-    result.stdout.fnmatch_lines(["*1 passed in*"])
-
-
-@pytest.mark.parametrize("place", ["setup", "teardown"])
-def test_fixtures_are_set_up_and_torn_down_anew(run, place):
-    fixture = (
-        "@pytest.fixture\ndef device():\n    runs.append(1)\n"
-        + (f"    {LONG}; assert len(runs) == 2\n    yield\n" if place == "setup" else "    yield\n")
-        + (f"    {LONG}; assert len(runs) == 2\n" if place == "teardown" else "")
-    )
-    test = "@pytest.mark.realtime(tolerates_s=0.02)\ndef test_it(device):\n    pass\n"
-    result = run(fixture + test)
-    assert result.ret == 0
-    result.stdout.fnmatch_lines(["*1 passed, 1 rerun in*"])
-
-
-def test_what_is_said_reaches_the_last_line_from_worker_processes(run):
-    result = run(of_a_test(f"{LONG}; assert len(runs) == 2"), "-n", "1")
-    assert result.ret == 0
-    result.stdout.fnmatch_lines(["rerun: *the host stalled for 50 ms; *", "*1 passed, 1 rerun in*"])
-
-
 @pytest.mark.parametrize(("survives_s", "runs"), [(0.02, 1), (0.005, 0)])
 def test_only_what_survives_a_long_stall_runs_beside_another(run, survives_s, runs):
     mark = f"@pytest.mark.realtime(tolerates_s={survives_s})"
     result = run(of_a_test("pass", mark=mark), "-m", "patient")
     result.assert_outcomes(passed=runs, deselected=1 - runs)
-
-
-def test_what_is_not_in_real_time_is_not_among_what_runs_beside_another(run):
-    run(of_a_test("pass", mark=""), "-m", "patient").assert_outcomes(deselected=1)
 
 
 METERED = """

@@ -24,10 +24,10 @@ def tilted_plan(
     alignment: Alignment | None = ALIGNMENT,
     **procedure: Any,
 ) -> Plan:
-    """Up to 50 N in steps of 10 N, the plate 4 ± 1 mm away."""
+    """Up to 50 N in steps of 25 N, the plate 4 ± 1 mm away."""
     asked = {
         "surface_distance_m": 4e-3, "surface_uncertainty_m": 1e-3, "search_distance_m": 4e-3,
-        "top_force_n": 50.0, "step_n": 10.0, "unload": False,
+        "top_force_n": 50.0, "step_n": 25.0, "unload": False,
     }  # fmt: skip
     plan = ur_plan(**{**asked, **procedure}, alignment=alignment)
     rig = plan.rig

@@ -71,10 +71,6 @@ def test_the_tilt_is_told_in_record_results_and_report(tmp_path: Path, tilt_deg:
 def test_preflight_prints_what_is_done_sideways(tmp_path: Path) -> None:
     path = tmp_path / "plan.yaml"
     path.write_text(PLAN.replace("payloads/", f"{ROOT}/procedures/payloads/").replace("TILT", "0"))
-    shown = in_process("preflight", path, "--verbose").stdout
-    assert "Touches on a circle" in shown
-    assert "Force across is taken off" in shown
-    assert "align with the plate" in shown
     told = json.loads(in_process("preflight", path, "--json").stdout)
     assert {term["name"] for term in told["alignment"]} >= {"circle", "tilt error", "shift speed"}
     assert {term["name"] for term in told["nulling"]} >= {"stiffness across", "largest shift"}

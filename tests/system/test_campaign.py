@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
-from long_ones import long
+from long_ones import long, long_rows
 from real_runs import ROOT, in_process
 
 PLAN = str(ROOT / "procedures" / "campaign.yaml")
@@ -21,7 +21,7 @@ LAUNCH = [
     "campaign", PLAN,
 ]  # fmt: skip
 """The command, with results in small batches: so a campaign can be cut short that is soon over."""
-RUNS = 20
+RUNS = 8
 
 
 def lines(directory: Path) -> list[str]:
@@ -45,13 +45,14 @@ def test_no_run_comes_above_the_elastic_limit(tmp_path: Path) -> None:
     assert {(row["series"], len(row["wrong"])) for row in rows} == {("one", 1), ("six", 1)}
 
 
-def test_healthy_runs_are_plans_of_labs(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("runs", "seed"), [(1, 10), *long_rows([(4, 5)])])
+def test_healthy_runs_are_plans_of_labs(tmp_path: Path, runs: int, seed: int) -> None:
     """Some are refused; a directory knows what its runs are."""
-    options = ["--runs", "4", "--seed", "5", "--processes", "1", "--out", tmp_path / "c"]
+    options = ["--runs", runs, "--seed", seed, "--processes", "1", "--out", tmp_path / "c"]
     done = in_process("campaign", PLAN, *options, "--axes", "one", "--faults", "none", "--json")
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
-    assert found["runs"] + found["refused"] == 4
+    assert found["runs"] + found["refused"] == runs
     assert found["above_elastic_limit"] == 0
     other = in_process("campaign", PLAN, *options, "--axes", "one")
     assert other.returncode != 0

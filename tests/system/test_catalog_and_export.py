@@ -103,8 +103,7 @@ def test_a_run_is_found_by_its_id(place: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "verb",
-    [("identify",), *long([("replay",), ("snippet", "--for", "mujoco", "--mass", "1 kg")])],
+    "verb", [("identify",), *long([("replay",), ("snippet", "--for", "mujoco", "--mass", "1 kg")])]
 )
 def test_verbs_that_take_a_run_take_its_id(
     place: Path, verb: tuple[str, ...], monkeypatch: pytest.MonkeyPatch

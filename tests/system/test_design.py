@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from real_runs import ROOT, in_process
 
-from stepload.design import plan_design, plan_report
+from stepload.design import plan_design
 from stepload.plan import room_to_write
 from stepload.plan.load import load_plan
 
@@ -53,11 +53,6 @@ def test_a_plan_is_designed_written_and_promises_what_preflight_does(tmp_path: P
     assert preflight["top_force_n"] <= preflight["largest_safe_force_n"]
 
 
-def test_a_file_is_named_from_where_the_plan_lies(tmp_path: Path) -> None:
-    for named, way in (("my rig.yaml", "../my rig.yaml"), ("plans/rig.yaml", "./rig.yaml")):
-        assert plan_report._file(tmp_path / named, tmp_path / "plans" / "a.yaml") == f'"{way}"'
-
-
 def test_a_rig_file_is_named_from_where_the_plan_lies(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -65,14 +60,7 @@ def test_a_rig_file_is_named_from_where_the_plan_lies(
     monkeypatch.setattr(plan_design, "HOLDS_S", (5.0,))
     (tmp_path / "plans").mkdir()
     (tmp_path / "my rig.yaml").write_text("profile: stvf\nname: mine\n")
-    said = in_process(
-        "design",
-        SPHERE,
-        "./my rig.yaml",
-        "--out",
-        "plans/a.yaml",
-        cwd=tmp_path,
-    )
+    said = in_process("design", SPHERE, "./my rig.yaml", "--out", "plans/a.yaml", cwd=tmp_path)
     assert said.returncode == 0, said.stderr
     assert 'rig: "../my rig.yaml"' in (tmp_path / "plans" / "a.yaml").read_text()
     looked = in_process("preflight", "plans/a.yaml", cwd=tmp_path)

@@ -15,7 +15,6 @@ from typing import Any
 
 import pytest
 from long_ones import long_rows
-from real_runs import in_process
 from typer.main import get_command
 
 from stepload.cli.main import app, main
@@ -23,7 +22,6 @@ from stepload.cli.options import run_ids
 from stepload.cli.reference import codes
 from stepload.cli.verbs import LINES, OwnVerbs
 from stepload.errors import ExitCode
-from stepload.explain.codes import explained
 
 
 def verbs(command: Any, words: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
@@ -99,13 +97,6 @@ def test_codes_and_runs_are_completed(
     assert run_ids("") == []
 
 
-def test_the_line_of_a_verb_is_the_first_paragraph_of_its_own_help() -> None:
-    built = dict(all_built())
-    assert {"campaign", "emulate"} < set(built)
-    for verb in OwnVerbs.VERBS:
-        assert " ".join(built[verb.name].help.split("\n\n")[0].split()) == verb.line
-
-
 def test_every_verb_of_every_room_is_declared() -> None:
     cli = HOME / "src" / "stepload" / "cli"
     examples = {
@@ -141,11 +132,6 @@ def test_only_the_verb_that_is_called_is_imported() -> None:
     assert in_a_new_process("plans")[1] == ["reference"]
 
 
-@pytest.mark.long
-def test_nor_for_its_help() -> None:
-    assert in_a_new_process("explain", "--help")[1] == ["reference"]
-
-
 def test_a_preflight_imports_nothing_of_scipy() -> None:
     """Its import took two fifths of a preflight."""
     program = (
@@ -162,14 +148,6 @@ def test_a_preflight_imports_nothing_of_scipy() -> None:
     assert done.stderr.split() == ["False"]
 
 
-def test_every_symbol_that_a_preflight_prints_is_explained() -> None:
-    said = in_process("preflight", HOME / "procedures" / "plastic-sphere.yaml", "--verbose")
-    symbols = set(re.findall(r"\b[A-Za-z]_[A-Za-z]+\b", said.stdout))
-    assert {"K_eff", "F_th", "K_r"} <= symbols
-    for symbol in symbols:
-        assert explained(symbol)
-
-
 @pytest.mark.parametrize(
     ("typed", "offered"),
     [
@@ -184,9 +162,7 @@ def test_every_symbol_that_a_preflight_prints_is_explained() -> None:
 def test_the_shell_completes_verbs_that_are_not_built(typed: str, offered: str) -> None:
     line = f"stepload {typed}"
     shown, _ = in_a_new_process(
-        _STEPLOAD_COMPLETE="complete_bash",
-        COMP_WORDS=line,
-        COMP_CWORD=str(len(line.split()) - 1),
+        _STEPLOAD_COMPLETE="complete_bash", COMP_WORDS=line, COMP_CWORD=str(len(line.split()) - 1)
     )
     assert offered in shown
 

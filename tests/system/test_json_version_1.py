@@ -91,7 +91,7 @@ def objects(directory: Path) -> dict[str, Any]:
     verb("run_system", "run", "flat.yaml", *dry, 3, "--out", "flat-again")
     verb("doctor", "doctor", "two.yaml", "--dry-run", "--seconds", 1)
     verb(
-        "campaign", "campaign", ROOT / "procedures" / "campaign.yaml", "--runs", 6,
+        "campaign", "campaign", ROOT / "procedures" / "campaign.yaml", "--runs", 2,
         "--seed", 20, "--processes", 1,
     )  # fmt: skip
     verb("pose", "pose", "ur5e", "--radius", "300 mm to 360 mm", "--height", "0 mm")

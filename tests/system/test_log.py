@@ -76,8 +76,7 @@ def test_a_file_that_cannot_be_written_ends_the_command(quick: Path, tmp_path: P
 
 
 @pytest.mark.parametrize(
-    "said",
-    ["run --live-token hunter2 plan", "http://h:1/?token=hunter2&x=1", "Password: hunter2"],
+    "said", ["run --live-token hunter2 plan", "http://h:1/?token=hunter2&x=1", "Password: hunter2"]
 )
 def test_a_secret_is_not_logged(said: str, tmp_path: Path) -> None:
     stop = start_log(0, tmp_path / "log.txt")

@@ -14,14 +14,7 @@ from pathlib import Path
 import pytest
 from mcap.data_stream import ReadDataStream, RecordBuilder
 from mcap.opcode import Opcode
-from mcap.records import (
-    Attachment,
-    AttachmentIndex,
-    DataEnd,
-    Footer,
-    Metadata,
-    MetadataIndex,
-)
+from mcap.records import Attachment, AttachmentIndex, DataEnd, Footer, Metadata, MetadataIndex
 from mcap.writer import MCAP0_MAGIC
 from real_runs import CYCLES, ENVIRONMENT, QUICK, ROOT, leave_out_figures
 

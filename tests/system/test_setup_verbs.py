@@ -82,20 +82,6 @@ def test_init_calls_the_plan_by_the_name_that_it_was_given(rig_file, tmp_path):
         stepload("init", rig_file, "--plan", tmp_path / "nowhere" / "mine.yaml", *BALL)
 
 
-def test_a_consent_is_asked_without_a_mark_behind_its_mark(monkeypatch):
-    from stepload.cli.setup import Terminal
-    from stepload.results.terminal import Output
-    from stepload.setup.questions import QUESTIONS
-
-    asked = []
-    monkeypatch.setattr("sys.stdin.isatty", lambda: True)
-    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
-    monkeypatch.setattr("typer.prompt", lambda text, **how: asked.append(text) or "yes")
-    person = Terminal(Output(as_json=False))
-    assert [person.ask(question) for question in QUESTIONS.values()] == ["yes"] * len(QUESTIONS)
-    assert [text for text in asked if text.endswith("?")] == []
-
-
 def test_setup_without_a_terminal_names_the_missing_flag(tmp_path):
     with pytest.raises(BadInputError, match="no terminal") as missing:
         stepload("setup", tmp_path / "rig.yaml")

@@ -94,15 +94,3 @@ def test_the_page_holds_the_kept_table(rows: Any, table: Any) -> None:
     lines = [rows.HEAD]
     lines += [rows.cells(rows.row_of(each), None, comparable=False) for each in kept["rows"]]
     assert table.page_with(page, kept, lines) == page
-
-
-def test_a_page_is_made_anew_between_its_marks(rows: Any, table: Any) -> None:
-    made = {"date": "2026-01-02", "machine": {"cpu": "X", "cores": 2, "python": "3.12"}}
-    line = rows.cells(rows.Row("a", "×", [2.0], 3.0, False, "b"), None, comparable=False)
-    page = f"before\n{table.BEGIN}\nold\n{table.END}\nafter\n"
-    new = table.page_with(page, made, [rows.HEAD, line])
-    assert new.startswith("before\n")
-    assert new.endswith("\nafter\n")
-    assert "old" not in new
-    assert "2026-01-02, X, 2 cores, Python 3.12." in new
-    assert "| a | 2 × | 2 to 2 | at least 3 — MISSED | b |" in new

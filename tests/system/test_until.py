@@ -18,7 +18,7 @@ from stepload.record.reader import Recording, read_recording
 from stepload.record.rows import Phase
 from stepload.results.analyse import whole_cycles
 from stepload.results.provenance import schema_text
-from stepload.results.reasons import Loaded, loaded
+from stepload.results.reasons import loaded
 from stepload.results.run_record import evaluation_of
 from stepload.session.experiment import Finished, run_plan
 from stepload.session.resume import resumable
@@ -220,26 +220,3 @@ def test_preflight_says_what_every_level_needs(tmp_path: Path) -> None:
         if each["needed_m"] is not None and each["expected_m"] >= each["needed_m"]
     ]
     assert told["expected_level_n"] == by_theory[0]
-    text = in_process("preflight", path, "--verbose").stdout
-    assert "How far to load for ±15 %" in text
-    assert f"By theory the loading ends at {by_theory[0]:g} N of 300 N" in text
-
-
-@pytest.mark.parametrize(
-    ("met", "half_width", "words"),
-    [
-        (True, 0.04, "±5 % needs 10 µm"),
-        (False, 0.06, "the interval came out as ±6 %"),
-        (False, 0.04, "the interval came out as ±4 %, but the result is not identified"),
-        (False, None, "the run has no interval"),
-    ],
-)
-def test_an_end_that_was_not_enough_after_all_is_said(
-    soft: Ran, met: bool, half_width: float | None, words: str
-) -> None:
-    found = loaded(soft.recording.events, None)
-    assert found is not None
-    last = replace(found.looks[-1], needed_m=10e-6)
-    told = Loaded(0.05, "enough", 200.0, TOP_N, half_width, met, (last,))
-    assert told.text.startswith("loaded to 200 N of 300 N: ")
-    assert told.text.endswith(words)

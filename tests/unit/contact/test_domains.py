@@ -25,10 +25,7 @@ from stepload.contact.materials import (
 )
 from stepload.contact.plastic import ElasticPlasticSphere
 from stepload.contact.power_law import ContactLaw, secant_stiffness
-from stepload.contact.rough import (
-    RoughSphere,
-    roughness_number,
-)
+from stepload.contact.rough import RoughSphere, roughness_number
 from stepload.errors import DomainError
 
 SOFT = Material("soft", 2e9, 0.3, 50e6)

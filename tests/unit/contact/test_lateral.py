@@ -9,13 +9,7 @@ import numpy as np
 import pytest
 from long_ones import long
 
-from stepload.contact.lateral import (
-    LEFT_OF_LIMIT,
-    POISSON_RATIOS,
-    SHARES,
-    left_of_limit,
-    weakening,
-)
+from stepload.contact.lateral import LEFT_OF_LIMIT, POISSON_RATIOS, SHARES, left_of_limit, weakening
 from stepload.errors import DomainError
 
 

@@ -49,8 +49,7 @@ def test_theory_has_no_limit_for_edges_and_general_profiles(geometry: Geometry) 
 
 
 @pytest.mark.parametrize(
-    "geometry",
-    [Sphere(0.02), Sphere(0.02, 0.05), BluntTip("cone", 0.003), PowerProfile(2.0, 25.0)],
+    "geometry", [Sphere(0.02), Sphere(0.02, 0.05), BluntTip("cone", 0.003), PowerProfile(2.0, 25.0)]
 )
 def test_limit_lies_on_the_elastic_law(geometry: Geometry) -> None:
     limit = elastic_limit(geometry, PLASTIC, ALUMINIUM)

@@ -9,10 +9,7 @@ from stepload.contact.elastic import equivalent_modulus, law_for
 from stepload.contact.limit import elastic_limit
 from stepload.contact.materials import BluntTip, Geometry, Material, Sphere
 from stepload.contact.power_law import secant_stiffness
-from stepload.contact.rough import (
-    RoughSphere,
-    roughness_number,
-)
+from stepload.contact.rough import RoughSphere, roughness_number
 from stepload.estimators.ls import rs_btls
 
 PLASTIC = Material("acetal", 2.75e9, 0.3, 70e6)

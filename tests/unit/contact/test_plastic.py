@@ -6,11 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stepload.contact.plastic import (
-    EARLY_MEETS,
-    LATE_MEETS,
-    ElasticPlasticSphere,
-)
+from stepload.contact.plastic import EARLY_MEETS, LATE_MEETS, ElasticPlasticSphere
 from stepload.errors import DomainError
 
 CONTACT = ElasticPlasticSphere.from_law(6.57e8, 727.0)

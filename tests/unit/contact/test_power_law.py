@@ -6,16 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stepload.contact.elastic import (
-    law_for,
-)
-from stepload.contact.materials import (
-    FlatPunch,
-    Material,
-    PowerProfile,
-    SharpCone,
-    Sphere,
-)
+from stepload.contact.elastic import law_for
+from stepload.contact.materials import FlatPunch, Material, PowerProfile, SharpCone, Sphere
 from stepload.contact.power_law import ContactLaw, secant_stiffness
 
 PLASTIC = Material("acetal", 2.75e9, 0.3)

@@ -6,11 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stepload.contact.rough import (
-    P0_BRANCH,
-    RoughSphere,
-    roughness_number,
-)
+from stepload.contact.rough import P0_BRANCH, RoughSphere, roughness_number
 from stepload.errors import DomainError
 
 K = 6.57e8

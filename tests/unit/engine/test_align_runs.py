@@ -40,7 +40,7 @@ def test_a_flat_plate_is_told_and_the_run_goes_on(flat: tuple[Bench, Engine, Any
     [tilt] = found(engine, "tilt")
     assert engine.cause is None
     assert engine.course.done
-    assert engine.course.levels_done == 5
+    assert engine.course.levels_done == 2
     assert tilt["angle_rad"] < 2.0 * tilt["sigma_rad"]
     assert engine.shift_m == (0.0, 0.0)
     assert bench.peak_n < bench.limits.force_limit_n
@@ -81,23 +81,17 @@ def test_the_arm_goes_sideways_only_away_from_every_surface_seen() -> None:
     assert min(moved) > RADIUS_M * math.tan(math.radians(5.0))
 
 
-@pytest.mark.parametrize(
-    "tilt_deg",
-    [(0.3, 0.4), *long(((0.5, 0.0), (0.0, -0.5)))],
-)
+@pytest.mark.parametrize("tilt_deg", [(0.3, 0.4), *long(((0.5, 0.0), (0.0, -0.5)))])
 def test_a_small_tilt_is_measured_and_the_run_goes_on(tilt_deg: tuple[float, float]) -> None:
     _, engine = run_of(tilted_plan(*tilt_deg))
     [tilt] = found(engine, "tilt")
     assert engine.cause is None
-    assert engine.course.levels_done == 5
+    assert engine.course.levels_done == 2
     for about, true_deg in zip(tilt["about_rad"], tilt_deg, strict=True):
         assert abs(math.degrees(about) - true_deg) < 2.0 * math.degrees(tilt["sigma_rad"])
 
 
-@pytest.mark.parametrize(
-    "tilt_deg",
-    [(-1.2, 1.6), *long(((2.0, 0.0), (0.0, -2.0)))],
-)
+@pytest.mark.parametrize("tilt_deg", [(-1.2, 1.6), *long(((2.0, 0.0), (0.0, -2.0)))])
 def test_a_tilt_above_the_limit_ends_the_run_before_anything_is_loaded(
     tilt_deg: tuple[float, float],
 ) -> None:
@@ -131,11 +125,7 @@ def test_a_plate_as_steep_as_the_clearance_allows_is_survived() -> None:
 
 
 @pytest.mark.parametrize(
-    "tilt_deg",
-    [
-        (25.0, 10.0),
-        *long(((0.0, 14.0), (20.0, 0.0), (-20.0, 0.0))),
-    ],
+    "tilt_deg", [(25.0, 10.0), *long(((0.0, 14.0), (20.0, 0.0), (-20.0, 0.0)))]
 )
 def test_a_plate_so_steep_that_the_shifted_tool_meets_it_ends_safely(
     tilt_deg: tuple[float, float],
@@ -151,7 +141,7 @@ FAULTS = ("force_lost", "arm_lost", "command_lost", *long(("force_freeze", "forc
 
 
 @pytest.mark.parametrize("kind", FAULTS)
-@pytest.mark.parametrize("tilt_x_deg", [0.0, 25.0])
+@pytest.mark.parametrize("tilt_x_deg", [25.0, *long([0.0])])
 def test_a_fault_while_shifting_ends_safely_and_never_shifts_again(
     kind: str, tilt_x_deg: float
 ) -> None:

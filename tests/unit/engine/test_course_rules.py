@@ -146,15 +146,6 @@ def test_the_target_does_not_run_ahead_of_an_arm_that_does_not_follow() -> None:
     assert 0.99 * ahead_m < ahead < 1.2 * ahead_m
 
 
-def test_lead_of_the_fast_approach_is_not_taken_for_one_of_the_arm() -> None:
-    stage, _ = approach({"ahead_m": 1e-6, "leash_free_m": 1.0})
-    stage.position_m, stage.course.target_m = 0.0, stage.course.goal_m
-    stage.ticks(2)
-    assert stage.course.phase == Phase.GUARDED_APPROACH
-    most_m = PLANNED.fast_speed_m_s * PLANNED.reaction_s + 1e-6
-    assert stage.course.target_m == pytest.approx(most_m + 1e-6)
-
-
 @pytest.mark.parametrize("phase", [Phase.FAST_APPROACH, Phase.GUARDED_APPROACH])
 def test_two_fresh_samples_above_the_touch_force_are_a_touch(phase: Phase) -> None:
     touch_n = PLANNED.touch_force_n

@@ -13,11 +13,11 @@ from rule_feed import PERIOD_S, arm_sample, force_sample
 from run_plans import envelope_for, stvf_plan
 
 from stepload.engine.operator import Operator, StopLevel
-from stepload.engine.safing import Action, make_safe, why_it_stopped
+from stepload.engine.safing import Action, make_safe
 from stepload.engine.tick import LATE_S, SAFING_EXTRA_S, Engine
 from stepload.envelope.bounds import Measured, cross_blind_n
 from stepload.envelope.zero_drift import under_load_s
-from stepload.record.outcome import ActionResult, Cause
+from stepload.record.outcome import Cause
 from stepload.record.rows import Phase
 
 ENVELOPE = envelope_for(stvf_plan())
@@ -330,37 +330,3 @@ def test_a_thread_that_is_left_behind_does_not_keep_the_process() -> None:
     make_safe([Action("stop", lambda: seen.append(threading.current_thread()), 1.0)], Operator())
     assert seen[0].daemon
     assert seen[0].name == "safing stop"
-
-
-def test_the_paragraph_tells_what_triggered_and_what_safing_did() -> None:
-    done = (
-        ActionResult("arm stop", True, "", 100.0, 0.25),
-        ActionResult("force sensor", True, "no answer", 100.5, 1.0),
-    )
-    cause = Cause("R1", 400.0, 375.0, "N", 0.001, 12.5, "force 400 N is above 375 N")
-    text = why_it_stopped("stopped", cause, True, "", done, 10.0, 13.0)
-    assert text.startswith("The run was stopped by R1 at 2.500 s: force 400 N is above 375 N")
-    assert "drew back and was clear at 3.0 s." in text
-    assert "arm stop" not in text
-    assert "Safing, force sensor: no answer (+500 ms, took 1000 ms)." in text
-    assert "No retract is confirmed" in why_it_stopped("stopped", cause, False, "", (), 10.0, 13.0)
-    assert why_it_stopped("completed", None, True, "", (), 0.0, 1.0) == "The run was completed."
-    ended = why_it_stopped("completed", None, True, "", (), 0.0, 1.0, stands_m=4.3e-3)
-    assert "completed. The arm is 4.3 mm past its start pose. Move it back" in ended
-    behind = why_it_stopped("stopped", cause, True, "", (), 0.0, 1.0, stands_m=-8e-3)
-    assert "The arm is 8 mm behind its start pose" in behind
-    for retracted, closed in ((False, ""), (True, "the force sensor still reads +9 N")):
-        held = why_it_stopped("stopped", cause, retracted, closed, (), 0.0, 1.0, stands_m=5e-3)
-        assert "start pose" not in held
-    for near_m in (0.9e-4, -0.9e-4, math.nan):
-        assert "start pose" not in why_it_stopped(
-            "completed", None, True, "", (), 0.0, 1.0, 0, near_m
-        )
-    silent = why_it_stopped("interrupted", None, True, "", (), 0.0, 1.0)
-    assert silent.startswith("The run was interrupted on the operator's request. The arm drew")
-    asked = why_it_stopped("interrupted", None, True, "", (), 0.0, 1.0, 15)
-    assert asked.startswith("The run was interrupted on the operator's request (SIGTERM).")
-    doubt = why_it_stopped(
-        "interrupted", None, True, "the force sensor still reads +9 N", (), 0.0, 1.0
-    )
-    assert "until 1.0 s; the force sensor still reads +9 N." in doubt

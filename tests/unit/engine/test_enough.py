@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from stepload.engine.enough import SURE, FarEnough, Reach, Verdict, judge, nearest
+from stepload.engine.enough import SURE, FarEnough, Verdict, judge, nearest
 from stepload.envelope.until import Need, Until
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.sources import Sources
@@ -94,13 +93,3 @@ def test_a_contact_that_was_opened_and_touched_again_goes_on() -> None:
     far.held(50.0, 50.0 * UM)
     far.touched(3.0, 4.0 * UM)
     assert far.held(100.0, 100.0 * UM) == pytest.approx(90.0 * UM, rel=0.02)
-
-
-def test_why_it_is_too_little_names_the_level_and_what_is_missing() -> None:
-    reach = nearest(ladder(), 2, 5.0 * UM)
-    assert reach is not None
-    assert "so at 300 N by 14 µm at the most" in reach.text
-    assert "the known errors alone need 20 µm there" in reach.text
-    unknown = Reach(replace(reach.need, least_m=math.inf), 1e-6)
-    assert "no level that is left" in unknown.text
-    assert "inf" not in unknown.text

@@ -41,8 +41,7 @@ def count(engine: Engine, kind: str) -> int:
 
 
 @pytest.mark.parametrize(
-    ("drift_n_per_s", "rule"),
-    [pytest.param(0.1, "R6", marks=pytest.mark.long), (-0.1, "R11")],
+    ("drift_n_per_s", "rule"), [pytest.param(0.1, "R6", marks=pytest.mark.long), (-0.1, "R11")]
 )
 def test_a_run_with_a_moving_zero_and_a_long_way_completes(drift_n_per_s: float, rule: str) -> None:
     plan = long_way(max_drift_n=6.0, surface_distance_m=4.5e-3, retract_m=1.5e-4)
@@ -128,7 +127,7 @@ def test_a_slow_contact_is_no_moved_zero(wrong: str) -> None:
 
 def test_a_press_that_lasts_too_long_for_its_only_zero_is_ended_below_f_c() -> None:
     """The drift is as stated; less of it is counted on than the press takes."""
-    plan = stvf_plan(**(SLOW | {"hold_s": 4.0, "cycles": 6, "lift_off": False}))
+    plan = stvf_plan(**(SLOW | {"hold_s": 4.0, "cycles": 3, "lift_off": False}))
     second = replace(plan.rig.second_force, source=SecondForceSource.NONE)
     force = replace(plan.rig.force, drift_n_per_s=0.1)
     plan = replace(plan, rig=replace(plan.rig, second_force=second, force=force))

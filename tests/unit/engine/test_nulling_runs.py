@@ -29,9 +29,9 @@ def nulled_run(true_over_believed: float, friction: float = 0.1, **sensor: Any) 
 def test_in_the_world_with_six_axes_the_force_goes_and_the_tool_stays_near(times: float) -> None:
     bench, engine, told = nulled_run(times)
     assert engine.cause is None
-    assert len(told) == 5
+    assert len(told) == 2
     assert all(each["why"] == "gone" for each in told)
-    assert all(each["after_n"] < 0.25 * each["before_n"] for each in told[-3:])
+    assert all(each["after_n"] < 0.25 * each["before_n"] for each in told[-1:])
     assert max(math.hypot(*each["shift_m"]) for each in told) <= 3e-4
     assert bench.peak_n < bench.limits.force_limit_n
 

@@ -8,6 +8,7 @@ from random import Random
 from typing import Any
 
 import pytest
+from long_ones import long
 from run_bench import bench_for, run, spec_for
 from run_plans import stvf_plan, ur_plan
 
@@ -33,7 +34,7 @@ def end_of(plan: Any, spec: Any) -> tuple[Any, Any]:
     return bench, outcome.cause
 
 
-@pytest.mark.parametrize("make", [stvf_plan, ur_plan])
+@pytest.mark.parametrize("make", [stvf_plan, *long([ur_plan])])
 @pytest.mark.parametrize("softness", [0.3, 30.0])
 @pytest.mark.parametrize("distance_m", [1e-5, 2e-4])
 def test_an_arm_that_is_turned_round_is_led_back_to_the_start(
@@ -70,7 +71,7 @@ def test_a_start_in_contact_is_left_and_not_gone_back_to() -> None:
     assert bench.rig.world.true_force_n == 0.0
 
 
-@pytest.mark.parametrize("make", [stvf_plan, ur_plan])
+@pytest.mark.parametrize("make", [stvf_plan, *long([ur_plan])])
 def test_nothing_goes_back_beyond_the_free_way_before_the_first_touch(make: Any) -> None:
     plan = make(**QUICK, retract_m=6e-3)
     bench = bench_for(plan, 727.0)
@@ -86,10 +87,11 @@ def test_nothing_goes_back_beyond_the_free_way_before_the_first_touch(make: Any)
     assert 0.0 < fastest_m_s <= limits.guarded_speed_m_s * 1.001 < limits.retract_speed_m_s
 
 
-def test_a_drawn_search_of_wrong_ways_back_stays_below_the_limit() -> None:
+@pytest.mark.parametrize("draws", [2, *long([12])])
+def test_a_drawn_search_of_wrong_ways_back_stays_below_the_limit(draws: int) -> None:
     """`wrong_signs --back 1000` in short."""
     chance = Random(5)
-    for _ in range(12):
+    for _ in range(draws):
         one = draw_back(chance)
         j, _, _ = run_back(one)
         assert j < 1.0, one

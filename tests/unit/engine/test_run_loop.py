@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import pytest
+from long_ones import long_rows
 from run_bench import Bench, bench_for, spec_for
 from run_plans import stvf_plan
 
@@ -259,8 +260,17 @@ def test_a_pause_between_cycles_without_lift_off_opens_the_contact() -> None:
     assert [touch.cycle for touch in outcome.touches] == [1, 2, 2]
 
 
-@pytest.mark.parametrize("phase", [Phase.TARE, Phase.GUARDED_APPROACH, Phase.LOAD, Phase.UNLOAD])
-@pytest.mark.parametrize("level", [1, 2, 3])
+OTHER_PHASES = (Phase.TARE, Phase.GUARDED_APPROACH, Phase.UNLOAD)
+
+
+@pytest.mark.parametrize(
+    ("phase", "level"),
+    [
+        *((Phase.LOAD, level) for level in (1, 2, 3)),
+        *((phase, 2) for phase in OTHER_PHASES),
+        *long_rows((phase, level) for phase in OTHER_PHASES for level in (1, 3)),
+    ],
+)
 def test_the_operator_stops_at_any_time(phase: Phase, level: int) -> None:
     bench, tape = _bench(), Tape()
 
@@ -379,13 +389,25 @@ class _Spoilt:
         return list(self._device.drain())
 
 
+LATCHED, RAISED = ("fault", "stale: no new sample"), ("drain", "OSError: unplugged")
+
+
 @pytest.mark.parametrize(
-    ("attribute", "role"),
-    [("arm", "arm"), ("force", "force_sensor"), ("second_force", "second_force_sensor"),
-     ("displacement", "displacement_sensor")],
-)  # fmt: skip
-@pytest.mark.parametrize(
-    ("how", "told"), [("fault", "stale: no new sample"), ("drain", "OSError: unplugged")]
+    ("attribute", "role", "how", "told"),
+    [
+        ("arm", "arm", *LATCHED),
+        ("force", "force_sensor", *RAISED),
+        ("second_force", "second_force_sensor", *RAISED),
+        ("displacement", "displacement_sensor", *LATCHED),
+        *long_rows(
+            [
+                ("arm", "arm", *RAISED),
+                ("force", "force_sensor", *LATCHED),
+                ("second_force", "second_force_sensor", *LATCHED),
+                ("displacement", "displacement_sensor", *RAISED),
+            ]
+        ),
+    ],
 )
 def test_why_it_stopped_names_the_device_by_role_and_driver(
     attribute: str, role: str, how: str, told: str
@@ -617,14 +639,6 @@ def test_a_stop_is_told_in_its_moment_and_safing_as_it_goes() -> None:
     assert not outcome.safing[0].error
 
 
-def test_an_operators_stop_is_told_in_its_moment() -> None:
-    bench = _bench()
-    told: list[str] = []
-    tape = Tape(on_tick=lambda row: bench.operator.request_stop(StopLevel.NOW))
-    _go(bench, tape, say=told.append)
-    assert told[0].startswith("STOPPING on request")
-
-
 def test_the_log_has_the_events_and_nothing_of_a_tick(caplog: pytest.LogCaptureFixture) -> None:
     bench, tape = _bench(), Tape()
     with caplog.at_level(logging.DEBUG):
@@ -637,9 +651,7 @@ def test_the_log_has_the_events_and_nothing_of_a_tick(caplog: pytest.LogCaptureF
     assert len(caplog.records) < len(tape.events) + 10 < outcome.lateness.ticks / 50
 
 
-def test_a_run_that_nobody_logs_starts_no_thread_for_it(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
+def test_a_run_that_nobody_logs_starts_no_thread_for_it(caplog: pytest.LogCaptureFixture) -> None:
     names: set[str] = set()
     tape = Tape(on_tick=lambda _: names.update(t.name for t in threading.enumerate()))
     with caplog.at_level(logging.WARNING):

@@ -8,7 +8,7 @@ from functools import cache
 from typing import Any
 
 import pytest
-from long_ones import long
+from long_ones import long, long_rows
 from run_bench import Bench, bench_for, run, run_to, spec_for
 from run_plans import limits_for, stvf_plan, ur_plan
 
@@ -55,7 +55,8 @@ def begun_s(make: Any, phase: Phase, step: int) -> float:
 
 @pytest.mark.parametrize(("kind", "magnitude", "rule"), FAULTS)
 @pytest.mark.parametrize(
-    ("phase", "step"), [(Phase.WARM_UP, 0), (Phase.FAST_APPROACH, 0), (Phase.LOAD, 1)]
+    ("phase", "step"),
+    [(Phase.LOAD, 1), *long_rows([(Phase.WARM_UP, 0), (Phase.FAST_APPROACH, 0)])],
 )
 def test_each_fault_trips_its_rule(
     kind: str, magnitude: float, rule: str, phase: Phase, step: int
@@ -77,7 +78,7 @@ def test_each_fault_trips_its_rule(
     assert engine.safe_reached != (kind in ARM_UNSEEN)
 
 
-@pytest.mark.parametrize("make", [stvf_plan, ur_plan])
+@pytest.mark.parametrize("make", [stvf_plan, *long([ur_plan])])
 @pytest.mark.parametrize(
     ("kind", "magnitude", "rules"),
     [
@@ -102,7 +103,7 @@ def test_faults_in_motion_stay_below_the_elastic_limit(
         assert bench.peak_n < F_C
 
 
-@pytest.mark.parametrize("make", [stvf_plan, ur_plan])
+@pytest.mark.parametrize("make", [stvf_plan, *long([ur_plan])])
 @pytest.mark.parametrize(
     ("kind", "magnitude"),
     [
@@ -150,7 +151,7 @@ def run_whole(bench: Bench) -> RunOutcome:
     return run_loop(bench.engine, bench.rig, NullRecorder())
 
 
-@pytest.mark.parametrize("make", [stvf_plan, ur_plan])
+@pytest.mark.parametrize("make", [stvf_plan, *long([ur_plan])])
 @pytest.mark.parametrize(("start_s", "jump_m"), [(0.03, 7e-3), (0.03, 4e-4), (0.03, -7e-3)])
 def test_a_position_that_jumps_before_the_first_command_is_not_started_from(
     make: Any, start_s: float, jump_m: float
@@ -297,17 +298,6 @@ def test_a_slow_rise_above_the_limit_is_seen_by_prediction_or_limit() -> None:
     assert supervisor.cause.time_s < 3.75
 
 
-def test_the_force_limit_itself_trips() -> None:
-    supervisor = _supervisor()
-    limits = replace(limits_for(stvf_plan(), F_C), jump_n=1e6)
-    supervisor._limits = limits
-    _feed(supervisor, 1, 376.0)
-    assert supervisor.cause is not None
-    assert supervisor.cause.rule == "R1"
-    assert supervisor.cause.value == pytest.approx(376.0, abs=0.1)
-    assert supervisor.cause.limit == pytest.approx(375.0)
-
-
 def test_the_first_cause_wins() -> None:
     supervisor = _supervisor()
     _feed(supervisor, 1, 200.0)
@@ -317,34 +307,3 @@ def test_the_first_cause_wins() -> None:
     _feed(supervisor, 2, 900.0)
     supervisor.check(1.0, [], [], (), 0.0, 1e-6, Phase.HOLD)
     assert supervisor.cause is first
-
-
-def test_small_disagreement_of_the_channels_passes_and_large_does_not() -> None:
-    supervisor = _supervisor()
-    for index in range(1, 200):
-        _feed(supervisor, index, 0.0, 10.0)
-    assert supervisor.cause is None
-    for index in range(200, 400):
-        _feed(supervisor, index, 0.0, 12.5)
-    assert supervisor.cause is not None
-    assert supervisor.cause.rule == "R5"
-    assert 0.2 < supervisor.cause.time_s < 0.26
-
-
-def test_nothing_at_all_at_arming_is_a_trip() -> None:
-    limits = limits_for(stvf_plan(), F_C)
-    supervisor = Supervisor(limits, "-fz")
-    for index in range(20):
-        supervisor.check(index * 1e-3, [], [], (), math.nan, 1e-6, Phase.WARM_UP)
-    assert supervisor.cause is not None
-    assert supervisor.cause.rule == "R3"
-
-
-def test_a_late_host_is_given_time_to_read_its_buffers() -> None:
-    supervisor = _supervisor()
-    supervisor.check(0.2, [], [], (), 0.0, 1e-6, Phase.HOLD)
-    assert supervisor.cause is None
-    supervisor.check(0.201, [], [], (), 0.0, 1e-6, Phase.HOLD)
-    supervisor.check(0.202, [], [], (), 0.0, 1e-6, Phase.HOLD)
-    assert supervisor.cause is not None
-    assert supervisor.cause.rule == "R3"

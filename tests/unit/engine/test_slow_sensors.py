@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from long_ones import long_rows
+from long_ones import long, long_rows
 from run_bench import bench_for, run, spec_for
 from run_plans import stvf_plan, ur_plan
 
@@ -42,7 +42,7 @@ def rated(plan: Plan, hz: float, second_hz: float) -> Plan:
         ),
     ],
 )  # fmt: skip
-@pytest.mark.parametrize("base", [stvf_plan, ur_plan])
+@pytest.mark.parametrize("base", [ur_plan, *long([stvf_plan])])
 def test_a_healthy_run_completes(base, hz: float, second_hz: float) -> None:
     plan = rated(base(), hz, second_hz)
     for seed in (1, 4):
@@ -92,7 +92,7 @@ def test_an_only_channel_that_rises_in_a_hold_lags_and_ends_the_run() -> None:
     assert engine.course.step_number == 1
 
 
-@pytest.mark.parametrize("base", [stvf_plan, ur_plan])
+@pytest.mark.parametrize("base", [ur_plan, *long([stvf_plan])])
 @pytest.mark.parametrize("seed", [1, 4])
 def test_a_healthy_only_channel_rests_in_its_holds(base, seed: int) -> None:
     plan = alone(base())

@@ -52,14 +52,7 @@ from stepload.envelope.schedule import renewals, schedule
 from stepload.envelope.theory import theory_of
 from stepload.envelope.zero_drift import under_load_s
 from stepload.errors import DomainError, RefusedError
-from stepload.plan.model import (
-    ArmSpec,
-    Plan,
-    Provenance,
-    SecondForce,
-    SecondForceSource,
-    Structure,
-)
+from stepload.plan.model import ArmSpec, Plan, Provenance, SecondForce, SecondForceSource, Structure
 
 F_C = 727.0
 PLAN = stvf_plan()

@@ -127,10 +127,7 @@ def test_distances_hold_for_the_softest_end(planned_for: Planned) -> None:
     ],
 )
 def test_what_only_the_softest_end_meets_is_said(
-    planned_for: Planned,
-    modulus: str,
-    code: str,
-    procedure: str,
+    planned_for: Planned, modulus: str, code: str, procedure: str
 ) -> None:
     procedure = f"surface_uncertainty: 1 mm, {procedure}"
     soft, stiff = modulus.split(" to ")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pressed_runs import there_and_back
 
-from stepload.errors import BadInputError, DomainError
+from stepload.errors import DomainError
 from stepload.estimators.band import confidence_band
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.cycles import run_in
@@ -18,15 +18,11 @@ from stepload.estimators.decide import EXPONENT_HALF_WIDTH, decide, undetermined
 from stepload.estimators.fit import Doubt, Fit, Flag, FloatArray, checked, usable
 from stepload.estimators.identifiability import Binding, identifiability
 from stepload.estimators.inverse_law import joint
-from stepload.estimators.ls import ill_conditioned, rs_btls
+from stepload.estimators.ls import ill_conditioned
 from stepload.estimators.pool import pool
 from stepload.estimators.recursive import MEMORY_SHARE, RsRtls
-from stepload.estimators.selection import at_rate, rest_band, select, uniform_in_force
-from stepload.estimators.smooth import (
-    NORMAL_95,
-    fit_with_smooth_error,
-    smooth_correlation,
-)
+from stepload.estimators.selection import select
+from stepload.estimators.smooth import NORMAL_95, fit_with_smooth_error, smooth_correlation
 from stepload.estimators.sources import Sources, white_sigmas
 from stepload.estimators.system import fit_system_stiffness
 from stepload.evidence.identification import identify
@@ -179,23 +175,6 @@ def test_the_system_takes_its_share_of_the_travel() -> None:
     for bad in (0.0, -1.0, math.nan, math.inf):
         with pytest.raises(DomainError, match="system stiffness"):
             Conditions(Sources(bad), 300.0, 3.0, 1e-6).bend(force)
-
-
-def test_samples_at_a_rate_and_spread_over_force() -> None:
-    assert at_rate(np.arange(100) * 0.01, 10.0).tolist() == list(range(0, 100, 10))
-    with pytest.raises(DomainError):
-        at_rate([0.0, 1.0, 0.5], 10.0)
-    held = np.concatenate([np.linspace(0.0, 60.0, 600), np.full(5000, 60.0)])
-    chosen = uniform_in_force(held, 120)
-    assert (held[chosen] >= 59.0).sum() <= 3
-
-
-def test_the_rest_band_is_five_times_the_noise_or_above_a_quantum() -> None:
-    steps = np.cumsum(np.where(np.arange(1001) % 2, 0.1, -0.1))
-    assert rest_band(steps) == pytest.approx(5.0 * 1.4826 / math.sqrt(2.0) * 0.1)
-    quantised = np.repeat(np.arange(50) * 0.2, 20)
-    assert rest_band(quantised) == pytest.approx(1.5 * 0.2)
-    assert rest_band(np.array([1.0])) == 0.0
 
 
 # --- the recursive fit
@@ -351,14 +330,6 @@ def test_a_band_carries_both_parameters_and_their_correlation() -> None:
     assert np.log(K * x**N / lower_n) == pytest.approx(1.959964 * np.sqrt(variance))
     with pytest.raises(DomainError, match="positive deformations"):
         confidence_band(fit(), covariance, np.array([0.0]))
-
-
-def test_too_few_samples_in_contact_are_refused() -> None:
-    force = np.concatenate([np.zeros(50), np.linspace(5.0, 50.0, 5)])
-    selected = select(np.linspace(0.0, 1e-5, 55), force)
-    with pytest.raises(BadInputError, match="too few points: the loading has 5"):
-        identify(selected, conditions(), there_and_back(force, force * 1e-7, conditions()))
-    assert rs_btls(DEFORMATION, FORCE).n == pytest.approx(N)
 
 
 def test_runs_of_their_own_share_no_error() -> None:

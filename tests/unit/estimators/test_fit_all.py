@@ -78,12 +78,7 @@ def test_wrong_zero_is_found_by_the_joint_fit_only() -> None:
 def test_compensation_is_done_once() -> None:
     _, x, y = run()
     raw = fit_all(x, y, system_stiffness_n_per_m=K_S, secant_force_n=300.0)
-    done = fit_all(
-        x - y / K_S,
-        y,
-        system_stiffness_n_per_m=None,
-        secant_force_n=300.0,
-    )
+    done = fit_all(x - y / K_S, y, system_stiffness_n_per_m=None, secant_force_n=300.0)
     assert raw["joint"].n == done["joint"].n
     assert raw["rs_rtls"] == done["rs_rtls"]
 

@@ -29,9 +29,7 @@ def test_matrices_that_are_not_finite_are_refused(bad: float) -> None:
         smallest_direction(triangle)
 
 
-def test_of_stiff_payloads_the_joint_fit_is_always_there(
-    capfd: pytest.CaptureFixture[str],
-) -> None:
+def test_of_stiff_payloads_the_joint_fit_is_always_there(capfd: pytest.CaptureFixture[str]) -> None:
     """Up to thirty times stiffer than the rig: side estimators fail on what K_s has left."""
     lost = 0
     for seed in range(50):

@@ -9,11 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stepload.errors import DomainError
-from stepload.estimators.identifiability import (
-    Binding,
-    gauge_resolution_for,
-    identifiability,
-)
+from stepload.estimators.identifiability import Binding, gauge_resolution_for, identifiability
 
 forces = st.floats(1.0, 1e4)
 resolutions = st.floats(1e-8, 1e-4)

@@ -9,10 +9,7 @@ import pytest
 from long_ones import long
 
 from stepload.errors import DomainError
-from stepload.estimators.smooth import (
-    fit_with_smooth_error,
-    smooth_correlation,
-)
+from stepload.estimators.smooth import fit_with_smooth_error, smooth_correlation
 from stepload.estimators.system import SeriesContact
 from stepload.estimators.system import fit_system_stiffness as fit_anything
 

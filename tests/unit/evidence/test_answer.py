@@ -411,17 +411,6 @@ def test_a_loading_that_may_have_ended_for_what_it_showed_counts_as_two_looks() 
         )
 
 
-def test_a_run_without_holds_says_what_it_cannot_show() -> None:
-    run = press(World())
-    bare = [
-        (number, *(replace(each, held=0 * each.held) for each in pair if each is not None))
-        for number, *pair in run.tracks
-    ]
-    told = weigh(replace(run, tracks=bare))  # type: ignore[arg-type]
-    assert any("no holds while loading" in note for note in told.notes)
-    assert not any("no holds while loading" in note for note in weigh(run).notes)
-
-
 def test_what_gave_way_once_at_small_force_is_a_seat() -> None:
     """A seat of 7 µm within some 10 N: the chord does not feel it."""
     run = press(World())

@@ -321,10 +321,3 @@ def test_only_like_is_compared_with_like() -> None:
             difference([one], [one], tolerance=tolerance)
     with pytest.raises(DomainError, match="group without a run"):
         difference([one], [], tolerance=0.2)
-
-
-def test_a_difference_beyond_twice_is_told_as_a_ratio() -> None:
-    found = apart(5e6, 3e5, noise=0.1)
-    assert found.relative == pytest.approx(3e5 / 5e6 - 1.0)
-    assert found.why.startswith("× 0.06, 95 % interval [× 0.0455, × 0.0792]")
-    assert apart(5e6, 5.1e6, noise=0.001).why.startswith("+2 %, 95 % interval [+1.72 %, +2.28 %]")

@@ -52,9 +52,7 @@ def test_a_gauge_across_the_contact_asks_nothing_of_the_arm() -> None:
 
 
 @pytest.mark.parametrize("share", [None, (0.01, 0.0)])
-def test_an_arm_whose_friction_nobody_knows_costs_width(
-    share: tuple[float, float] | None,
-) -> None:
+def test_an_arm_whose_friction_nobody_knows_costs_width(share: tuple[float, float] | None) -> None:
     it = found(Across(), share)
     assert (it.rule, it.relative) == ("unknown", UNKNOWN_FRICTION)
     assert "six axes" in it.note

@@ -15,13 +15,7 @@ from stepload.estimators.sources import Sources
 from stepload.evidence.answer import weigh
 from stepload.evidence.elastic import jump_of
 from stepload.evidence.errors import dithered
-from stepload.evidence.expected import (
-    NAMED,
-    Course,
-    expected_chord,
-    expected_run,
-    narrowing,
-)
+from stepload.evidence.expected import NAMED, Course, expected_chord, expected_run, narrowing
 from stepload.evidence.lawfit import Whitened, fit_law
 from stepload.evidence.laws import POWER
 from stepload.evidence.reading import read_of

@@ -167,20 +167,6 @@ def test_more_than_5_k_away_is_another_temperature(
     assert problem == f"measured at {celsius:g} °C, this is 23 °C (allowed 5 K)"
 
 
-def test_every_doubt_is_named(write_plan: WritePlan, tmp_path: Path) -> None:
-    record = replace(
-        RECORD, rig="other", valid_until=date(2025, 3, 31), pose="x", direction="-fx",
-        temperature_c=99.0,
-    )  # fmt: skip
-    problem = planned(write_plan, tmp_path, record).rig.system_stiffness.validity_problem
-    assert problem == (
-        "made for the rig 'other', this is 'STVF'; expired on 2025-03-31; "
-        "measured in pose 'x', this is 'straight down'; "
-        "measured in direction '-fx', this is '+fz'; "
-        "measured at 99 °C, this is 23 °C (allowed 5 K)"
-    )
-
-
 @pytest.mark.parametrize(
     ("own", "problem"),
     [
@@ -303,10 +289,7 @@ def _records() -> st.SearchStrategy[CalibrationRecord]:
 
 @pytest.mark.parametrize(
     "changes",
-    [
-        {"sigma_n_per_m": RECORD.stiffness_n_per_m},
-        {"force_from_n": 300.0, "force_to_n": 300.0},
-    ],
+    [{"sigma_n_per_m": RECORD.stiffness_n_per_m}, {"force_from_n": 300.0, "force_to_n": 300.0}],
 )
 def test_a_record_that_contradicts_itself_is_refused(
     tmp_path: Path, changes: dict[str, float]

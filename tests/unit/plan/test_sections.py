@@ -29,7 +29,6 @@ from stepload.plan.derived import RULES
 from stepload.plan.model import IdentifyPlan, Plan, RecordPlan
 from stepload.plan.problems import Problem
 from stepload.plan.reader import read_section
-from stepload.plan.reference import table
 from stepload.plan.schema import json_schema
 from stepload.plan.source import Source
 from stepload.plan.tree import Place, parse_tree
@@ -215,22 +214,6 @@ def test_sections_are_frozen_and_refuse_misspelt_names() -> None:
     with pytest.raises(FrozenInstanceError):
         RecordPlan().notes = "x"  # type: ignore[misc]
     assert len(fields(Plan)) == 11
-
-
-def test_the_table_of_a_section() -> None:
-    assert table(Outer).splitlines()[2:] == [
-        "| **`grip`** | text | Name of the grip. |",
-        "| `options` | mapping | Whatever it takes. |",
-        "| **`force`** | force | A force. |",
-        "| `ceiling` | force | A limit; none: none. |",
-        "| `steps` | list: force | Steps. |",
-        "| **`shape`** | mapping | A shape. |",
-        "| **`size`** | mapping | A size. |",
-        "| `inner` | mapping | What is inside. |",
-        "| `extra` | mapping | What is beside. |",
-    ]
-    assert table(Cube).splitlines()[2:] == ["| `side` | `10 mm` | Side. |"]
-    assert table(Inner).splitlines()[2:] == ["| `on` | `true` | Whether it is on. |"]
 
 
 def test_the_json_schema_of_a_plan() -> None:

@@ -10,13 +10,7 @@ import pytest
 
 from stepload.plan.kinematics import read_arm
 from stepload.posture.chain import frames, jacobian, reach_m
-from stepload.posture.pose_checks import (
-    GRAVITY_M_S2,
-    clear,
-    mobile,
-    push_n,
-    weight_torque_n_m,
-)
+from stepload.posture.pose_checks import GRAVITY_M_S2, clear, mobile, push_n, weight_torque_n_m
 
 UR5E = read_arm("ur5e")
 DOWN = np.array([0.0, 0.0, -1.0])

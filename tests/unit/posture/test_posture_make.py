@@ -184,8 +184,7 @@ def test_a_plan_gives_its_payload_its_force_and_its_accuracy(tmp_path: Path) -> 
 
 def test_with_a_gauge_across_the_contact_no_pose_changes_k_max(tmp_path: Path) -> None:
     rig = _rig(
-        tmp_path / "rig.yaml",
-        "displacement: {driver: sim, rate: 100 Hz, resolution: 1 µm}\n",
+        tmp_path / "rig.yaml", "displacement: {driver: sim, rate: 100 Hz, resolution: 1 µm}\n"
     )
     found = _made(rig)
     assert found.median_k_max_n_per_m == found.best[0].k_max_n_per_m

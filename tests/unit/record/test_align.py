@@ -14,13 +14,7 @@ from stepload.errors import BadInputError
 from stepload.record.align import align, project, sample_times
 from stepload.record.lag import Lag, measure_lag
 from stepload.record.reader import Recording
-from stepload.record.rows import (
-    ArmColumns,
-    DisplacementColumns,
-    ForceColumns,
-    Phase,
-    TickColumns,
-)
+from stepload.record.rows import ArmColumns, DisplacementColumns, ForceColumns, Phase, TickColumns
 from stepload.rig.samples import Status
 
 STIFFNESS_N_PER_M = 2e6

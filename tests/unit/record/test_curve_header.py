@@ -63,12 +63,6 @@ def test_what_is_not_told_is_refused(names: tuple[str, ...], message: str) -> No
     assert caught.value.hint
 
 
-def test_the_hint_says_what_to_write() -> None:
-    with pytest.raises(HeaderError) as caught:
-        read("displacement_m", "Load On Sample")
-    assert caught.value.hint.startswith('write its unit: "Load On Sample [mN]"')
-
-
 def test_plain_names_win_over_others() -> None:
     found = read("Force [kN]", "force_n", "Depth (V)", "displacement_m", "Load std (N)")
     assert found == {"displacement_m": ("displacement_m", 1.0), "force_n": ("force_n", 1.0)}

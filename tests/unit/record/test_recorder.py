@@ -134,9 +134,7 @@ def test_what_is_read_back_must_be_what_was_written(
     recorder = start()
     fill(recorder, make, 100)
     monkeypatch.setattr(
-        recorder_module,
-        "count_messages",
-        lambda path: {**count_messages(path), "/tick": 49},
+        recorder_module, "count_messages", lambda path: {**count_messages(path), "/tick": 49}
     )
     with pytest.raises(RecordingFailedError, match="/tick: 50 written, 49 read back"):
         recorder.finish({}, "identified")

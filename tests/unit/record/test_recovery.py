@@ -80,9 +80,7 @@ def test_a_filled_tail_is_cut(
     np.testing.assert_array_equal(got.force.sequence, np.arange(400))
 
 
-def test_a_rotten_chunk_does_not_cost_the_ones_behind_it(
-    write_record: Callable[..., Path],
-) -> None:
+def test_a_rotten_chunk_does_not_cost_the_ones_behind_it(write_record: Callable[..., Path]) -> None:
     path = write_record()
     data = bytearray(path.read_bytes())
     at = data.index(b"zstd", 3 * len(data) // 8) + 200

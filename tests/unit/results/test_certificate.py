@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import html
-import re
 from dataclasses import replace
-from datetime import date
 from pathlib import Path
 
 import pytest
@@ -14,13 +12,12 @@ from evaluated_runs import an_envelope, evaluated, pressed
 
 from stepload.envelope.envelope import Envelope
 from stepload.envelope.reason import PlanVerdict, Reason, Severity
-from stepload.plan.model import Provenance
 from stepload.record.outcome import RunStatus
 from stepload.record.summary import Summary
 from stepload.results import provenance
-from stepload.results.certificate import LONGEST, rig_facts, source_of, specimen_facts
+from stepload.results.certificate import LONGEST, rig_facts, specimen_facts
 from stepload.results.levels import Level, changes_again
-from stepload.results.model import Certificate, Document, Figure, Table, Verdict
+from stepload.results.model import Certificate, Document, Figure, Verdict
 from stepload.results.page import render, running
 from stepload.results.provenance import TITLE, sealed, with_record
 from stepload.results.run_document import run_document
@@ -126,23 +123,6 @@ def test_sixty_levels_leave_the_sheet_short_and_the_details_whole(envelope: Enve
     assert len(holds.rows) == 119
 
 
-def test_what_is_behind_the_sheet(healthy: Document) -> None:
-    titles = [each.title for each in healthy.tables if each.rows]
-    first = [
-        "What the headline's interval is made of", "Preflight predicted, run measured",
-        "How it ended", TITLE, "Every hold",
-    ]  # fmt: skip
-    assert titles[: len(first)] == first
-    predicted = rows_of(healthy, "Preflight predicted, run measured")
-    assert predicted["largest force"] == ["300 N", "300 N"]
-    ended = rows_of(healthy, "How it ended")
-    assert ended["status"] == ["completed"]
-    assert " 3 late by more than a period" in ended["ticks"][0]
-    provenance = rows_of(healthy, TITLE)
-    assert provenance["plan.yaml, SHA-256"] == ["ab" * 32]
-    assert "numpy" in provenance["evaluated by"][0]
-
-
 def test_the_seal_is_the_sum_of_the_record(healthy: Document, tmp_path: Path) -> None:
     record = tmp_path / "run.mcap"
     record.write_bytes(b"data")
@@ -199,9 +179,7 @@ def test_an_adhesive_contact_and_a_refused_plan_are_shown(envelope: Envelope) ->
 HOSTILE = '"><script>alert(1)</script><img src=//x>$x_{ ' + "W" * 900
 
 
-def test_hostile_words_are_escaped_cut_on_the_sheet_and_whole_behind_it(
-    envelope: Envelope,
-) -> None:
+def test_hostile_words_are_escaped_cut_on_the_sheet_and_whole_behind_it(envelope: Envelope) -> None:
     notes = "a word " * 290
     run = evaluated(
         envelope, pressed(3, cycles=1), specimen=HOSTILE, batch=HOSTILE, operator=HOSTILE,
@@ -218,40 +196,6 @@ def test_hostile_words_are_escaped_cut_on_the_sheet_and_whole_behind_it(
     assert html.escape(HOSTILE, quote=True).replace("&#x27;", "&#39;")[20:60] in page
     assert "W" * 900 in page
     assert notes.strip() in page
-
-
-def test_what_nobody_stated_says_so(envelope: Envelope) -> None:
-    nothing = dict.fromkeys(("specimen", "batch", "tags", "operator", "notes", "run_id"), "")
-    document = run_document(evaluated(envelope, pressed(3, cycles=1), **nothing))
-    facts = dict(pair for column in sheet_of(document).facts for pair in column)
-    assert {facts[name] for name in ("Specimen", "Batch", "Tags", "Operator")} == {"not stated"}
-    assert sheet_of(document).signatures[0] == ("Operator", "")
-    assert "run without an id" in sheet_of(document).foot
-
-
-def test_the_age_of_the_system_stiffness(envelope: Envelope) -> None:
-    stiffness = replace(
-        envelope.plan.rig.system_stiffness, provenance=Provenance.MEASURED,
-        record=Path("there/stvf.json"), measured_on=date(2026, 3, 1), valid_until=date(2026, 9, 1),
-        simulated=True, validity_problem="made at another temperature",
-    )  # fmt: skip
-    told = source_of(stiffness, date(2026, 3, 4))
-    assert told.startswith("measured, record stvf.json, measured on 2026-03-01, 3 days before")
-    whole = "valid until 2026-09-01"
-    assert whole in told
-    assert "2 days after the run" in source_of(stiffness, date(2026, 2, 27))
-    assert "1 day after the run" in source_of(stiffness, date(2026, 2, 28))
-    assert "1 day before the run" in source_of(stiffness, date(2026, 3, 2))
-
-
-def test_the_provenance_names_every_device(envelope: Envelope) -> None:
-    devices = {
-        "arm": "axis: A 7", "force_sensor": "cell: S2 3", "second_force_sensor": "cell: S2 4",
-        "displacement_sensor": "gauge: G 5",
-    }  # fmt: skip
-    rows = rows_of(run_document(evaluated(envelope, pressed(6), **devices)), TITLE)
-    for role, device in devices.items():
-        assert rows[role.replace("_", " ")] == [device]
 
 
 def test_a_system_stiffness_that_is_not_the_plans_is_not_told_as_the_plans(
@@ -285,26 +229,6 @@ def test_an_elastic_limit_that_is_not_the_plans_is_told_on_the_sheet(envelope: E
     assert dict(sheet_of(document).facts[0])["Largest force"].endswith(share)
 
 
-def test_nothing_is_collapsed_or_cut_on_paper(healthy: Document) -> None:
-    page = render(replace(sketched(healthy), texts=[("plan.yaml", "line\n" * 500)]))
-    assert "<details" not in page
-    assert "hidden" not in re.sub(r"base64,[^\"]*", "", page)
-    paper = (TEMPLATES / "print.css").read_text()
-    assert re.search(r"\.text pre\{max-height:none;overflow:visible;white-space:pre-wrap", paper)
-    assert re.search(r"\.wide,\.plot\{overflow:visible\}", paper)
-    assert "break-after:page" in paper
-    screen = (TEMPLATES / "page.css").read_text()
-    assert "@media screen and (prefers-color-scheme:dark)" in screen  # paper stays white
-
-
 def test_the_foot_of_a_printed_page_cannot_leave_its_string() -> None:
     foot = running('stepload 0.1.0 · run 1";}</style>\\', simulated=True)
     assert foot == "SIMULATED  stepload 0.1.0  run 1style"
-
-
-def test_a_long_table_may_break_and_a_short_one_stays_whole() -> None:
-    def page(rows: int) -> str:
-        return render(replace(EMPTY, tables=[Table("t", ("a",), [["x"]] * rows)]))
-
-    assert 'class="table short"' in page(14)
-    assert 'class="table short"' not in page(15)

@@ -23,11 +23,7 @@ from stepload.record.rows import Phase
 from stepload.results import comparison
 from stepload.results.comparison import compare
 from stepload.results.comparison_curve import CurveGiven, _deformation_at
-from stepload.results.comparison_document import (
-    comparison_data,
-    comparison_document,
-    power_of_ten,
-)
+from stepload.results.comparison_document import comparison_data, comparison_document, power_of_ten
 from stepload.results.comparison_runs import ComparedRun, origin_of
 from stepload.results.model import NOTHING
 from stepload.results.press_data import PressData, TouchPoint
@@ -188,16 +184,6 @@ def test_errors_that_are_not_shared_do_not_cancel(
     assert alone > 0.003
     assert shared < 0.35 * alone
     assert any(said in note for note in notes)
-
-
-def test_unknown_numbers_are_told() -> None:
-    unknown = compare([saved("a", arm=""), saved("b", draw=2, arm="")])
-    assert any("both ways" in note for note in unknown.notes)
-    assert "system stiffness K_s" in unknown.differences[0].open_sources
-    unnamed = replace(CONDITIONS, pose="")
-    found = compare([saved("a", conditions=unnamed), saved("b", draw=2, conditions=unnamed)])
-    assert any("name no pose" in note for note in found.notes)
-    assert found.differences[0].open_sources == ("smooth deformation error",)
 
 
 def test_runs_are_grouped_by_plan_or_as_told() -> None:

@@ -3,25 +3,16 @@
 from __future__ import annotations
 
 import json
-import re
 from dataclasses import replace
 
 import pytest
-from evaluated_runs import an_envelope, pressed
 from run_plans import SIM, stvf_plan
 
 from stepload.envelope.envelope import envelope_of
 from stepload.errors import BadInputError
 from stepload.estimators.lateral_effect import Across
 from stepload.plan.model import DisplacementSpec, Plan, Structure
-from stepload.results.analyse import identify_payload
-from stepload.results.conditions import (
-    FILE,
-    Stated,
-    from_attachments,
-    planned,
-    to_bytes,
-)
+from stepload.results.conditions import FILE, Stated, from_attachments, planned, to_bytes
 
 
 def warm_plan() -> Plan:
@@ -236,15 +227,3 @@ def test_laws_of_a_record_that_nobody_knows_are_refused(bad: object) -> None:
     data["laws"] = bad
     with pytest.raises(BadInputError, match="damaged"):
         from_attachments({FILE: json.dumps(data).encode()})
-
-
-def test_an_interval_beyond_what_was_asked_for_is_told_as_beyond_it() -> None:
-    data, _ = pressed(6)
-    told = planned(an_envelope())
-    headline = identify_payload(data, told).headline
-    assert headline is not None
-    asked = 0.99999 * headline.half_width
-    reasons = identify_payload(data, replace(told, t=1.0 / asked)).judgement.reasons
-    [why] = [each for each in reasons if each.startswith("the 95 % interval")]
-    shown, most = (float(each) for each in re.findall(r"±([\d.]+) %", why))
-    assert shown > most

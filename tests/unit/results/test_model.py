@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import html
-import io
 import json
-import math
-import re
-import sys
 from dataclasses import dataclass, replace
 
 import pytest
@@ -16,7 +12,6 @@ from stepload.results.model import (
     NOTHING,
     Document,
     Field,
-    Finding,
     Table,
     Verdict,
     by_name,
@@ -62,10 +57,7 @@ def shown(document: Document, capsys: pytest.CaptureFixture[str]) -> str:
 def test_programs_get_what_has_a_key_and_people_what_has_a_label() -> None:
     assert data(FIELDS, SOFT) == {"stiffness_n_per_m": 2.5e3, "ends_m": (1e-3, 2e-3), "turns": 7}
     assert TABLE.columns == ["stiffness", "ends", "turns / 3"]
-    assert TABLE.rows == [
-        ["2.5 kN/m", "[1, 2] mm", "2.33"],
-        ["1 MN/m", NOTHING, "1.00"],
-    ]
+    assert TABLE.rows == [["2.5 kN/m", "[1, 2] mm", "2.33"], ["1 MN/m", NOTHING, "1.00"]]
 
 
 def test_fields_of_a_part_are_none_where_the_part_is_missing() -> None:
@@ -84,14 +76,6 @@ def test_terminal_and_page_show_the_same_cells_and_notes(
         assert cell in text
         assert cell in page
     assert "SOUND   Two springs" in text
-
-
-def test_what_is_for_a_page_only_is_not_on_the_terminal(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    long = Table("All of them", ("which",), [["every spring there is"]], page_only=True)
-    assert "every spring there is" not in shown(document(long), capsys)
-    assert "every spring there is" in render(document(long))
 
 
 def test_a_terminal_shows_what_it_would_obey(capsys: pytest.CaptureFixture[str]) -> None:
@@ -122,11 +106,6 @@ def test_a_table_loses_nothing_however_narrow_the_terminal_is(
         assert all(said.count(letter) >= 3 * told.count(letter) for letter in set(told))
 
 
-def test_a_finding_says_what_to_do(capsys: pytest.CaptureFixture[str]) -> None:
-    Output(as_json=False).finding(Finding("warn", "it squeaks", "oil it"))
-    assert capsys.readouterr().out == "WARN    it squeaks\n        -> oil it\n"
-
-
 def test_with_json_one_object_goes_out_and_text_to_the_other_stream(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
@@ -140,41 +119,7 @@ def test_with_json_one_object_goes_out_and_text_to_the_other_stream(
     }  # fmt: skip
 
 
-def test_an_interval_names_its_unit_once_where_both_ends_have_it() -> None:
-    assert interval("N")((0.5, 0.75)) == "[500, 750] mN"
-    assert interval("N")((5.531, 6.7)) == "[5.53, 6.70] N"
-    assert interval("N")((0.0, math.inf)) == "[0, inf] N"
-    assert interval("N")((0.5, 1.5)) == "[500 mN, 1.5 N]"
-
-
-class Terminal(io.StringIO):
-    """Standard output of a person."""
-
-    def isatty(self) -> bool:
-        return True
-
-
-def test_a_terminal_breaks_lines_and_cells_between_words_only(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    terminal = Terminal()
-    monkeypatch.setenv("COLUMNS", "80")
-    monkeypatch.setattr(sys, "stdout", terminal)
-    prose = "spring constants of several identically manufactured springs " * 3
-    wide = Table("t", ("identification", "value", "verdict"), [[prose, prose, "identified"]])
-    out = Output(as_json=False)
-    out.finding(Finding("warn", prose, prose))
-    out.show(document(wide, text=prose))
-    text = re.sub(r"\x1b\[[\d;]*m", "", terminal.getvalue())
-    assert max(len(line) for line in text.splitlines()) <= 80
-    words = set(prose.split()) | {"identification", "identified"}
-    assert words <= set(re.findall(r"[a-z]+", text))
-    assert set(re.findall(r"[a-z]{4,}", text)) <= words | {"sound", "because", "value", "verdict"}
-
-
-def test_the_verdict_stands_below_the_details(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_the_verdict_stands_below_the_details(capsys: pytest.CaptureFixture[str]) -> None:
     behind = Table("Behind", ("which",), [["others"]])
     found = replace(document(behind), brief=["  tangent   8 MN/m"], doubts=list("abcd"))
     Output(as_json=False).show(found)

@@ -36,9 +36,7 @@ def travel_at(data: PressData, force_n: float, contact: int) -> float:
     return float(np.interp(force_n, data.force_n[loading], data.travel_m[loading]))
 
 
-def test_all_cycles_have_one_zero_so_that_set_and_drift_stay_in_the_travel(
-    data: PressData,
-) -> None:
+def test_all_cycles_have_one_zero_so_that_set_and_drift_stay_in_the_travel(data: PressData) -> None:
     places = [travel_at(data, 50.0, contact) for contact in (1, 2, 3)]
     assert places[0] == pytest.approx(25e-6, abs=2e-7)
     assert np.diff(places) == pytest.approx(np.diff(SETS_M), abs=2e-7)

@@ -17,13 +17,7 @@ from stepload.record.align import torques
 from stepload.record.plain import json_text
 from stepload.record.rows import Phase
 from stepload.results.press_data import press_data
-from stepload.results.quality import (
-    quality_data,
-    quality_of,
-    quality_table,
-    summary,
-    wrench_of,
-)
+from stepload.results.quality import quality_data, quality_of, summary, wrench_of
 
 
 def twisted(axis: str = "+fz", beside_m: tuple[float, float] = (0.0, 3e-3)) -> ContactQuality:
@@ -94,14 +88,3 @@ def test_objects_are_what_the_schema_says_and_all_of_it() -> None:
         rows = schema["properties"][name]["items"]["properties"]
         assert all(set(row) == set(rows) for row in told[name])
     assert set(told["place"]) == set(schema["properties"]["place"]["properties"])
-
-
-def test_people_read_one_line_and_a_table() -> None:
-    found = twisted()
-    line = summary(found)
-    assert line.startswith("contact: lateral force 12 % of that along it, no slip event")
-    assert "touched 3" in line
-    words = dict(quality_table(found).rows)
-    assert "mm" in words["place of the contact"]
-    unknown = dict(quality_table(replace(found, place=Missing("no lever"))).rows)
-    assert unknown["place of the contact"] == "no lever"

@@ -84,9 +84,6 @@ def test_ids():
 
 
 @settings(max_examples=100, deadline=None)
-@given(
-    st.integers(0, 0xFFFF),
-    st.lists(st.integers(-32768, 32767), min_size=6, max_size=6),
-)
+@given(st.integers(0, 0xFFFF), st.lists(st.integers(-32768, 32767), min_size=6, max_size=6))
 def test_gauge_frames_are_read_back(status, counts):
     assert codec.gauges(*gauge_frames(status, counts)) == (status, tuple(counts))

@@ -5,7 +5,7 @@ import struct
 
 import pytest
 from driver_time import Clock
-from read_sensor import connect, look, read
+from read_sensor import connect, read
 
 from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
@@ -184,32 +184,3 @@ def test_unanswered_questions_are_lost_samples(sensor, bus, clock):
     assert health.lost == samples[-1].sequence - len(samples) > 0
     assert health.errors["timeouts"] == health.lost
     assert health.errors["resyncs"] >= 1
-
-
-def test_frozen_gauges_are_a_fault(sensor, bus, clock):
-    bus.noise = False
-    read(sensor, clock, 0.045)
-    assert sensor.fault() is None
-    read(sensor, clock, 0.02)
-    assert sensor.fault().code is FaultCode.STALE
-
-
-def test_silence_is_a_fault_at_the_age_limit(sensor, bus, clock):
-    read(sensor, clock, 0.02)
-    bus.silent = True
-    read(sensor, clock, 0.08)
-    assert sensor.fault() is None
-    read(sensor, clock, 0.05)
-    assert sensor.fault().code is FaultCode.STALE
-
-
-def test_damaged_lines_of_the_adapter_count(sensor, bus, clock):
-    bus.damaged = 10
-    look(sensor, clock)
-    assert sensor.fault().code is FaultCode.CORRUPT
-    assert sensor.health().errors["damaged"] == 10
-
-
-def test_close_gives_the_bus_back(sensor, bus):
-    sensor.close()
-    assert bus.closed

@@ -4,7 +4,7 @@ import math
 
 import pytest
 from driver_time import Clock, FakePort
-from read_sensor import connect, look, read
+from read_sensor import connect, read
 
 from stepload.errors import BadInputError, DeviceError
 from stepload.rig.faults import FaultCode
@@ -13,7 +13,7 @@ from stepload_drivers import stream as stream_module
 from stepload_drivers import streamed
 from stepload_drivers.bota import dialogue
 from stepload_drivers.bota import sensor as bota_module
-from stepload_drivers.bota.codec import CLOCK_MODULUS_US, Frame, FrameStatus
+from stepload_drivers.bota.codec import Frame, FrameStatus
 from stepload_drivers.bota.sensor import BotaSerial
 from stepload_verify.emulators.bota import encode
 
@@ -97,12 +97,6 @@ def test_identity_and_rate_are_the_devices_own(device):
     assert sensor.rate_hz == 1000.0
 
 
-def test_another_serial_number_is_refused(device):
-    with pytest.raises(DeviceError) as caught:
-        connect(BotaSerial(port="p", serial_number="B8"))
-    assert caught.value.code == FaultCode.WRONG_DEVICE
-
-
 @pytest.mark.parametrize("letter", "CcfR")
 def test_a_command_that_is_refused_is_an_error(device, letter):
     device.refuses = letter
@@ -147,40 +141,6 @@ def test_samples_have_force_and_both_times(sensor, device, clock):
     assert sensor.health().lost == 0
 
 
-def test_a_burst_is_stamped_by_the_devices_clock_and_never_later_than_it_came(
-    sensor, device, clock
-):
-    read(sensor, clock, 0.01)
-    device.streams = False
-    frames = []
-    for _ in range(16):
-        device.sent += 1
-        frames.append(encode(device.frame()))
-    device.arrives(0.016, b"".join(frames))
-    samples = look(sensor, clock)
-    stamps = [s.receive_time_s for s in samples]
-    assert stamps[-1] == pytest.approx(clock.now_s)
-    assert stamps[0] == pytest.approx(clock.now_s - 0.015)
-    assert stamps == sorted(stamps)
-
-
-def test_a_lost_frame_is_counted_from_the_clock(sensor, device, clock):
-    samples = read(sensor, clock, 0.01)
-    device.sent += 3
-    samples += read(sensor, clock, 0.01)
-    assert sensor.health().lost == 3
-    assert samples[-1].sequence == len(samples) + 3
-
-
-def test_the_clock_goes_on_over_its_wrap(device, clock):
-    device.clock_us = lambda: (CLOCK_MODULUS_US - 50_000 + device.sent * 1000) % CLOCK_MODULUS_US
-    sensor = BotaSerial(port="p")
-    connect(sensor)
-    read(sensor, clock, 0.1)
-    assert fault(sensor) is None
-    assert sensor.health().lost == 0
-
-
 @pytest.mark.parametrize("speed_and_jump_us", [(0, 0), (1000, 2_100_000)])
 def test_a_clock_that_stands_or_jumps_is_a_fault(device, clock, speed_and_jump_us):
     sensor = BotaSerial(port="p", max_age=5.0)  # the watch over both clocks would come late
@@ -218,40 +178,3 @@ def test_status_bits_flag_the_sample_and_latch(sensor, device, clock, word, stat
     assert fault(sensor) is code
     if code is None:
         assert sensor.health().errors["app_took_too_long"] > 0
-
-
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-def test_a_wrench_that_is_not_finite_is_flagged_and_latched(sensor, device, clock, value):
-    device.frame = lambda: Frame(0, (0, 0, 1.0, 0, 0, value), device.clock_us(), 25.0)
-    assert {s.status for s in read(sensor, clock, 0.005)} == {int(Status.INVALID)}
-    assert fault(sensor) is FaultCode.NOT_FINITE
-
-
-def test_damaged_frames_are_counted_and_many_are_a_fault(sensor, device, clock):
-    read(sensor, clock, 0.01)
-
-    def spoil(data):
-        damaged = data[:20] + bytes((data[20] ^ 1,)) + data[21:]
-        return damaged if device.sent % 5 == 0 else data
-
-    device.spoil = spoil
-    read(sensor, clock, 0.05)
-    assert sensor.health().errors["checksum"] == sensor.health().lost > 5
-    assert fault(sensor) is None
-    read(sensor, clock, 0.1)
-    assert fault(sensor) is FaultCode.CORRUPT
-
-
-def test_silence_and_repetition_are_faults(device, clock):
-    for spoiled in ("silent", "frozen"):
-        sensor = BotaSerial(port="p", max_age=0.08)
-        connect(sensor)
-        read(sensor, clock, 0.01)
-        if spoiled == "silent":
-            device.streams = False
-        else:
-            device.frame = lambda: Frame(0, (0, 0, 1.0, 0, 0, 0), device.clock_us(), 25.0)
-        read(sensor, clock, 0.04)
-        assert fault(sensor) is None
-        read(sensor, clock, 0.12)
-        assert fault(sensor) is FaultCode.STALE

@@ -21,8 +21,7 @@ def decoder(scale=1.0, terminator=b"\r", number=None, begin=True):
 
 
 @pytest.mark.parametrize(
-    ("line", "value"),
-    [(b"+0012.345\r", 12.345), (b"01A-0000.0120\r", -0.012), (b" 7\r", 7.0)],
+    ("line", "value"), [(b"+0012.345\r", 12.345), (b"01A-0000.0120\r", -0.012), (b" 7\r", 7.0)]
 )
 def test_usual_lines(line, value):
     assert decoder(1e-3).feed(line) == pytest.approx([value * 1e-3])

@@ -6,7 +6,6 @@ import math
 import pytest
 from driver_time import Clock, FakePort
 
-from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
 from stepload.rig.samples import Status
 from stepload_drivers import stream as stream_module
@@ -142,25 +141,6 @@ def test_an_inverted_gauge_closes_when_its_reading_falls(gauge):
     assert sample.displacement_m == pytest.approx(5e-6)
 
 
-def test_damaged_lines_are_counted_and_five_in_a_second_are_a_fault(cell):
-    bench = cell()
-    bench.lines(b"1", b"?", b"2", b"nan", b"3", b"inf", b"4", b"1.2.3", b"5")
-    assert bench.driver.fault() is None
-    assert bench.driver.health().errors == {"damaged": 4}
-    bench.lines(b"garbage", begin=b"")
-    assert bench.driver.fault().code is FaultCode.CORRUPT
-
-
-def test_silence_is_a_fault_after_the_age_limit_or_five_periods(cell):
-    bench = cell(max_age=0.2, rate=100.0)
-    bench.lines(b"1")
-    bench.read(0.2)
-    assert bench.driver.fault() is None
-    bench.read(0.1)
-    assert bench.driver.fault().code is FaultCode.STALE
-    assert bench.driver.drain() == []
-
-
 def test_a_slow_cell_has_five_periods(cell):
     bench = cell(rate=10.0)
     bench.lines(b"1")
@@ -231,26 +211,6 @@ def test_bias_sends_the_zero_command_where_there_is_one(cell):
     bench = cell()
     assert bench.driver.bias(1.0) is False
     assert bench.port.written == []
-
-
-def test_close_gives_the_port_back(cell):
-    bench = cell()
-    bench.driver.close()
-    assert bench.port.closed
-    bench.driver.close()
-
-
-def test_a_port_that_goes_away_under_way_is_the_fault(cell, clock, monkeypatch):
-    bench = cell()
-    bench.lines(b"1")
-
-    def gone(timeout_s=0.0):
-        raise DeviceError("unplugged", code=FaultCode.NOT_CONNECTED, hint="plug it in")
-
-    bench.port.read = gone
-    monkeypatch.setattr(streamed, "prefer_this_thread", lambda: None)
-    streamed.Reader(bench.driver, bench.stream).run()
-    assert bench.driver.fault().code is FaultCode.NOT_CONNECTED
 
 
 def test_a_new_stream_forgets_the_line_that_was_cut(cell):

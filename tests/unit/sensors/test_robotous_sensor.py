@@ -8,7 +8,6 @@ from read_sensor import connect, look, read
 
 from stepload.errors import BadInputError, DeviceError
 from stepload.rig.faults import FaultCode
-from stepload.rig.samples import Status
 from stepload_drivers import stream as stream_module
 from stepload_drivers import streamed
 from stepload_drivers.robotous import sensor as rft_module
@@ -161,13 +160,6 @@ def test_samples_are_newton_by_the_models_divider_stamped_a_period_apart(sensor,
     assert burst[0].receive_time_s == pytest.approx(clock.now_s - 0.010)
 
 
-def test_overload_is_flagged_and_latched(sensor, device, clock):
-    device.overload = 0x08
-    assert {s.status for s in look(sensor, clock)} == {int(Status.OVERRANGE)}
-    assert sensor.fault().code is FaultCode.OVERLOAD
-    assert "Fz" in sensor.fault().message
-
-
 def test_torn_pairs_are_lost_samples_and_damage_counts(sensor, device, clock):
     before = read(sensor, clock, 0.02)[-1].sequence
     device.counters = Errors(damaged=2, skipped=7, orphans=3)
@@ -176,12 +168,6 @@ def test_torn_pairs_are_lost_samples_and_damage_counts(sensor, device, clock):
     assert after - before == 4
     assert health.lost == 3
     assert health.errors == {"damaged": 2, "skipped_bytes": 7, "orphans": 3}
-
-
-def test_many_damaged_frames_are_a_fault(sensor, device, clock):
-    device.counters = Errors(damaged=20, skipped=0, orphans=0)
-    look(sensor, clock)
-    assert sensor.fault().code is FaultCode.CORRUPT
 
 
 def test_a_frozen_value_is_a_fault_and_a_filtered_one_gets_its_time(device, clock):
@@ -194,15 +180,6 @@ def test_a_frozen_value_is_a_fault_and_a_filtered_one_gets_its_time(device, cloc
         assert sensor.fault() is None
         read(sensor, clock, 0.2 * limit_s)
         assert sensor.fault().code is FaultCode.STALE
-
-
-def test_silence_is_a_fault_at_the_age_limit(sensor, device, clock):
-    read(sensor, clock, 0.02)
-    device.streams = False
-    read(sensor, clock, 0.09)
-    assert sensor.fault() is None
-    read(sensor, clock, 0.02)
-    assert sensor.fault().code is FaultCode.STALE
 
 
 def test_bias_is_a_command_without_reply(sensor, device):

@@ -91,8 +91,7 @@ def test_a_stop_that_is_not_confirmed_fails(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("still_s", "mark"),
-    [(1.0, Mark.OK), (2.0, Mark.WARN), (4.0, Mark.FAIL), (math.nan, Mark.FAIL)],
+    ("still_s", "mark"), [(1.0, Mark.OK), (2.0, Mark.WARN), (4.0, Mark.FAIL), (math.nan, Mark.FAIL)]
 )
 def test_the_watchdog_is_proven_on_a_short_slow_way(still_s, mark):
     asked = []

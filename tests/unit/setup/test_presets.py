@@ -63,14 +63,6 @@ def test_an_unknown_material_asks_for_its_range(tmp_path: Path) -> None:
     assert "nothing is known of it" in text
 
 
-def test_a_comment_says_where_a_value_is_from(tmp_path: Path) -> None:
-    text = plan_of("sphere", tmp_path / "plan.yaml", {"radius": "30 mm"})
-    assert "radius: 30 mm # stated" in text
-    assert "surface_distance: 5 mm # preset, change it" in text
-    assert "surface_uncertainty: 1 mm # default" in text
-    assert "youngs_modulus: 2.75 GPa # as in stepload's payload" in text
-
-
 def test_notes_are_of_keys_that_there_are(tmp_path: Path) -> None:
     known = {key.name for kind in sections_below(Plan) for key in keys(kind)}
     assert {key.rpartition(".")[2] for key in NOTES} - {"stepload"} <= known

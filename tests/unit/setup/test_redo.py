@@ -12,7 +12,7 @@ from bench_fakes import DAY, Hands, Rig, failing, opener, press_nothing
 
 from stepload.errors import BadInputError, DeviceError, RefusedError
 from stepload.setup.answers import Answers
-from stepload.setup.questions import ASKED_IN, QUESTIONS, STEP_OF
+from stepload.setup.questions import STEP_OF
 from stepload.setup.state import CALIBRATION, Found, read_state, write_state
 from stepload.setup.wizard import STEPS, set_up
 from stepload.setup.yaml_keys import Value
@@ -210,11 +210,6 @@ def test_the_same_answers_and_consents_are_no_news(rig_file, rig):
     assert go(rig_file, rig, GIVEN | {"limits_set": "yes"})[0] == "plan"
 
 
-def test_a_new_answer_with_redo_is_taken(rig_file, rig):
-    go(rig_file, rig, {"host": "127.0.0.2"}, redo="arm", until="arm")
-    assert "host: 127.0.0.2" in rig_file.read_text()
-
-
 def test_an_answer_that_made_its_step_fail_is_asked_again(tmp_path, rig):
     path = tmp_path / "rig.yaml"
     with pytest.raises(DeviceError):
@@ -230,9 +225,3 @@ def test_without_a_terminal_the_kept_answer_is_tried_again(tmp_path, rig):
     with pytest.raises(DeviceError):
         go(path, rig, open_devices=failing)
     assert go(path, rig, {}, until="arm")[0] == "sensor"
-
-
-def test_every_question_belongs_to_one_step():
-    assert list(ASKED_IN) == list(STEPS)
-    assert sorted(name for names in ASKED_IN.values() for name in names) == sorted(QUESTIONS)
-    assert STEP_OF["keys"] == "sensor"

@@ -198,12 +198,6 @@ def test_a_sensor_needs_a_data_sheet_and_the_axis_no_statement(rig_file):
         go(rig_file, Rig(), given=GIVEN | {"sensor": "mine.yaml"})
 
 
-def test_the_steps_are_in_the_order_in_which_they_rest_on_each_other():
-    assert list(STEPS) == [
-        "arm", "sensor", "push", "start", "way", "plan", "doctor", "touch",
-    ]  # fmt: skip
-
-
 def sound(envelope, **how):
     """In place of the doctor, whose devices are real ones."""
     return Checkup((), "", {})

@@ -156,13 +156,7 @@ def test_undamped_bouncing_gains_no_energy() -> None:
 
 
 def test_drive_keeps_delay_lag_speed_and_acceleration() -> None:
-    spec = replace(
-        IDEAL,
-        surface_m=1.0,
-        lag_s=0.01,
-        max_speed_m_s=0.05,
-        max_acceleration_m_s2=0.5,
-    )
+    spec = replace(IDEAL, surface_m=1.0, lag_s=0.01, max_speed_m_s=0.05, max_acceleration_m_s2=0.5)
     plant = Plant(spec, step_s=1e-3)
     plant.command(0.02, 0.01)
     places, speeds = [], []
@@ -252,11 +246,7 @@ def test_guarded_approach_stays_within_the_force_budget(seed: float) -> None:
         plant.step()
     rig = PressRig(stiffness, damping, mass, 2.0, lag_s, 0.0, 0.0, 0.0, 0.0)
     terms = force_budget(
-        rig,
-        speed_m_s=speed,
-        threshold_n=3.0,
-        tangent_n_per_m=k,
-        delay_s=delay_s + lag_s + 0.002,
+        rig, speed_m_s=speed, threshold_n=3.0, tangent_n_per_m=k, delay_s=delay_s + lag_s + 0.002
     )
     assert math.isfinite(seen_s)
     assert 3.0 <= plant.peak_n <= sum(term.value for term in terms)

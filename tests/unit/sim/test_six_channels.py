@@ -194,11 +194,7 @@ def test_a_drift_and_a_bend_are_of_the_pressing_component():
 
 @pytest.mark.parametrize(
     ("sensor", "truth"),
-    [
-        ({"torque_range_nm": 0.5}, {}),
-        ({"lateral_range_n": 5.0}, {}),
-        ({}, {"force_range_n": 20.0}),
-    ],
+    [({"torque_range_nm": 0.5}, {}), ({"lateral_range_n": 5.0}, {}), ({}, {"force_range_n": 20.0})],
     ids=["torque", "across", "along"],
 )
 def test_each_component_has_its_own_full_scale(sensor, truth):

@@ -83,13 +83,6 @@ def test_a_sound_controller_tells_who_it_is(controller):
     assert (found.version, found.serial_number, found.model) == ((5, 12, 6, 0), "2024001", "UR5")
 
 
-def test_an_unsupported_version_is_refused(controller):
-    controller.version = (10, 7, 0, 0)
-    with pytest.raises(DeviceError) as caught:
-        look()
-    assert caught.value.code == FaultCode.UNSUPPORTED
-
-
 def test_where_ur_rtde_is_missing_the_versions_that_have_wheels_are_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "rtde_control", None)
     with pytest.raises(DeviceError) as caught:
@@ -100,20 +93,6 @@ def test_where_ur_rtde_is_missing_the_versions_that_have_wheels_are_named(monkey
     first_without = re.search(r"python_version < '3\.(\d+)'", line)
     named = re.findall(r"3\.(\d+)(?= |,|;)", caught.value.hint)
     assert named == [str(minor) for minor in range(11, int(first_without[1]))]
-
-
-def test_registers_that_somebody_else_holds_are_refused(controller):
-    controller.taken = ["input_int_register_3"]
-    with pytest.raises(DeviceError, match="input_int_register_3") as caught:
-        look()
-    assert caught.value.code == FaultCode.REFUSED_COMMAND
-
-
-def test_a_stop_in_force_is_refused_with_its_code(controller):
-    controller.state = SOUND._replace(safety_mode=3)
-    with pytest.raises(DeviceError) as caught:
-        look()
-    assert caught.value.code == FaultCode.PROTECTIVE_STOP
 
 
 @pytest.mark.parametrize("fraction", [0.0, 0.5, 0.99])

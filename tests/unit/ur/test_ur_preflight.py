@@ -35,8 +35,7 @@ STATES = st.builds(
 
 
 @pytest.mark.parametrize(
-    "version",
-    [(3, 4, 0, 0), (3, 15, 8, 0), (5, 4, 0, 0), (5, 12, 6, 0), (5, 23, 1, 0)],
+    "version", [(3, 4, 0, 0), (3, 15, 8, 0), (5, 4, 0, 0), (5, 12, 6, 0), (5, 23, 1, 0)]
 )
 def test_supported_versions(version):
     check_version(version, upper_registers=False)

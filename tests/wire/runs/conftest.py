@@ -79,10 +79,7 @@ def emulated_run() -> Iterator[Callable[..., EmulatedRun]]:
             "touch_force_n": 1.0,
         }  # fmt: skip
         arm = replace(plan.rig.arm, rate_hz=arm_rate_hz)
-        force = replace(
-            plan.rig.force,
-            rate_hz=RATES_HZ.get(sensor, plan.rig.force.rate_hz),
-        )
+        force = replace(plan.rig.force, rate_hz=RATES_HZ.get(sensor, plan.rig.force.rate_hz))
         plan = replace(
             plan,
             payload=replace(plan.payload, declared_force_limit_n=elastic_limit_n),

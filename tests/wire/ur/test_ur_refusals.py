@@ -69,10 +69,7 @@ def test_targets_that_are_not_finite_or_far_ahead_are_refused(start_emulator, ma
     emulator = start_emulator()
     arm = make_arm(emulator.host, max_lead=0.001)
     arm.open(15.0)
-    for target_m, code in (
-        (float("nan"), FaultCode.NOT_FINITE),
-        (0.0011, FaultCode.OUT_OF_RANGE),
-    ):
+    for target_m, code in ((float("nan"), FaultCode.NOT_FINITE), (0.0011, FaultCode.OUT_OF_RANGE)):
         with pytest.raises(DeviceError) as caught:
             arm.command(target_m)
         assert caught.value.code == code
