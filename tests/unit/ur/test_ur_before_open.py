@@ -98,7 +98,7 @@ def test_where_ur_rtde_is_missing_the_versions_that_have_wheels_are_named(monkey
 @pytest.mark.parametrize("fraction", [0.0, 0.5, 0.99])
 def test_a_speed_slider_below_100_percent_is_refused(controller, fraction):
     controller.told = ArmConfiguration(speed_fraction=fraction)
-    with pytest.raises(DeviceError, match=f"speed slider is at {fraction:.0%}") as caught:
+    with pytest.raises(DeviceError, match=f"speed slider is at {100 * fraction:.0f} %") as caught:
         look()
     assert caught.value.code == FaultCode.UNSUPPORTED
     assert "Run screen" in caught.value.hint

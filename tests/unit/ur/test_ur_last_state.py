@@ -138,7 +138,7 @@ def test_another_posture_with_the_tool_in_its_place(bent_rad, by):
 @pytest.mark.parametrize(
     ("fields", "words"),
     [
-        ({"speed_fraction": 0.5}, "speed slider from 100% to 50%"),
+        ({"speed_fraction": 0.5}, "speed slider from 100 % to 50 %"),
         ({"payload_kg": 2.0}, "payload mass from 1.200 kg"),
         ({"tcp_offset": (0.0, 0.0, 0.1, 0.0, 0.0, 0.0)}, "TCP from"),
     ],

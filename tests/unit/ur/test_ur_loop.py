@@ -272,7 +272,7 @@ def faults(link):
 @pytest.mark.parametrize(
     ("fields", "says"),
     [
-        ({"speed_fraction": 0.5}, "speed slider from 100% to 50%"),
+        ({"speed_fraction": 0.5}, "speed slider from 100 % to 50 %"),
         ({"payload_kg": 3.2}, r"payload mass from 1\.200 kg to 3\.200 kg"),
         ({"payload_cog_m": (0.0, 0.0, 0.07)}, r"gravity from \(0, 0, 50\) mm to \(0, 0, 70\) mm"),
         ({"tcp_offset": (0, 0, 0.12, 0, 0, 0)}, r"TCP from \(0, 0, 100\) mm.* to \(0, 0, 120\) mm"),

@@ -111,7 +111,7 @@ def test_a_program_that_the_data_show_late_is_no_stop_and_proves_no_watchdog(
     [
         ({"payload_mass": 2.0}, {}, r"payload mass from 2\.000 kg to 1\.200 kg"),
         ({"tcp_offset": (0, 0, 0.2)}, {}, r"TCP from \(0, 0, 200\) mm.* to \(0, 0, 100\) mm"),
-        ({}, {"speed_fraction": 0.9}, "speed slider from 100% to 90%"),
+        ({}, {"speed_fraction": 0.9}, "speed slider from 100 % to 90 %"),
     ],
 )
 def test_a_setting_that_the_controller_does_not_take_over_is_refused(
