@@ -188,9 +188,7 @@ def _break(incident: Incident, rig: Any, engine: Any, clock: WatchedClock, recor
     elif name == "supervisor":
         clock.at(incident.start_s, lambda: setattr(rig, "force", SpoiltOnce(rig, error)))
     elif name == "procedure":
-        clock.at(
-            incident.start_s, lambda: setattr(engine.course, "sequence", iter(raising, None))
-        )
+        clock.at(incident.start_s, lambda: setattr(engine.course, "sequence", iter(raising, None)))
     elif name == "recorder":
         return failing(recorder)
     elif name == "arm":
