@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 
@@ -66,11 +65,3 @@ def test_the_tilt_is_told_in_record_results_and_report(tmp_path: Path, tilt_deg:
         assert "Turn the tool, and the approach with it" in done.stdout + done.stderr
         assert "nothing was pressed: the run ended after touches" in page
         assert not [event for event in recording.events if event.kind == "held"]
-
-
-def test_preflight_prints_what_is_done_sideways(tmp_path: Path) -> None:
-    path = tmp_path / "plan.yaml"
-    path.write_text(PLAN.replace("payloads/", f"{ROOT}/procedures/payloads/").replace("TILT", "0"))
-    told = json.loads(in_process("preflight", path, "--json").stdout)
-    assert {term["name"] for term in told["alignment"]} >= {"circle", "tilt error", "shift speed"}
-    assert {term["name"] for term in told["nulling"]} >= {"stiffness across", "largest shift"}
