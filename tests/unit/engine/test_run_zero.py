@@ -160,7 +160,7 @@ def test_a_plan_that_no_longer_fits_ends_before_the_approach() -> None:
     assert engine.cause is not None
     assert engine.cause.rule == "no_room"
     assert engine.cause.value == pytest.approx(0.6, rel=0.15)
-    assert "headroom = 62" in engine.cause.message
+    assert "628.4 N" in engine.cause.message
     assert "reduce the top force to" in engine.cause.message
     assert _phases(engine)[-1] == "TARE"
     assert bench.peak_n == 0.0
