@@ -89,8 +89,7 @@ def _above(plan: Plan, safe_n: float, theory: Theory) -> str:
     if safe_n <= 0.0:
         return f"Nothing of F_c used ({used}) is left to press. Largest loss: {loss}"
     return (
-        f"{top} exceeds the largest safe one, {safe}. Largest loss from F_c used ({used}):"
-        f" {loss}"
+        f"{top} exceeds the largest safe one, {safe}. Largest loss from F_c used ({used}): {loss}"
     )
 
 
