@@ -177,7 +177,7 @@ def _counted_rows(counted: CountedLimit) -> list[tuple[str, str, str]]:
         return []
     most = max(counted.sources, key=lambda source: source.sigma_ln)
     assumed = [f"{source.what} {source.shown}" for source in counted.sources if source.assumed]
-    sigma, chance = f"{percent(counted.sigma_ln, 2)}", f"{counted.probability:.2g}"
+    sigma, chance = percent(counted.sigma_ln, 2), f"{counted.probability:.2g}"
     used = f"  F_c used (k = {counted.coverage:g})"
     rows = [
         ("  standard uncertainty of ln F_c", sigma, f"mostly {most.what} {most.shown}"),

@@ -133,10 +133,10 @@ def second_channel(plan: Plan, reason: Reason) -> Iterator[Change]:
                     "rig.second_force.tolerance",
                 )
             continue
+        ratio = percent(AGREE, 2)
         second = SecondForce(SecondForceSource.ARM, tolerance_n, AGREE, noise_n=0.1 * tolerance_n)
         yield Change(
-            f"the arm's own force as second_force, if it agrees within {text} + "
-            f"{percent(AGREE, 2)}",
+            f"the arm's own force as second_force, if it agrees within {text} + {ratio}",
             _changed(plan, "rig", second_force=second),
             "rig.second_force",
         )

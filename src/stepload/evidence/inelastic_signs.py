@@ -21,6 +21,9 @@ LOWEST_SHARE = 0.15
 FOOT_SHARE = 0.03
 """Share of the top force at which a seat is looked for, or where the data begin above it."""
 
+WORK_STEPS = 200
+"""Forces at which the work of a branch is summed up."""
+
 Compliance = Callable[[float], float]
 """dδ/dF in m/N at a force in N: here of payload and system together."""
 REACH = 0.1
@@ -141,29 +144,32 @@ def _shift(name: str, pair: Sequence[tuple[Branch, Site]], compliance: Complianc
 def lost_work(loop: Loop) -> tuple[Sign, float] | None:
     """∮F dδ of a cycle in J, its weights in N in place of a length, and ∫F dδ of the loading.
 
-    Both branches count from the lowest to the highest force that they have in common; None where
-    there is no unloading.
+    Both branches from the lowest to the highest force that they have in common; None without
+    unloading.
     """
     if loop.unloading is None:
         return None
-    branches = loop.loading, loop.unloading
-    low_n = max(float(branch.path.force_n.min()) for branch in branches)
-    terms, works = [], []
-    for branch, sign in zip(branches, (1.0, -1.0), strict=True):
-        order = np.argsort(branch.path.force_n, kind="stable")
-        order = order[branch.path.force_n[order] >= low_n]
-        if order.size < 2:
-            return None
-        force_n = branch.path.force_n[order]
-        middle_n = 0.5 * (force_n[1:] + force_n[:-1])
-        weights = np.zeros(branch.path.size)
-        weights[order] = np.concatenate([[0.0], middle_n]) - np.concatenate([middle_n, [0.0]])
-        works.append(float(weights @ branch.deformation_m))
-        terms.append((branch, sign * weights))
-    if not works[0] > 0.0:
+    forces = loop.loading.path.force_n, loop.unloading.path.force_n
+    low_n, high_n = max(f.min() for f in forces), min(f.max() for f in forces)
+    if not low_n < high_n:
         return None
-    top_n = float(loop.loading.path.force_n.max())
-    return Sign("loss", works[0] - works[1], tuple(terms), top_n), works[0]
+    grid_n = np.linspace(low_n, high_n, WORK_STEPS)
+    middle_n = 0.5 * (grid_n[1:] + grid_n[:-1])
+    over_grid = np.concatenate([[0.0], middle_n]) - np.concatenate([middle_n, [0.0]])
+    weights = [over_grid @ _between(force_n, grid_n) for force_n in forces]
+    work_j = float(weights[0] @ loop.loading.deformation_m)
+    if not work_j > 0.0:
+        return None
+    back_j = float(weights[1] @ loop.unloading.deformation_m)
+    terms = (loop.loading, weights[0]), (loop.unloading, -weights[1])
+    return Sign("loss", work_j - back_j, terms, float(high_n)), work_j
+
+
+def _between(force_n: FloatArray, grid_n: FloatArray) -> FloatArray:
+    """(G, B): values at the forces of a grid are this @ values of a branch, straight between."""
+    order = np.argsort(force_n, kind="stable")
+    columns = np.eye(force_n.size)[order]
+    return np.column_stack([np.interp(grid_n, force_n[order], each) for each in columns.T])
 
 
 def rate_sign(loops: Sequence[Loop], elastic: Elastic) -> Sign | None:

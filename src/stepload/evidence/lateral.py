@@ -82,7 +82,7 @@ class Sideways:
         if self.share is None:
             return "share not known, counted as none"
         taken = f", {percent(self.taken, 2)} of the deflection taken out"
-        return f"{percent(self.share, 2)}" + (taken if self.rule == "three numbers" else "")
+        return percent(self.share, 2) + (taken if self.rule == "three numbers" else "")
 
     @property
     def note(self) -> str:

@@ -16,11 +16,12 @@ from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.sources import Sources
 from stepload.evidence.answer import Evidence, weigh
-from stepload.evidence.figures import SEAT
+from stepload.evidence.figures import SEAT, exponent
 from stepload.evidence.lawfit import Whitened, fit_law
 from stepload.evidence.laws import BILINEAR, HERTZ_LINEAR, POWER
 from stepload.evidence.loops import Hold, Track
 from stepload.evidence.quantity import ResultVerdict
+from stepload.evidence.reading import read_of
 
 PLANE = "secant_from_mean_plane"
 RUNS = 4
@@ -426,3 +427,26 @@ def test_what_gave_way_once_at_small_force_is_a_seat() -> None:
     assert seat is not None
     assert line.relative * secant.to_n / secant.value_n_per_m < seat.value_m / 1.7
     assert secant.half_width > 1.2 * sound.half_width
+
+
+@pytest.mark.parametrize("loop", [0.0, 0.1, 0.25])
+def test_the_work_lost_is_that_of_the_loop(loop: float) -> None:
+    found = [weigh(press(World(loop=loop), seed)).inelastic.loss for seed in range(3 * RUNS)]
+    shares = np.array([each[0] for each in found if each is not None])
+    assert shares.size == 3 * RUNS
+    sigma = np.mean([each[1] for each in found if each is not None])
+    assert np.mean(shares) == pytest.approx(loop, abs=3.0 * sigma / np.sqrt(shares.size))
+    assert weigh(press(World(cycles=1, unload=False), 0)).inelastic.loss is None
+
+
+def test_n_rests_on_the_lengths_with_which_a_power_law_fits() -> None:
+    errors = np.eye(30) * 1e-14
+    force_n = np.linspace(10.0, 300.0, 30)
+    data = Whitened(force_n, 1e-6 * force_n**0.6, errors)
+    fit = fit_law(data, POWER)
+    assert fit is not None
+    run = press(World(), 0)
+    reading = replace(read_of(run).reading, law_sets=[{POWER.name: fit}, {POWER.name: fit}, {}])
+    n = exponent(reading)
+    assert n is not None
+    assert n.interval[0] < 1.0 / 0.6 < n.interval[1]
