@@ -96,7 +96,7 @@ QUANTITY: tuple[Field[Quantity], ...] = (
 LINE: tuple[Field[Line], ...] = (
     named("source", "source"),
     named("size", "size"),
-    Field(lambda line: line.relative, "relative", "u(stiffness)/stiffness", number(".2%")),
+    Field(lambda line: line.relative, "relative", "u(stiffness)/stiffness", percent),
 )
 
 
