@@ -36,12 +36,12 @@ class Identified:
     @property
     def verdict(self) -> str:
         """That of the headline: "identified", "marginal" or "not identifiable"."""
-        return str(self.found.judgement.verdict)
+        return str(self.found.verdict)
 
     @property
     def reasons(self) -> Sequence[str]:
         """The reasons of the verdict."""
-        return self.found.judgement.reasons
+        return self.found.reasons
 
 
 def preflight(plan: Plan | str | Path) -> Envelope:

@@ -35,7 +35,7 @@ ORDER = ("joint", "rs_btls", "mixed_ls_tls", "odr", "inverse_ls", "rs_rtls")
 class Decision:
     """The chosen fit, the reasons, and all fits with every doubt attached."""
 
-    believe: str
+    selected: str
     why: tuple[str, ...]
     comparable_with_paper: bool
     fits: Mapping[str, Fit]
@@ -67,20 +67,20 @@ def decide(
     }
     usable = [name for name in ORDER if name in fits and not _unusable(fits[name])]
     if not usable:
-        why = "no fit is free of numerical doubt: believe none of them"
-        believe = next(iter(fits))
+        why = "no fit is free of numerical doubt: use none of them"
+        selected = next(iter(fits))
     elif usable[0] == "joint":
-        believe, zero_um = "joint", fits["joint"].zero_m * 1e6
+        selected, zero_um = "joint", fits["joint"].zero_m * 1e6
         why = (
             f"the zero was detected from force; fitted with K and n it lies at {zero_um:+.2f} µm, "
             "and fits that take it as given are wrong by that much"
         )
     else:
-        believe = usable[0]
+        selected = usable[0]
         lacks = _unusable(fits["joint"]) if "joint" in fits else ["there is no joint fit"]
-        why = f"{believe} is the best of the fits that take the zero as given: {'; '.join(lacks)}"
-    comparable, comparison = _compare(doubted, believe, sigmas[believe], roughness_m)
-    return Decision(believe, (why, comparison), comparable, doubted)
+        why = f"{selected} takes the zero as given; there is no better fit: {'; '.join(lacks)}"
+    comparable, comparison = _compare(doubted, selected, sigmas[selected], roughness_m)
+    return Decision(selected, (why, comparison), comparable, doubted)
 
 
 def undetermined(n: float, sigma_n: float | None) -> tuple[Doubt, ...]:
@@ -109,20 +109,20 @@ def _unusable(fit: Fit) -> list[str]:
 
 
 def _compare(
-    fits: Mapping[str, Fit], believe: str, sigma_n: float | None, roughness_m: float | None
+    fits: Mapping[str, Fit], selected: str, sigma_n: float | None, roughness_m: float | None
 ) -> tuple[bool, str]:
     """Whether the chosen exponent may be compared with the paper's, and why."""
-    if believe in ("rs_btls", "rs_rtls"):
-        return True, f"{believe} is the paper's own estimator"
+    if selected in ("rs_btls", "rs_rtls"):
+        return True, f"{selected} is the paper's own estimator"
     if "rs_btls" not in fits:
         return False, "there is no rs_btls fit, the paper's estimator, to compare with"
-    believed, paper = fits[believe], fits["rs_btls"]
-    numbers = f"n = {believed.n:.2f} against {paper.n:.2f} of rs_btls"
-    if believed.zero_m != 0.0 and roughness_m:
+    chosen, paper = fits[selected], fits["rs_btls"]
+    numbers = f"n = {chosen.n:.2f} against {paper.n:.2f} of rs_btls"
+    if chosen.zero_m != 0.0 and roughness_m:
         return False, (
             f"{numbers}: the fitted zero also absorbs the roughness ({roughness_m * 1e6:.2g} µm)"
         )
     known = max(SAME_EXPONENT, NORMAL_95 * (sigma_n or 0.0))
-    if abs(believed.n - paper.n) > known:
+    if abs(chosen.n - paper.n) > known:
         return False, f"{numbers}: the paper's tables hold rs_btls, with a zero taken as found"
     return True, f"{numbers}: no further apart than ±{known:.2g}, to which it is known"

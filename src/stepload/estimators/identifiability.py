@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from stepload.errors import DomainError
+from stepload.estimators.conditions import Conditions
 
 
 class Binding(StrEnum):
@@ -78,6 +79,14 @@ def identifiability(
     k_max = s * k_r * k_s / max(2.0 * p * s * t * k_s, p * s * t * k_s + t * k_r)
     binding = Binding.SYSTEM_STIFFNESS if k_r > p * s * k_s else Binding.RESOLUTION
     return Identifiability(k_max, k_r, s * k_s / t, limit_system, binding)
+
+
+def k_max(told: Conditions, top_force_n: float) -> float:
+    """K_max in N/m under the conditions of an identification: (34), or (36) with a gauge."""
+    return identifiability(
+        top_force_n, told.position_resolution_m, told.sources.system_stiffness_n_per_m,
+        p=told.p, s=told.s, t=told.t,
+    ).k_max_n_per_m  # fmt: skip
 
 
 def gauge_resolution_for(

@@ -1,6 +1,6 @@
-"""Expected uncertainty of a chord before it is measured, and what narrows one.
+"""The result that is expected of a run before it, and what narrows one.
 
-A run without any error is used in place of the coming one. What only the contact shows (slips, a
+A run without any error is judged in place of the coming one. What only the contact shows (slips, a
 drift that is not even) cannot be known before.
 """
 
@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -16,13 +17,13 @@ import numpy as np
 from stepload.errors import DomainError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
-from stepload.evidence import figures
 from stepload.evidence.changes import narrower
+from stepload.evidence.figures import HOPELESS
 from stepload.evidence.lateral import alignment_of, expected_sideways
 from stepload.evidence.loops import Track
 from stepload.evidence.quantity import Quantity
-from stepload.evidence.reading import branch_chord, no_branch, read_of
 from stepload.evidence.run_data import RunData
+from stepload.evidence.verdict import judge
 
 SAMPLES_HZ = 200.0
 """Samples per second. A rig is faster, but averaging of more noise is not counted on."""
@@ -34,8 +35,8 @@ Tracks = list[tuple[int, Track, Track | None]]
 
 
 @dataclass(frozen=True, slots=True)
-class Course:
-    """The planned course of a run.
+class LoadSchedule:
+    """The planned loading of a run.
 
     Attributes:
         levels_n: (L,) rising, the last one the top.
@@ -45,7 +46,7 @@ class Course:
         hold_s: at each level.
         cycles: how many; of more than two the budget needs two.
         free_s: in free air after each.
-        unloads: whether the course goes on after its first loading.
+        unloads: whether it goes on after its first loading.
     """
 
     levels_n: FloatArray
@@ -92,33 +93,49 @@ def _way(
     return np.concatenate(forces), np.concatenate(held)
 
 
-def expected_run(told: Conditions, tracks: Tracks, *, looked: bool = False) -> RunData:
-    """A run that has only the errors stated in its conditions.
+@dataclass(frozen=True)
+class Expected:
+    """A run without error, and its chord with the interval that is to be expected."""
+
+    run: RunData
+    chord: Quantity
+
+    @cached_property
+    def narrowing(self) -> list[Narrowing]:
+        """What narrows the chord most."""
+        return narrowing(self.run, self.chord)
+
+
+def expect(
+    told: Conditions,
+    schedule: LoadSchedule,
+    deformation: Callable[[FloatArray], FloatArray],
+    *,
+    looked: bool = False,
+) -> Expected:
+    """The result to be expected of a run that has only the errors stated in its conditions.
 
     A drift of the force's zero is stated as its largest: its rms is expected from tare to tare.
-    `looked`: its loading may end by its own deformation.
-    """
-    up, down = tracks[0][1:]
-    step_n = None
-    if down is not None:
-        step_n = told.sources.zero_drift_n_per_s * float(down.time_s[-1] - up.time_s[0])
-        step_n /= math.sqrt(3.0)
-    return RunData(tracks=tracks, conditions=told, sideways=expected_sideways(told),
-                   alignment=alignment_of(told), looked=looked, zero_step_n=step_n)  # fmt: skip
 
-
-def expected_chord(run: RunData) -> Quantity:
-    """The chord of the branch that is asked for, with the interval that its budget gives.
+    Args:
+        told: the conditions.
+        schedule: its loading.
+        deformation: of the payload in m at forces (N,).
+        looked: whether its loading may end by its own deformation.
 
     Raises:
         DomainError: no such branch, too little in contact, or a deformation that does not rise with
             the force.
     """
-    branch = run.conditions.branch
-    found = branch_chord(run, read_of(run), branch)
-    if found is None:
-        raise DomainError(no_branch(run, branch))
-    return found
+    tracks = schedule.tracks(lambda force_n: deformation(force_n) + told.bend(force_n))
+    up, down = tracks[0][1:]
+    step_n = None
+    if down is not None:
+        step_n = told.sources.zero_drift_n_per_s * float(down.time_s[-1] - up.time_s[0])
+        step_n /= math.sqrt(3.0)
+    run = RunData(tracks=tracks, conditions=told, sideways=expected_sideways(told),
+                  alignment=alignment_of(told), looked=looked, zero_step_n=step_n)  # fmt: skip
+    return Expected(run, judge(run, laws=False).headline)
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,21 +147,23 @@ class Narrowing:
     half_width: float
 
 
-def narrowing(run: RunData, now: Quantity | None = None) -> list[Narrowing]:
+def narrowing(run: RunData, now: Quantity) -> list[Narrowing]:
     """What narrows the chord of a run most: its two largest lines about which something helps.
 
     Args:
         run: measured, or expected.
-        now: its chord as it is; None: computed.
+        now: its chord as it is.
     """
-    now = now or expected_chord(run)
     found: list[Narrowing] = []
     for line in sorted(now.lines, key=lambda each: -each.relative):
         change = narrower(line.source, run.conditions)
         if change is None or any(each.todo == change[0] for each in found):
             continue
-        then = expected_chord(changed(run, change[1](run.conditions))).half_width
-        if then < GAINS * now.half_width and then <= figures.HOPELESS:
+        try:
+            then = judge(changed(run, change[1](run.conditions)), laws=False).headline.half_width
+        except DomainError:
+            continue
+        if then < GAINS * now.half_width and then <= HOPELESS:
             found.append(Narrowing(line.source, change[0], then))
         if len(found) == NAMED:
             break

@@ -23,11 +23,12 @@ from stepload.evidence.quantity import (
     Quantity,
     ResultVerdict,
     combined,
+    interval_said,
     log_interval,
     wider,
 )
 from stepload.evidence.run_data import RunData
-from stepload.units import beside_limit, percent
+from stepload.units import percent
 
 OPEN = 5.0
 """A stiffness counts as undetermined if the logarithm of its interval is wider than this."""
@@ -108,7 +109,7 @@ def quantities(run: RunData, read_from: Reading) -> dict[str, Quantity]:
     main, errors = read_from.main, read_from.errors
     law_sets = read_from.law_sets
     told, doubts = run.conditions, tuple(read_from.doubts)
-    accuracy, secant_force_n = 1.0 / told.t, told.secant_force_n
+    secant_force_n = told.secant_force_n
     shared = _shared(run, read_from)
     beyond: tuple[str, ...] = ()
     at_n = secant_force_n
@@ -134,7 +135,7 @@ def quantities(run: RunData, read_from: Reading) -> dict[str, Quantity]:
         lines += _of_looks(run, combined(lines))
         value = (to_n - from_n or 1.0) / length_m
         interval = log_interval(value, lines)
-        return _made(kind, value, interval, from_n, to_n, lines, accuracy, doubts, remarks)
+        return _made(kind, value, interval, from_n, to_n, lines, told.t, doubts, remarks)
 
     found = {"chord": of_weights("chord", main.weights, main.span_m, main.from_n, main.to_n)}
     if (smooth := read_from.smooth) is not None:
@@ -174,7 +175,7 @@ def quantities(run: RunData, read_from: Reading) -> dict[str, Quantity]:
             0.0,
             at_n,
             [*own, *rest],
-            accuracy,
+            told.t,
             law_blocked,
             beyond,
         )
@@ -341,15 +342,14 @@ def _made(
     from_n: float,
     to_n: float,
     lines: Sequence[Line],
-    accuracy: float,
+    t: float,
     blocked: Sequence[str],
     remarks: Sequence[str] = (),
 ) -> Quantity:
     half = (interval[1] - interval[0]) / (2.0 * value)
     why = [*blocked, *remarks]
-    if not half <= accuracy:
-        shown, most = beside_limit(half, accuracy)
-        why.append(f"the 95 % interval is ±{shown}; up to ±{most} (1/t) counts as identified")
+    if not half <= 1.0 / t:
+        why.append(interval_said(half, t))
     if half > HOPELESS or not math.isfinite(half):
         verdict = ResultVerdict.NOT_IDENTIFIABLE
     elif why:

@@ -1,10 +1,10 @@
-"""From force and travel to a law with a reliable interval."""
+"""From force and travel of a run to its law, its stiffnesses and the verdict."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from stepload.errors import BadInputError, DomainError
@@ -12,16 +12,16 @@ from stepload.estimators.conditions import Conditions
 from stepload.estimators.decide import decide, secant_sigma
 from stepload.estimators.fit import Fit, FloatArray
 from stepload.estimators.fit_all import fit_all
-from stepload.estimators.identifiability import identifiability
+from stepload.estimators.identifiability import k_max
 from stepload.estimators.selection import Selected
 from stepload.estimators.smooth import NORMAL_95
 from stepload.estimators.sources import white_sigmas
-from stepload.evidence.answer import Evidence, weigh
 from stepload.evidence.expected import Narrowing, narrowing
 from stepload.evidence.loops import LEAST_STRETCHES
-from stepload.evidence.quantity import Judgement, Quantity, ResultVerdict
+from stepload.evidence.quantity import Quantity, ResultVerdict, interval_said
 from stepload.evidence.run_data import RunData
-from stepload.units import beside_limit, format_quantity
+from stepload.evidence.verdict import Judgement, judge
+from stepload.units import format_quantity
 
 REPORTED = ("rs_btls", "rs_rtls", "joint")
 """Always reported: the paper's two fits and the one with a fitted zero."""
@@ -33,143 +33,145 @@ LEAST_SAMPLES = LEAST_STRETCHES
 class Identification:
     """The result of one run.
 
-    `evidence` holds the figures that the data support; None where they support no stiffness, and
-    `judgement` says why. `run` is its input, from which figures at other forces can be read. The
-    fits are those of the paper and others; `deformation_m`, `force_n` (M,) are the points that the
-    batch fits were made from.
+    Attributes:
+        fits: those of the paper and others, by name; `selected` is the one to use, for the reasons
+            `why`; `comparable_with_paper`: whether its exponent compares with the paper's tables.
+        peak_force_n: largest force of the loading.
+        run: the input, from which figures at other forces can be read.
+        deformation_m, force_n: (M,) points that the batch fits were made from.
+        judgement: what the data show; None where they support no stiffness, for the reason
+            `problem`.
     """
 
     fits: Mapping[str, Fit]
-    believe: str
+    selected: str
     why: tuple[str, ...]
     comparable_with_paper: bool
-    judgement: Judgement
     peak_force_n: float
-    conditions: Conditions
     deformation_m: FloatArray
     force_n: FloatArray
     run: RunData
-    evidence: Evidence | None = None
+    judgement: Judgement | None = None
+    problem: str = ""
+
+    @property
+    def conditions(self) -> Conditions:
+        """Inputs other than the data."""
+        return self.run.conditions
 
     @property
     def headline(self) -> Quantity | None:
         """The chord stiffness; None where the data support none."""
-        return self.evidence.headline if self.evidence is not None else None
-
-    @cached_property
-    def narrowing(self) -> Sequence[Narrowing]:
-        """What narrows the headline most; computed where it is asked for."""
-        return [] if self.evidence is None else narrowing(self.run, self.evidence.headline)
+        return None if self.judgement is None else self.judgement.headline
 
     @property
     def quantities(self) -> Mapping[str, Quantity]:
         """Every stiffness by kind; empty where the data support none."""
-        return self.evidence.quantities if self.evidence is not None else {}
+        return {} if self.judgement is None else self.judgement.quantities
+
+    @property
+    def verdict(self) -> ResultVerdict:
+        """What the data have shown about the payload: the verdict of the headline."""
+        return ResultVerdict.NOT_IDENTIFIABLE if self.headline is None else self.headline.verdict
+
+    @cached_property
+    def k_max_n_per_m(self) -> float:
+        """(34) with the force that was reached; NaN where the position resolution is not known."""
+        told = self.conditions
+        if math.isnan(told.position_resolution_m) or not self.run.errors_known:
+            return math.nan
+        seen_m = max(told.position_resolution_m, 2.0 * told.sources.position_noise_m)
+        return k_max(replace(told, position_resolution_m=seen_m), self.peak_force_n)
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """Whole sentences: what the verdict rests on."""
+        headline, told = self.headline, self.conditions
+        if headline is None:
+            return (self.problem,)
+        if not self.run.errors_known:
+            return headline.why
+        interval = interval_said(headline.half_width, told.t)
+        return (*dict.fromkeys((*headline.why, interval)), *self._of_k_max(headline))
+
+    def _of_k_max(self, headline: Quantity) -> list[str]:
+        if math.isnan(self.k_max_n_per_m):
+            return []
+        resolution_m = max(
+            self.conditions.position_resolution_m, 2.0 * self.conditions.sources.position_noise_m
+        )
+        return [
+            f"chord stiffness {format_quantity(headline.value_n_per_m, 'N/m')} is "
+            f"{headline.value_n_per_m / self.k_max_n_per_m:.3g} of "
+            f"K_max {format_quantity(self.k_max_n_per_m, 'N/m')} (34), for the measured peak force "
+            f"and a position resolution of {format_quantity(resolution_m, 'm', 2)}"
+        ]
+
+    @cached_property
+    def narrowing(self) -> Sequence[Narrowing]:
+        """What narrows the headline most; computed where it is asked for."""
+        return [] if self.headline is None else narrowing(self.run, self.headline)
 
     @property
     def fit(self) -> Fit:
-        """The believed fit."""
-        return self.fits[self.believe]
+        """The selected fit."""
+        return self.fits[self.selected]
 
     @property
     def covariance(self) -> FloatArray | None:
         """(3, 3) of (ln K, n, δ0), all errors in it; None where they are not known."""
-        return self.evidence.covariance if self.evidence is not None else None
+        return None if self.judgement is None else self.judgement.covariance
 
     @property
     def secant_sigma(self) -> float | None:
-        """Relative standard uncertainty of the believed fit's secant stiffness."""
+        """Relative standard uncertainty of the selected fit's secant stiffness."""
         return None if self.covariance is None else secant_sigma(self.fit, self.covariance)
 
     @property
     def interval_secant_n_per_m(self) -> tuple[float, float] | None:
-        """95 % interval of the believed fit's secant stiffness."""
+        """95 % interval of the selected fit's secant stiffness."""
         if self.secant_sigma is None:
             return None
         factor = math.exp(min(NORMAL_95 * self.secant_sigma, 700.0))
         return self.fit.secant_n_per_m / factor, self.fit.secant_n_per_m * factor
 
 
-def identify(selected: Selected, conditions: Conditions, run: RunData) -> Identification:
-    """Fit, evaluate the evidence, state the uncertainty and judge.
+def identify(selected: Selected, run: RunData) -> Identification:
+    """Fit the first loading, judge all cycles, and select a fit.
 
     Args:
         selected: the samples of the first loading, for the fits.
-        conditions: inputs other than the data.
-        run: all cycles, for the evidence.
+        run: all cycles, for the verdict.
 
     Raises:
         BadInputError: too few samples in contact, or no estimator takes the data.
     """
-    pressing = int((selected.force_n > 0.0).sum())
+    told, pressing = run.conditions, int((selected.force_n > 0.0).sum())
     if pressing < LEAST_SAMPLES:
         raise BadInputError(
             f"too few points: the loading has {pressing} with a force above 0, at least "
             f"{LEAST_SAMPLES} are needed",
             hint="record more points on the way up; pressing is positive",
         )
-    peak_n = float(selected.force_n.max())
-    sigma_m, sigma_n = white_sigmas(
-        conditions.sources, selected.deformation_m[selected.batch], selected.force_n[selected.batch]
-    )
-    fits = fit_all(
-        selected,
-        secant_force_n=conditions.secant_force_n,
-        sigma_m=sigma_m,
-        sigma_n=sigma_n,
-    )
     batch = selected.samples(selected.batch)
+    sigma_m, sigma_n = white_sigmas(told.sources, batch.deformation_m, batch.force_n)
+    fits = fit_all(selected, secant_force_n=told.secant_force_n, sigma_m=sigma_m, sigma_n=sigma_n)
+    judgement, problem = None, ""
     try:
-        evidence, problem = weigh(run), ""
+        judgement = judge(run)
     except DomainError as error:
-        evidence, problem = None, error.message
-    covariance = None if evidence is None else evidence.covariance
-    decision = decide(fits, covariance=covariance, roughness_m=conditions.roughness_m)
+        problem = error.message
+    covariance = None if judgement is None else judgement.covariance
+    decision = decide(fits, covariance=covariance, roughness_m=told.roughness_m)
     return Identification(
         fits=decision.fits,
-        believe=decision.believe,
+        selected=decision.selected,
         why=decision.why,
         comparable_with_paper=decision.comparable_with_paper,
-        judgement=_judged(evidence, problem, conditions, peak_n),
-        peak_force_n=peak_n,
-        conditions=conditions,
+        peak_force_n=float(selected.force_n.max()),
         deformation_m=batch.deformation_m,
         force_n=batch.force_n,
         run=run,
-        evidence=evidence,
+        judgement=judgement,
+        problem=problem,
     )
-
-
-def _judged(
-    evidence: Evidence | None, problem: str, conditions: Conditions, peak_n: float
-) -> Judgement:
-    """The headline's verdict, and K_max by (34) at the force that was reached."""
-    sources, k_max, reach = conditions.sources, math.nan, []
-    resolution_m = conditions.position_resolution_m
-    if not math.isnan(resolution_m):
-        resolution_m = max(resolution_m, 2.0 * sources.position_noise_m)
-        k_max = identifiability(
-            peak_n,
-            resolution_m,
-            sources.system_stiffness_n_per_m,
-            p=conditions.p,
-            s=conditions.s,
-            t=conditions.t,
-        ).k_max_n_per_m
-    if evidence is None:
-        return Judgement(ResultVerdict.NOT_IDENTIFIABLE, (problem,), k_max)
-    headline = evidence.headline
-    if not math.isnan(k_max):
-        share = headline.value_n_per_m / k_max
-        reach.append(
-            f"chord stiffness {format_quantity(headline.value_n_per_m, 'N/m')} is {share:.3g} of "
-            f"K_max {format_quantity(k_max, 'N/m')} (34), for the measured peak force and a "
-            f"position resolution of {format_quantity(resolution_m, 'm', 2)}"
-        )
-    half, most = beside_limit(headline.half_width, 1.0 / conditions.t)
-    interval = (
-        f"the 95 % interval is ±{half} of the chord stiffness; up to ±{most} (1/t) counts as "
-        "identified"
-    )
-    against = [why for why in headline.why if not why.startswith("the 95 % interval")]
-    return Judgement(headline.verdict, (*against, interval, *reach), k_max)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from stepload.estimators.smooth import NORMAL_95
+from stepload.units import beside_limit
 
 NO_ERRORS = (
     "there is no interval and no K_max: the numbers have neither noise nor steps, so they do not "
@@ -21,19 +22,6 @@ class ResultVerdict(StrEnum):
     IDENTIFIED = "identified"
     MARGINAL = "marginal"
     NOT_IDENTIFIABLE = "not identifiable"
-
-
-@dataclass(frozen=True, slots=True)
-class Judgement:
-    """The verdict on the data, and its reasons.
-
-    `k_max_n_per_m` is (34) in N/m with the force that was reached; NaN where the position
-    resolution is neither stated nor seen in the data.
-    """
-
-    verdict: ResultVerdict
-    reasons: tuple[str, ...]
-    k_max_n_per_m: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +77,12 @@ class Exponent:
     interval: tuple[float, float]
     verdict: ResultVerdict
     why: tuple[str, ...]
+
+
+def interval_said(half_width: float, t: float) -> str:
+    """The sentence on a half width, a share of the figure, beside 1/t."""
+    half, most = beside_limit(half_width, 1.0 / t)
+    return f"the 95 % interval is ±{half}; up to ±{most} (1/t) counts as identified"
 
 
 def combined(lines: Sequence[Line]) -> float:

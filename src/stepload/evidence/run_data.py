@@ -27,6 +27,7 @@ class RunData:
         between_n: forces of the chord; None: 10 % of the top force, and the top.
         looked: whether the loading might have ended at an earlier level because of its deformation.
         timed: whether the times of the tracks are times, not rows.
+        errors_known: whether anything is known of the errors; without, no figure has an interval.
         notes: sentences to be reported with the figures.
         doubts: sentences that block every figure.
         law_doubts: sentences that block figures that rest on a law, and so on the zero of the
@@ -43,6 +44,7 @@ class RunData:
     between_n: tuple[float, float] | None = None
     looked: bool = False
     timed: bool = True
+    errors_known: bool = True
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
     law_doubts: tuple[str, ...] = ()

@@ -57,7 +57,7 @@ def identify_payload(data: PressData, conditions: Conditions) -> Identification:
     force_n = data.force_n[loading]
     deformation_m = data.travel_m[loading] - conditions.bend(force_n)
     selected = select(deformation_m, force_n, time_s=data.time_s[loading])
-    return identify(selected, conditions, pressed(data, conditions))
+    return identify(selected, pressed(data, conditions))
 
 
 def series_contact(conditions: Conditions) -> SeriesContact | None:

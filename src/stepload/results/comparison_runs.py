@@ -16,7 +16,7 @@ from stepload.evidence.difference import SAME_FORCE, Difference, Measured, diffe
 from stepload.evidence.identification import Identification
 from stepload.evidence.origin import Origin
 from stepload.evidence.quantity import Quantity
-from stepload.evidence.reading import branch_chord, read_of
+from stepload.evidence.verdict import judge
 from stepload.results.analyse import identify_payload
 from stepload.results.press_data import LOADING
 from stepload.results.run_data import sideways_of
@@ -89,12 +89,18 @@ def chords(runs: Sequence[ComparedRun]) -> tuple[Quantity, ...]:
     low_n, top_n = max(each.from_n for each in headlines), min(each.to_n for each in headlines)
     if not low_n < top_n:
         return ()
-    between = [dataclasses.replace(each.found.run, between_n=(low_n, top_n)) for each in runs]
+    between = [
+        dataclasses.replace(
+            each.found.run,
+            between_n=(low_n, top_n),
+            conditions=dataclasses.replace(each.found.conditions, branch=branch),
+        )
+        for each in runs
+    ]
     try:
-        found = [branch_chord(run, read_of(run), branch) for run in between]
+        return tuple(judge(run, laws=False).headline for run in between)
     except DomainError:
         return ()
-    return tuple(each for each in found if each is not None) if all(found) else ()
 
 
 def differences(

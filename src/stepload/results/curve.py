@@ -185,16 +185,14 @@ class PreparedCurve:
     Attributes:
         selected: the first loading, from the touch to the end of its hold; deformation of the
             payload.
-        run: its cycles, with what is known of the errors, as stated or as the data show them.
+        run: its cycles, with what is known of the errors, as stated or as the data show them;
+            nothing is where neither gives the accuracy of the channels.
         notes: sign changes, corrections and assumptions, in sentences.
-        error_known: False where neither the data nor the caller give the accuracy of the channels:
-            there is no interval then, and no K_max.
     """
 
     selected: Selected
     run: RunData
     notes: tuple[str, ...]
-    error_known: bool
 
 
 def prepare(curve: Curve, stated: Stated) -> PreparedCurve:
@@ -273,10 +271,11 @@ def prepare(curve: Curve, stated: Stated) -> PreparedCurve:
         sideways=aside,
         adhesive=zeroed.adhesion_n > 0.0,
         timed=zeroed.time_s is not None,
+        errors_known=stated.an_error or not exact,
         doubts=(*doubts, *above_limit(conditions, peak_n)),
         law_doubts=() if zeroed.seen_free or stated.tared else (NO_FREE_AIR,),
     )
-    return PreparedCurve(selected, run, tuple(notes), stated.an_error or not exact)
+    return PreparedCurve(selected, run, tuple(notes))
 
 
 def deformation_curve(curve: Curve) -> Curve:

@@ -94,7 +94,7 @@ def levels(events: Sequence[Event]) -> tuple[str, ...]:
 def reasons_of(run: Evaluation) -> list[str]:
     """All remarks on the result but the problem that left it out, doubts first."""
     found, events = run.identification, run.recording.events
-    reasons = [*found.judgement.reasons] if found is not None else []
+    reasons = [*found.reasons] if found is not None else []
     if (until := loaded(events, found)) is not None:
         reasons.append(until.text)
     if run.data is not None:

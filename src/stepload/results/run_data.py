@@ -1,4 +1,4 @@
-"""A run in the form that the evidence is computed from."""
+"""A run in the form that is judged."""
 
 from __future__ import annotations
 

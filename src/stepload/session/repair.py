@@ -40,7 +40,7 @@ class Repaired:
         text += f", {sum(counts.values())} messages read back, {self.found.cut_bytes} bytes cut); "
         if self.identification is None:
             return text + f"nothing to identify: {self.problem}"
-        found, said = self.identification.headline, self.identification.judgement.verdict.value
+        found, said = self.identification.headline, self.identification.verdict.value
         if found is None:
             return text + f"from what is there: no stiffness, {said}"
         low, high = (format_quantity(force_n, "N") for force_n in (found.from_n, found.to_n))

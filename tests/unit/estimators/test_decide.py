@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stepload.errors import BadInputError
-from stepload.estimators.decide import decide, undetermined
+from stepload.estimators.decide import UNUSABLE, decide, undetermined
 from stepload.estimators.fit import Doubt, Fit, Flag
 
 
@@ -45,7 +45,7 @@ KNOWN = fit("odr", n=1.31, sigma_n=0.01)
 
 def test_detected_zero_believes_the_joint_fit() -> None:
     decision = decide(table(PAPER, JOINT, KNOWN))
-    assert decision.believe == "joint"
+    assert decision.selected == "joint"
     assert "-3.90 µm" in decision.why[0]
     assert not decision.comparable_with_paper
     assert "n = 1.49 against 1.32 of rs_btls" in decision.why[1]
@@ -54,16 +54,16 @@ def test_detected_zero_believes_the_joint_fit() -> None:
 @pytest.mark.parametrize("flag", [Flag.NOT_CONVERGED, Flag.ILL_CONDITIONED])
 def test_unusable_joint_fit_falls_back_to_the_paper(flag: Flag) -> None:
     decision = decide(table(PAPER, fit("joint", flag=flag)))
-    assert decision.believe == "rs_btls"
+    assert decision.selected == "rs_btls"
     assert decision.comparable_with_paper
     assert f"joint: {flag}" in decision.why[0]
 
 
-def test_nothing_usable_is_said_so() -> None:
-    broken = fit("rs_btls", flag=Flag.ILL_CONDITIONED)
-    decision = decide(table(broken))
-    assert decision.believe == "rs_btls"
-    assert any("believe none of them" in reason for reason in decision.why)
+@pytest.mark.parametrize("flag", sorted(UNUSABLE))
+def test_where_nothing_is_usable_the_first_is_selected_with_its_doubt(flag: Flag) -> None:
+    decision = decide(table(fit("odr", flag=flag), fit("joint", flag=flag)))
+    assert decision.selected == "odr"
+    assert [doubt.flag for doubt in decision.fits["odr"].doubts] == [flag]
 
 
 def test_agreeing_fits_compare_with_the_paper() -> None:
@@ -99,8 +99,3 @@ def test_covariance_of_the_residuals_stands_in() -> None:
 def test_no_fit_at_all_is_refused() -> None:
     with pytest.raises(BadInputError, match="no fit"):
         decide({})
-
-
-def test_wound_up_recursive_fit_is_not_believed() -> None:
-    decision = decide(table(fit("rs_rtls", flag=Flag.HOLD_WINDUP)))
-    assert any("believe none of them" in reason for reason in decision.why)

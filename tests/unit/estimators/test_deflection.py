@@ -100,14 +100,14 @@ def test_data_beyond_the_table_are_a_line() -> None:
     given = Conditions(sources(), 300.0, 0.0, 2e-6)
     selected = select(deep, FORCE)
     travel = deep + TABLE.at(FORCE)
-    whole = identify(selected, given, there_and_back(FORCE, travel, given))
-    assert whole.judgement.verdict is ResultVerdict.IDENTIFIED, whole.judgement.reasons
+    whole = identify(selected, there_and_back(FORCE, travel, given))
+    assert whole.verdict is ResultVerdict.IDENTIFIED, whole.reasons
     cut = replace(
         given.sources, deflection_force_n=TABLE.force_n[:-2], deflection_m=TABLE.deflection_m[:-2],
         deflection_sigma_m=TABLE.sigma_m[:-2],
     )  # fmt: skip
     less = replace(given, sources=cut)
-    short = identify(selected, less, there_and_back(FORCE, travel, less))
+    short = identify(selected, there_and_back(FORCE, travel, less))
     assert whole.headline is not None
     assert short.headline is not None
     assert short.headline.half_width > whole.headline.half_width

@@ -76,23 +76,23 @@ def headline_of(**changes: Any) -> Any:
     given = conditions(**changes)
     run = there_and_back(FORCE, DEFORMATION + FORCE / 3.5e6, given)
     selected = select(DEFORMATION, FORCE)
-    return identify(selected, given, run)
+    return identify(selected, run)
 
 
 def test_the_rig_is_judged_at_the_peak_force_and_by_the_coarser_resolution() -> None:
     sources = Sources(3.5e6, position_noise_m=2e-6)
     found = headline_of(position_resolution_m=1e-6, sources=sources)
     peak_n = float(FORCE.max())
-    assert found.judgement.k_max_n_per_m == identifiability(peak_n, 4e-6, 3.5e6).k_max_n_per_m
+    assert found.k_max_n_per_m == identifiability(peak_n, 4e-6, 3.5e6).k_max_n_per_m
     value = format_quantity(found.headline.value_n_per_m, "N/m")
-    assert found.judgement.reasons[-1].startswith(f"chord stiffness {value} is ")
+    assert found.reasons[-1].startswith(f"chord stiffness {value} is ")
 
 
 def test_the_asked_accuracy_decides_what_is_identified() -> None:
     sources = Sources(3.5e6, smooth_error_m=1e-6, smooth_length_n=50.0)
     half = headline_of(sources=sources).headline.half_width
     for t, verdict in ((0.99 / half, "identified"), (1.01 / half, "marginal")):
-        assert headline_of(sources=sources, t=t).judgement.verdict == verdict
+        assert headline_of(sources=sources, t=t).verdict == verdict
 
 
 # --- the fit that is believed
@@ -123,7 +123,7 @@ def test_the_order_in_which_fits_are_believed() -> None:
     names = ["joint", "rs_btls", "mixed_ls_tls", "odr", "inverse_ls", "rs_rtls"]
     fits = {name: fit(name) for name in reversed(names)}
     for name in names:
-        assert decide(fits).believe == name
+        assert decide(fits).selected == name
         fits[name] = fit(name, doubts=(Doubt(Flag.ILL_CONDITIONED, "x"),))
 
 

@@ -11,6 +11,7 @@ from long_ones import long
 
 from stepload.errors import BadInputError
 from stepload.estimators.curve_channels import first_touch, free_air, is_exact, quantum, white_noise
+from stepload.estimators.decide import UNUSABLE
 from stepload.estimators.fit import Flag, FloatArray
 from stepload.estimators.identifiability import identifiability
 from stepload.evidence.identification import Identification
@@ -90,7 +91,7 @@ def test_force_in_free_air_is_taken_out(identified: Callable[..., Found], bias_n
         position_m=travel(force) + rng.normal(0, 0.3e-6, force.size),
         force_n=force + bias_n + rng.normal(0, 0.5, force.size),
     )  # fmt: skip
-    assert found.believe == "joint"
+    assert found.selected == "joint"
     assert found.fit.n == pytest.approx(N, abs=0.05)
     assert covers(found)
     assert "touch taken where the force passes 3" in notes
@@ -122,7 +123,7 @@ def test_data_that_begin_in_contact_are_told_and_found(identified: Callable[...,
         force_n=force + rng.normal(0, 0.3, force.size),
     )  # fmt: skip
     assert "the data begin in contact, at 30" in notes
-    assert found.believe == "joint"
+    assert found.selected == "joint"
     # At the first sample payload and system are bent by 30 N already.
     assert found.fit.zero_m == pytest.approx(-((30 / K) ** (1 / N) + 30 / KS), abs=1e-6)
     assert covers(found)
@@ -174,8 +175,8 @@ def test_a_displacement_of_a_testing_machine_is_doubted(
     position = 1e3 * ((force / K) ** (1 / N) + force / KS + rng.normal(0, 5e-8, force.size))
     noisy = force + rng.normal(0, 0.3, force.size)
     found, _ = identified(**{name: position, "force_n": noisy})
-    assert found.judgement.verdict != "identified"
-    assert any("the machine's own deflection" in why for why in found.judgement.reasons)
+    assert found.verdict != "identified"
+    assert any("the machine's own deflection" in why for why in found.reasons)
     found, _ = identified(RIG, **{name: position, "force_n": noisy})
     assert found.headline is not None
     assert found.headline.verdict == "identified"
@@ -184,7 +185,7 @@ def test_a_displacement_of_a_testing_machine_is_doubted(
     assert low < np.diff(ends)[0] / np.diff((ends / K) ** (1 / N))[0] < high
     for own in ("displacement_mm", "Depth [mm]"):
         found, _ = identified(**{own: position, "force_n": noisy})
-        assert not any("own deflection" in why for why in found.judgement.reasons)
+        assert not any("own deflection" in why for why in found.reasons)
 
 
 def test_a_glitch_in_the_run_of_a_system(tmp_path: Path) -> None:
@@ -221,7 +222,7 @@ def test_a_payload_beyond_the_rig_is_not_identified(identified: Callable[..., Fo
     found, _ = identified(
         RIG, time_s=np.arange(force.size) / 100, position_m=position, force_n=force
     )
-    assert found.judgement.verdict != "identified"
+    assert found.verdict != "identified"
 
 
 def test_force_above_the_elastic_limit_is_flagged(identified: Callable[..., Found]) -> None:
@@ -229,7 +230,7 @@ def test_force_above_the_elastic_limit_is_flagged(identified: Callable[..., Foun
     found, _ = identified(
         Stated(elastic_limit_n=250.0), displacement_m=(force / K) ** (1 / N), force_n=force
     )
-    assert found.judgement.verdict == "marginal"
+    assert found.verdict == "marginal"
 
 
 def test_few_samples_are_flagged_and_fewer_refused(identified: Callable[..., Found]) -> None:
@@ -266,13 +267,13 @@ def test_k_max_rests_on_a_resolution_that_the_travel_shows(
     noisy = force + np.random.default_rng(1).normal(0, 0.3, force.size)
     smooth = (force / K) ** (1 / N) + force / KS
     found, notes = identified(RIG, position_m=smooth, force_n=noisy)
-    assert np.isnan(found.judgement.k_max_n_per_m)
-    assert not any("K_max" in reason for reason in found.judgement.reasons)
+    assert np.isnan(found.k_max_n_per_m)
+    assert not any("K_max" in reason for reason in found.reasons)
     assert "K_max (34) is not known" in notes
     assert "taken as a guided axis" in notes
     found, notes = identified(RIG, position_m=np.round(smooth / 1e-6) * 1e-6, force_n=noisy)
     assert "position resolution for K_max (34): 1 µm, its least step" in notes
-    assert found.judgement.k_max_n_per_m == pytest.approx(
+    assert found.k_max_n_per_m == pytest.approx(
         identifiability(found.peak_force_n, 1e-6, KS).k_max_n_per_m, rel=1e-6
     )
     found, notes = identified(
@@ -285,8 +286,8 @@ def test_a_deformation_of_noise_is_believed_by_nobody(identified: Callable[..., 
     depth = np.random.default_rng(7).normal(30e-6, 10e-6, 200)
     found, _ = identified(displacement_m=depth, force_n=np.linspace(1.0, 300.0, 200))
     assert flags(found) >= {Flag.ILL_CONDITIONED, Flag.NOT_CONVERGED}
-    assert found.judgement.verdict == "not identifiable"
-    assert any("believe none" in why for why in found.why)
+    assert found.verdict == "not identifiable"
+    assert UNUSABLE & {doubt.flag for doubt in found.fit.doubts}
 
 
 def test_a_long_unrest_at_the_top_winds_the_recursive_fit_up(
@@ -298,7 +299,7 @@ def test_a_long_unrest_at_the_top_winds_the_recursive_fit_up(
         RIG, time_s=np.arange(force.size) / 100, position_m=travel(force), force_n=force
     )
     assert Flag.HOLD_WINDUP in {doubt.flag for doubt in found.fits["rs_rtls"].doubts}
-    assert found.believe == "joint"
+    assert found.selected == "joint"
 
 
 def test_an_unloading_alone_is_no_loading(identified: Callable[..., Found]) -> None:
@@ -503,15 +504,15 @@ def test_numbers_without_noise_have_no_interval(identified: Callable[..., Found]
     force = np.linspace(1.0, 300.0, 300)
     exact = {"displacement_m": (force / K) ** (1 / N), "force_n": force}
     found, _ = identified(**exact)
-    assert found.judgement.verdict == "marginal"
+    assert found.verdict == "marginal"
     assert found.interval_secant_n_per_m is None
-    assert np.isnan(found.judgement.k_max_n_per_m)
-    assert any("state --force-noise" in reason for reason in found.judgement.reasons)
+    assert np.isnan(found.k_max_n_per_m)
+    assert any("state --force-noise" in reason for reason in found.reasons)
     for stated in (Stated(smooth_error_m=0.5e-6), Stated(force_noise_n=0.5)):
         found, _ = identified(stated, **exact)
         assert found.headline is not None
         assert found.headline.half_width < 0.2
-        assert found.judgement.reasons[:-1] == (ONLY_A_LOADING,)
+        assert found.reasons[:-1] == (ONLY_A_LOADING,)
         assert covers(found)
 
 
@@ -568,16 +569,14 @@ def test_magnitudes_that_a_payload_cannot_have_are_doubted(
     assert wishes.theory_n == 1.5
     depth, force = indentation()
     depth, force = np.concatenate([depth, depth[::-1]]), np.concatenate([force, force[::-1]])
-    assert identified(wishes, displacement_m=depth, force_n=force)[0].judgement.verdict == (
-        "identified"
-    )
+    assert identified(wishes, displacement_m=depth, force_n=force)[0].verdict == ("identified")
     for wrong in (
         {"displacement_m": 1e3 * depth, "force_n": force},
         {"displacement_m": depth, "force_n": 1e-3 * force},
     ):
         found, _ = identified(wishes, **wrong)
-        assert found.judgement.verdict == "marginal"
-        assert "payload's law gives" in found.judgement.reasons[0]
+        assert found.verdict == "marginal"
+        assert "payload's law gives" in found.reasons[0]
 
 
 def test_millimetres_and_kilonewtons_with_a_stated_rig_are_doubted(
@@ -591,8 +590,8 @@ def test_millimetres_and_kilonewtons_with_a_stated_rig_are_doubted(
         found, _ = identified(
             RIG, time_s=time_s, position_m=factor_m * path, force_n=factor_n * noisy
         )
-        assert found.judgement.verdict == "marginal"
-        assert any("is the unit of a column wrong" in r for r in found.judgement.reasons)
+        assert found.verdict == "marginal"
+        assert any("is the unit of a column wrong" in r for r in found.reasons)
 
 
 def test_a_system_that_takes_all_of_the_travel_is_told(identified: Callable[..., Found]) -> None:

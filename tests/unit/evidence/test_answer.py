@@ -15,19 +15,19 @@ from stepload.errors import DomainError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.sources import Sources
-from stepload.evidence.answer import Evidence, weigh
 from stepload.evidence.figures import SEAT, exponent
 from stepload.evidence.lawfit import Whitened, fit_law
 from stepload.evidence.laws import BILINEAR, HERTZ_LINEAR, POWER
 from stepload.evidence.loops import Hold, Track
 from stepload.evidence.quantity import ResultVerdict
 from stepload.evidence.reading import read_of
+from stepload.evidence.verdict import Judgement, judge
 
 PLANE = "secant_from_mean_plane"
 RUNS = 4
 
 
-def chord_of(world: World, found: Evidence) -> float:
+def chord_of(world: World, found: Judgement) -> float:
     """The true chord between the forces that the headline names."""
     at = np.array([found.headline.from_n, found.headline.to_n])
     return float(np.diff(at)[0] / np.diff(world.law(at))[0])
@@ -37,7 +37,7 @@ def holds(interval: tuple[float, float], truth: float) -> bool:
     return interval[0] <= truth <= interval[1]
 
 
-def shown(found: Evidence) -> set[str]:
+def shown(found: Judgement) -> set[str]:
     """The signs that the errors do not explain."""
     return {part.name for part in found.inelastic.parts if part.shown_m}
 
@@ -57,7 +57,7 @@ def test_a_kink_is_read_at_the_ends_and_has_no_tangent() -> None:
     held = 0
     for seed in range(RUNS):
         noise_m = 1e-6 * np.random.default_rng(seed).standard_normal(force_n.size)
-        found = weigh(there_and_back(force_n, stop(force_n) + noise_m, conditions))
+        found = judge(there_and_back(force_n, stop(force_n) + noise_m, conditions))
         truth = chord_of(World(law=stop), found)
         held += holds(found.headline.interval_n_per_m, truth)
         assert found.quantities["tangent"].verdict is not ResultVerdict.IDENTIFIED
@@ -71,7 +71,7 @@ def test_a_few_points_far_apart_are_no_kink(points: int) -> None:
     held = 0
     for seed in range(RUNS):
         noise_m = 0.3e-6 * np.random.default_rng(seed).standard_normal(points)
-        found = weigh(there_and_back(force_n, hertz(force_n) + noise_m, conditions))
+        found = judge(there_and_back(force_n, hertz(force_n) + noise_m, conditions))
         held += holds(found.headline.interval_n_per_m, chord_of(World(), found))
     assert held == RUNS
 
@@ -88,7 +88,7 @@ def test_a_few_points_far_apart_are_no_kink(points: int) -> None:
 )
 def test_an_ideal_contact_is_identified_and_true(world: World) -> None:
     for seed in range(RUNS):
-        found = weigh(press(world, seed))
+        found = judge(press(world, seed))
         assert found.headline.verdict == "identified", found.headline.why
         assert holds(found.headline.interval_n_per_m, chord_of(world, found))
         secant = found.quantities["secant_from_touch"]
@@ -99,7 +99,7 @@ def test_an_ideal_contact_is_identified_and_true(world: World) -> None:
 def test_figures_hold_in_any_shape_and_the_exponent_is_not_identified(law: object) -> None:
     world = World(law=law)  # type: ignore[arg-type]
     for seed in range(RUNS):
-        found = weigh(press(world, seed))
+        found = judge(press(world, seed))
         assert found.headline.verdict == "identified", found.headline.why
         assert holds(found.headline.interval_n_per_m, chord_of(world, found))
         secant = found.quantities["secant_from_touch"]
@@ -123,7 +123,7 @@ def test_what_is_not_elastic_is_told_and_no_law_is_identified(
     world: World, signs: set[str]
 ) -> None:
     for seed in range(RUNS):
-        found = weigh(press(world, seed))
+        found = judge(press(world, seed))
         assert signs <= shown(found)
         assert not found.elastic
         assert found.inelastic.share > found.within
@@ -146,7 +146,7 @@ def test_what_can_be_bounded_is_a_line_and_the_chord_holds(
 ) -> None:
     held = 0
     for seed in range(3 * RUNS):
-        found = weigh(press(world, seed))
+        found = judge(press(world, seed))
         assert line_of(found, line) > least
         held += holds(found.headline.interval_n_per_m, chord_of(world, found))
         narrow = found.headline.half_width <= 0.2
@@ -155,7 +155,7 @@ def test_what_can_be_bounded_is_a_line_and_the_chord_holds(
 
 
 def test_a_loading_alone_is_never_identified() -> None:
-    found = weigh(press(World(cycles=1, unload=False)))
+    found = judge(press(World(cycles=1, unload=False)))
     assert found.headline.verdict == "marginal"
     assert "only a loading" in found.headline.why[0]
 
@@ -171,13 +171,13 @@ def test_an_unloading_that_hardly_begins_is_no_check_of_the_loading(
     kept = unloading.force_n > down_to * float(loading.force_n.max())
     parts = (unloading.time_s, unloading.force_n, unloading.travel_m, unloading.held)
     begun = Track(*(part[kept] for part in parts))
-    found = weigh(replace(run, tracks=[(number, loading, begun)]))
+    found = judge(replace(run, tracks=[(number, loading, begun)]))
     assert (found.headline.verdict == "identified") == identified
     assert identified or "an unloading that ends at" in found.headline.why[0]
 
 
 def test_a_secant_is_not_extrapolated() -> None:
-    found = weigh(press(World(top_n=100.0, said={"secant_force_n": 300.0})))
+    found = judge(press(World(top_n=100.0, said={"secant_force_n": 300.0})))
     secant = found.quantities["secant_from_touch"]
     assert secant.to_n == pytest.approx(100.0, rel=0.02)
     assert secant.verdict != "identified"
@@ -187,9 +187,9 @@ def test_a_secant_is_not_extrapolated() -> None:
 
 def test_roughness_that_is_stated_gives_a_secant_from_the_mean_plane() -> None:
     run = press(World())
-    silent = weigh(told(run, rough_length_m=None))
-    stated = weigh(told(run, rough_length_m=1e-6))
-    smooth = weigh(told(run, rough_length_m=0.0))
+    silent = judge(told(run, rough_length_m=None))
+    stated = judge(told(run, rough_length_m=1e-6))
+    smooth = judge(told(run, rough_length_m=0.0))
     assert "secant_from_mean_plane" not in silent.quantities
     assert "secant_from_mean_plane" not in smooth.quantities
     assert stated.quantities["secant_from_mean_plane"].value_n_per_m > 0.0
@@ -205,7 +205,7 @@ def test_a_roughness_that_is_known_less_well_costs_width_and_is_in_the_budget() 
 
     run = press(World(law=law))
     found = [
-        weigh(told(run, rough_length_m=rough.scale_m, **sigma)).quantities[PLANE]
+        judge(told(run, rough_length_m=rough.scale_m, **sigma)).quantities[PLANE]
         for sigma in ({}, {"rough_length_sigma": 0.2}, {"rough_length_sigma": 0.6})
     ]
     default, least, wide = (each.half_width for each in found)
@@ -216,29 +216,29 @@ def test_a_roughness_that_is_known_less_well_costs_width_and_is_in_the_budget() 
 
 
 def test_the_chord_begins_at_a_tenth_of_the_top_force() -> None:
-    found = weigh(press(World()))
+    found = judge(press(World()))
     assert found.headline.from_n == pytest.approx(0.1 * found.headline.to_n, rel=1e-6)
 
 
 def test_a_small_drift_is_taken_out() -> None:
     world = World(drift_m_per_s=0.06e-6, quantum_m=0.2e-6, smooth_m=0.1e-6)
-    found = weigh(press(world))
+    found = judge(press(world))
     assert found.drift_m_per_s == pytest.approx(0.06e-6, rel=0.1)
     assert found.headline.value_n_per_m == pytest.approx(chord_of(world, found), rel=0.015)
 
 
 def test_doubts_from_elsewhere_block_every_figure() -> None:
-    found = weigh(replace(press(World()), doubts=("odd",)))
+    found = judge(replace(press(World()), doubts=("odd",)))
     assert all(each.verdict != "identified" for each in found.quantities.values())
     assert all("odd" in each.why for each in found.quantities.values())
 
 
 def test_what_is_asked_for_decides() -> None:
     run = press(World())
-    half = weigh(run).headline.half_width
-    assert weigh(told(run, t=1.0 / (1.01 * half))).headline.verdict == "identified"
-    assert weigh(told(run, t=1.0 / (0.99 * half))).headline.verdict == "marginal"
-    [why] = weigh(told(run, t=1.0 / (half * (1.0 - 1e-6)))).headline.why
+    half = judge(run).headline.half_width
+    assert judge(told(run, t=1.0 / (1.01 * half))).headline.verdict == "identified"
+    assert judge(told(run, t=1.0 / (0.99 * half))).headline.verdict == "marginal"
+    [why] = judge(told(run, t=1.0 / (half * (1.0 - 1e-6)))).headline.why
     shown, most = (float(each) for each in re.findall(r"±([\d.]+) %", why))
     assert shown > most
 
@@ -251,31 +251,31 @@ def test_a_force_that_eases_at_a_held_position_is_creep() -> None:
 def test_every_line_widens_the_interval() -> None:
     """A larger error of any source gives a wider headline."""
     run = press(World())
-    narrow = weigh(run).headline.half_width
+    narrow = judge(run).headline.half_width
     for wider in (
         {"system_stiffness_sigma_n_per_m": 0.0, "gain_sigma": 0.05},
         {"smooth_error_m": 3e-6},
         {"temperature_sigma_k": 3.0, "position_m_per_k": 1e-6},
         {"temperature_sigma_k": 5.0, "modulus_per_k": 0.01},
     ):
-        wide = weigh(told(run, **wider)).headline.half_width
+        wide = judge(told(run, **wider)).headline.half_width
         assert wide > 1.1 * narrow, wider
     # A chord of holds hardly feels a lag.
-    assert narrow < weigh(told(run, lag_sigma_s=0.05)).headline.half_width < 1.1 * narrow
+    assert narrow < judge(told(run, lag_sigma_s=0.05)).headline.half_width < 1.1 * narrow
     soft = told(run, system_stiffness_sigma_n_per_m=0.06 * 3.49e6)
-    assert weigh(soft).headline.half_width > 1.5 * narrow
+    assert judge(soft).headline.half_width > 1.5 * narrow
 
 
 def test_a_deformation_that_falls_is_refused() -> None:
     run = press(World(system_n_per_m=3.49e6))
     stiff = told(run, system_stiffness_n_per_m=1e6, **straight_table(1e6, 300.0))
     with pytest.raises(DomainError, match="does not rise"):
-        weigh(stiff)
+        judge(stiff)
 
 
 def test_the_branches_of_a_loop_have_their_own_chords() -> None:
     world = World(loop=0.25)
-    found = weigh(press(world))
+    found = judge(press(world))
     assert shown(found) == {"gap"}
     assert not found.elastic
     loading, unloading, again = (
@@ -294,11 +294,11 @@ def test_the_branches_of_a_loop_have_their_own_chords() -> None:
 
 def test_the_branch_that_is_asked_for_is_the_headline() -> None:
     run = press(World())
-    found, asked = weigh(run), weigh(told(run, branch="unloading"))
+    found, asked = judge(run), judge(told(run, branch="unloading"))
     assert asked.headline == found.quantities["unloading_chord"] != found.headline
     assert asked.quantities == found.quantities
     with pytest.raises(DomainError, match="reloading"):
-        weigh(told(press(World(cycles=1)), branch="reloading"))
+        judge(told(press(World(cycles=1)), branch="reloading"))
 
 
 def test_a_cycle_that_was_cut_short_is_left_out() -> None:
@@ -307,14 +307,14 @@ def test_a_cycle_that_was_cut_short_is_left_out() -> None:
     early = loading.force_n < 60.0
     first = int(np.argmin(early))
     cut = Track(*(getattr(loading, n)[:first] for n in ("time_s", "force_n", "travel_m", "held")))
-    found = weigh(replace(run, tracks=[run.tracks[0], (number, cut, None)]))
-    alone = weigh(replace(run, tracks=run.tracks[:1]))
+    found = judge(replace(run, tracks=[run.tracks[0], (number, cut, None)]))
+    alone = judge(replace(run, tracks=run.tracks[:1]))
     assert found.headline == alone.headline
     assert found.drift_m_per_s is None
 
 
 def test_a_secant_below_the_chord_is_the_laws_word() -> None:
-    found = weigh(told(press(World()), secant_force_n=5.0))
+    found = judge(told(press(World()), secant_force_n=5.0))
     secant = found.quantities["secant_from_touch"]
     assert secant.verdict != "identified"
     assert "below the" in " ".join(secant.why)
@@ -322,7 +322,7 @@ def test_a_secant_below_the_chord_is_the_laws_word() -> None:
 
 def test_exponents_that_theory_knows_are_told_apart_where_the_data_can() -> None:
     fine = World(quantum_m=0.1e-6, smooth_m=0.05e-6, position_noise_m=0.05e-6)
-    rows = {row.name: row for row in weigh(press(fine)).laws}
+    rows = {row.name: row for row in judge(press(fine)).laws}
     assert rows["power law, Hertz (n = 1.5)"].alike
     assert not rows["power law, cone (n = 2)"].alike
     assert not rows["power law, linear (n = 1)"].alike
@@ -331,7 +331,7 @@ def test_exponents_that_theory_knows_are_told_apart_where_the_data_can() -> None
 def test_a_second_loading_alone_still_tells_what_has_set() -> None:
     run = press(World(set_m=10e-6))
     number, loading, _ = run.tracks[1]
-    found = weigh(replace(run, tracks=[run.tracks[0], (number, loading, None)]))
+    found = judge(replace(run, tracks=[run.tracks[0], (number, loading, None)]))
     assert "set" in shown(found)
     moved = found.inelastic.of("set")
     assert moved is not None
@@ -341,12 +341,12 @@ def test_a_second_loading_alone_still_tells_what_has_set() -> None:
 FINE = World(quantum_m=0.05e-6, position_noise_m=0.02e-6, smooth_m=0.05e-6, force_noise_n=0.1)
 
 
-def line_of(found: Evidence, begins: str) -> float:
+def line_of(found: Judgement, begins: str) -> float:
     return next(each.relative for each in found.headline.lines if each.source.startswith(begins))
 
 
 def test_a_little_damping_is_a_rate_and_a_steady_contact_has_none() -> None:
-    damped, steady = weigh(press(replace(FINE, damping_s=0.03))), weigh(press(FINE))
+    damped, steady = judge(press(replace(FINE, damping_s=0.03))), judge(press(FINE))
     assert "rate" in shown(damped) - shown(steady)
     assert holds(damped.headline.interval_n_per_m, chord_of(FINE, damped))
 
@@ -358,7 +358,7 @@ def test_creep_at_the_pace_of_the_holds_is_about_what_the_chord_is_off(
 ) -> None:
     """Short holds see little of it: what goes on between them counts as well."""
     world = replace(FINE, hold_s=hold_s, creep=0.05, creep_tau_s=tau_s, loop=0.0)
-    found = weigh(press(world))
+    found = judge(press(world))
     creep = found.inelastic.of("creep")
     assert creep is not None
     at_n = np.array([found.headline.from_n, found.headline.to_n])
@@ -372,17 +372,17 @@ def test_points_that_tell_no_shape_of_a_law_leave_it_out() -> None:
 
 
 def test_short_holds_tell_less_of_creep() -> None:
-    long, short = (weigh(press(World(hold_s=hold_s))).inelastic for hold_s in (5.0, 0.5))
+    long, short = (judge(press(World(hold_s=hold_s))).inelastic for hold_s in (5.0, 0.5))
     sigmas = [part.sigma_m for each in (long, short) if (part := each.of("creep"))]
     assert sigmas[1] > 1.5 * sigmas[0]
 
 
 def test_a_zero_of_force_that_moves_is_in_the_budget_and_one_that_is_not_known_is_told() -> None:
     run = press(World())
-    moved, still = (weigh(replace(run, zero_step_n=step_n)) for step_n in (1.0, 0.0))
+    moved, still = (judge(replace(run, zero_step_n=step_n)) for step_n in (1.0, 0.0))
     assert line_of(moved, "zero of force") > 0.002
     assert moved.headline.half_width > still.headline.half_width
-    assert any("looked at twice in free air" in note for note in weigh(run).notes)
+    assert any("looked at twice in free air" in note for note in judge(run).notes)
     assert not any("looked at twice in free air" in note for note in still.notes)
 
 
@@ -390,8 +390,8 @@ def test_a_stated_drift_counts_where_the_zero_was_not_looked_at_again() -> None:
     """It may be all that was read: then there is no stiffness."""
     run = press(World())
 
-    def stated(drift_n_per_s: float, step_n: float | None = None) -> Evidence:
-        return weigh(told(run, zero_drift_n_per_s=drift_n_per_s, zero_step_n=step_n))
+    def stated(drift_n_per_s: float, step_n: float | None = None) -> Judgement:
+        return judge(told(run, zero_drift_n_per_s=drift_n_per_s, zero_step_n=step_n))
 
     assert not any(line.source == "zero of force" for line in stated(0.0).headline.lines)
     assert 0.0 < line_of(stated(0.01), "zero of force") < line_of(stated(0.1), "zero of force")
@@ -402,7 +402,7 @@ def test_a_stated_drift_counts_where_the_zero_was_not_looked_at_again() -> None:
 
 def test_a_loading_that_may_have_ended_for_what_it_showed_counts_as_two_looks() -> None:
     run = press(World())
-    once, twice = (weigh(replace(run, looked=looked)) for looked in (False, True))
+    once, twice = (judge(replace(run, looked=looked)) for looked in (False, True))
     for kind in ("chord", "secant_from_touch", "tangent"):
         (low, high), (lower, higher) = (
             found.quantities[kind].interval_n_per_m for found in (once, twice)
@@ -417,11 +417,11 @@ def test_what_gave_way_once_at_small_force_is_a_seat() -> None:
     run = press(World())
     number, loading, unloading = run.tracks[1]
     lower = replace(loading, travel_m=loading.travel_m + 7e-6 * np.exp(-loading.force_n / 10.0))
-    seated = weigh(replace(run, tracks=[run.tracks[0], (number, lower, unloading)]))
+    seated = judge(replace(run, tracks=[run.tracks[0], (number, lower, unloading)]))
     assert "seat" in shown(seated)
     assert not seated.elastic
-    assert seated.headline.value_n_per_m == pytest.approx(weigh(run).headline.value_n_per_m)
-    sound, secant = (each.quantities["secant_from_touch"] for each in (weigh(run), seated))
+    assert seated.headline.value_n_per_m == pytest.approx(judge(run).headline.value_n_per_m)
+    sound, secant = (each.quantities["secant_from_touch"] for each in (judge(run), seated))
     [line] = [line for line in secant.lines if line.source == SEAT]
     seat = seated.inelastic.of("seat")
     assert seat is not None
@@ -431,12 +431,12 @@ def test_what_gave_way_once_at_small_force_is_a_seat() -> None:
 
 @pytest.mark.parametrize("loop", [0.0, 0.1, 0.25])
 def test_the_work_lost_is_that_of_the_loop(loop: float) -> None:
-    found = [weigh(press(World(loop=loop), seed)).inelastic.loss for seed in range(3 * RUNS)]
+    found = [judge(press(World(loop=loop), seed)).inelastic.loss for seed in range(3 * RUNS)]
     shares = np.array([each[0] for each in found if each is not None])
     assert shares.size == 3 * RUNS
     sigma = np.mean([each[1] for each in found if each is not None])
     assert np.mean(shares) == pytest.approx(loop, abs=3.0 * sigma / np.sqrt(shares.size))
-    assert weigh(press(World(cycles=1, unload=False), 0)).inelastic.loss is None
+    assert judge(press(World(cycles=1, unload=False), 0)).inelastic.loss is None
 
 
 def test_n_rests_on_the_lengths_with_which_a_power_law_fits() -> None:

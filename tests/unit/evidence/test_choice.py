@@ -11,17 +11,17 @@ from pressed_runs import World, press, told
 from stepload.contact.power_law import LAW_NAMES
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.smooth import smooth_lengths
-from stepload.evidence import answer
-from stepload.evidence.answer import Evidence, weigh
+from stepload.evidence import verdict
 from stepload.evidence.errors import middle
 from stepload.evidence.laws import LAWS
+from stepload.evidence.verdict import Judgement, judge
 
 TOUCH = "secant_from_touch"
 WITHOUT_LAW = {"chord", "unloading_chord", "reloading_chord", "tangent"}
 
 
-def chosen(world: World, *words: str) -> Evidence:
-    return weigh(told(press(world), laws=words))
+def chosen(world: World, *words: str) -> Judgement:
+    return judge(told(press(world), laws=words))
 
 
 def two_springs(force_n: FloatArray) -> FloatArray:
@@ -33,7 +33,7 @@ def test_every_name_is_a_law() -> None:
 
 
 def test_a_law_that_was_chosen_and_fits_narrows_the_secant_and_says_so() -> None:
-    free, hertz = weigh(press(World())), chosen(World(), "hertz")
+    free, hertz = judge(press(World())), chosen(World(), "hertz")
     assert hertz.headline == free.headline
     assert hertz.quantities[TOUCH].verdict == "identified"
     assert hertz.quantities[TOUCH].half_width < free.quantities[TOUCH].half_width
@@ -50,7 +50,7 @@ def test_a_law_that_was_chosen_and_fits_narrows_the_secant_and_says_so() -> None
 def test_a_law_that_was_chosen_and_does_not_fit_is_not_identified(word: str) -> None:
     world = World(law=two_springs)
     found = chosen(world, word)
-    assert found.headline == weigh(press(world)).headline
+    assert found.headline == judge(press(world)).headline
     law_figures = [each for kind, each in found.quantities.items() if kind not in WITHOUT_LAW]
     assert law_figures or word == "hertz-linear"  # which cannot be fitted at all
     assert all(each.verdict != "identified" for each in law_figures)
@@ -58,7 +58,7 @@ def test_a_law_that_was_chosen_and_does_not_fit_is_not_identified(word: str) -> 
 
 def test_the_law_that_is_true_may_be_chosen_where_the_power_law_does_not_fit() -> None:
     world = World(law=two_springs)
-    free = weigh(press(world))
+    free = judge(press(world))
     assert free.exponent is not None
     assert free.exponent.verdict != "identified"
     found = chosen(world, "two-springs")
@@ -77,10 +77,10 @@ def test_an_exponent_that_was_assumed_is_not_a_finding() -> None:
 
 def test_a_choice_that_cannot_be_fitted_leaves_the_chord() -> None:
     run = told(press(World()), laws=("rough",))
-    found = weigh(told(run, rough_length_m=0.0))
+    found = judge(told(run, rough_length_m=0.0))
     assert set(found.quantities) == WITHOUT_LAW
     assert "it cannot be fitted" in found.notes[-1]
-    assert TOUCH in weigh(told(run, rough_length_m=None)).quantities
+    assert TOUCH in judge(told(run, rough_length_m=None)).quantities
 
 
 def test_a_choice_that_cannot_be_fitted_with_the_length_that_stands_for_all_counts_with_none(
@@ -88,10 +88,10 @@ def test_a_choice_that_cannot_be_fitted_with_the_length_that_stands_for_all_coun
 ) -> None:
     run = press(World())
     run = told(run, smooth_length_n=None, laws=("hertz",))
-    assert TOUCH in weigh(run).quantities
-    whole, asked = answer.chosen_fits, itertools.count()
+    assert TOUCH in judge(run).quantities
+    whole, asked = verdict.chosen_fits, itertools.count()
     here = middle(len(smooth_lengths(None, 300.0)))
     monkeypatch.setattr(
-        answer, "chosen_fits", lambda *given: {} if next(asked) == here else whole(*given)
+        verdict, "chosen_fits", lambda *given: {} if next(asked) == here else whole(*given)
     )
-    assert set(weigh(run).quantities) == WITHOUT_LAW
+    assert set(judge(run).quantities) == WITHOUT_LAW

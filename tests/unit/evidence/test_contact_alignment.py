@@ -18,7 +18,6 @@ from stepload.estimators.contact_quality import (
 )
 from stepload.estimators.fit import Missing
 from stepload.estimators.lateral_effect import CROSS_COMPLIANCE, Across
-from stepload.evidence.answer import weigh
 from stepload.evidence.lateral import (
     ANY_WAY,
     SIDEWAYS_OVER_ALONG,
@@ -30,6 +29,7 @@ from stepload.evidence.lateral import (
     coupling_of,
 )
 from stepload.evidence.quantity import ResultVerdict
+from stepload.evidence.verdict import judge
 
 YIELDS = 1.0 / 3.49e6
 SPAN_M = 50e-6
@@ -109,14 +109,14 @@ def test_three_numbers_tell_the_coupling() -> None:
 
 
 def test_all_of_it_stands_in_the_budget() -> None:
-    plain = weigh(press(World()))
+    plain = judge(press(World()))
     assert plain.headline.verdict is ResultVerdict.IDENTIFIED
     assert not any("slip" in line.source and line.relative for line in plain.headline.lines)
     slipped = ContactAlignment(
         quality(slip(30.0), place=point(5e-3), unseen_n=3.0), arm=True,
         misalignment_rad=0.035, yields_m_per_n=YIELDS, gauge_offset_m=0.001,
     )  # fmt: skip
-    found = weigh(press(World(said={"alignment": slipped})))
+    found = judge(press(World(said={"alignment": slipped})))
     lines = {line.source: line.relative for line in found.headline.lines}
     for source in ("slip on a tilted plate", "misalignment of sensor and plate",
                    "gauge off the axis of an arm that turns"):  # fmt: skip

@@ -10,10 +10,10 @@ import pytest
 from pressed_runs import World, hertz, press, told
 
 from stepload.estimators.fit import FloatArray
-from stepload.evidence.answer import Evidence, weigh
 from stepload.evidence.lateral import Sideways
 from stepload.evidence.loops import Track
 from stepload.evidence.run_data import RunData
+from stepload.evidence.verdict import Judgement, judge
 
 Read = Callable[[FloatArray], FloatArray]
 NOISE_M, QUANTUM_M = 0.05e-6, 0.1e-6
@@ -62,13 +62,13 @@ def beside(world: World, seed: int, read: Read = sound) -> RunData:
     return replace(made, tracks=tracks, conditions=conditions)
 
 
-def against(found: Evidence) -> set[str]:
+def against(found: Judgement) -> set[str]:
     """What is said against the gauge, each by a word of its own."""
     why = " ".join(found.headline.why)
     return {word for word in ("the gauge stands", "the gauge changes by") if word in why}
 
 
-def about_the_scale(found: Evidence) -> list[str]:
+def about_the_scale(found: Judgement) -> list[str]:
     return [note for note in found.notes if "gauge's scale" in note]
 
 
@@ -84,7 +84,7 @@ def about_the_scale(found: Evidence) -> list[str]:
 )
 def test_a_sound_gauge_is_quiet(world: World) -> None:
     for seed in range(6):
-        found = weigh(beside(world, seed))
+        found = judge(beside(world, seed))
         assert found.headline.verdict == "identified", found.headline.why
         assert "would not be seen" in about_the_scale(found)[0]
 
@@ -102,7 +102,7 @@ def test_a_sound_gauge_is_quiet(world: World) -> None:
 )
 def test_a_gauge_that_the_arm_contradicts_identifies_nothing(read: Read, said: set[str]) -> None:
     for seed in range(3):
-        found = weigh(beside(World(), seed, read))
+        found = judge(beside(World(), seed, read))
         assert said <= against(found)
         assert all(each.verdict != "identified" for each in found.quantities.values())
 
@@ -110,22 +110,22 @@ def test_a_gauge_that_the_arm_contradicts_identifies_nothing(read: Read, said: s
 def test_an_arm_that_says_nothing_of_the_scale_is_told_and_fires_nothing() -> None:
     run = beside(World(), 0, scaled(1.2))
     arm = replace(run.conditions.arm_sources, smooth_error_m=20e-6)  # type: ignore[type-var]
-    found = weigh(told(run, arm_sources=arm))
+    found = judge(told(run, arm_sources=arm))
     assert not against(found)
     assert "was not checked" in about_the_scale(found)[0]
-    serial = weigh(replace(told(run, arm=True), sideways=Sideways("guided")))
+    serial = judge(replace(told(run, arm=True), sideways=Sideways("guided")))
     assert not against(serial)
     assert "was not checked" in about_the_scale(serial)[0]
 
 
 def test_a_record_that_does_not_know_the_arms_side_says_so() -> None:
-    found = weigh(told(beside(World(), 0), arm_sources=None))
+    found = judge(told(beside(World(), 0), arm_sources=None))
     assert not against(found)
     assert "does not say how far the system gives way" in about_the_scale(found)[0]
 
 
 def test_without_a_gauge_nothing_is_said_of_one() -> None:
-    found = weigh(press(World()))
+    found = judge(press(World()))
     assert not against(found)
     assert not about_the_scale(found)
 
@@ -135,4 +135,4 @@ def test_a_payload_that_stops_is_no_gauge_at_its_end() -> None:
         return hertz(np.minimum(force_n, 120.0))
 
     for seed in range(3):
-        assert not against(weigh(beside(World(law=stopped), seed)))
+        assert not against(judge(beside(World(law=stopped), seed)))

@@ -11,7 +11,6 @@ from pressed_runs import World, press
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.lateral_effect import CROSS_COMPLIANCE, Across
 from stepload.estimators.sources import Sources
-from stepload.evidence.answer import weigh
 from stepload.evidence.lateral import (
     GUIDED_COMPLIANCE,
     UNKNOWN_FRICTION,
@@ -20,6 +19,7 @@ from stepload.evidence.lateral import (
     sideways,
 )
 from stepload.evidence.quantity import ResultVerdict
+from stepload.evidence.verdict import judge
 
 K_S = 1e5
 KNOWN = Across((2e-6, 0.0), (1e-7, 1e-7), 0.0, (0.1, 0.0), reach=0.1)
@@ -103,10 +103,10 @@ def test_before_a_run_only_what_is_certain_to_be_missing_costs_width() -> None:
 
 
 def test_it_stands_in_the_budget() -> None:
-    quiet = weigh(press(World()))
+    quiet = judge(press(World()))
     assert quiet.headline.verdict is ResultVerdict.IDENTIFIED
     unknown = Sideways("unknown", relative=UNKNOWN_FRICTION)
-    evidence = weigh(press(World(said={"sideways": unknown})))
+    evidence = judge(press(World(said={"sideways": unknown})))
     [line] = [x for x in evidence.headline.lines if x.source == "lateral force"]
     assert line.relative > 0.02
     assert evidence.headline.half_width > quiet.headline.half_width

@@ -10,10 +10,10 @@ from pressed_runs import there_and_back
 
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.sources import Sources
-from stepload.evidence.answer import weigh
 from stepload.evidence.loops import Track
 from stepload.evidence.run_data import RunData
 from stepload.evidence.second_channel import against_second
+from stepload.evidence.verdict import judge
 
 TOP_N = 50.0
 
@@ -46,7 +46,7 @@ def test_a_wrong_gain_identifies_nothing(gain: float) -> None:
     run = pressed(gain)
     doubts, notes = against_second(run)
     assert (len(doubts), len(notes)) == (1, 0)
-    assert all(doubts[0] in each.why for each in weigh(run).quantities.values())
+    assert all(doubts[0] in each.why for each in judge(run).quantities.values())
 
 
 def test_friction_of_the_second_channel_is_its_uncertainty() -> None:

@@ -12,13 +12,13 @@ from pressed_runs import World, hertz, press, told
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.sources import Sources
-from stepload.evidence.answer import weigh
 from stepload.evidence.elastic import jump_of
 from stepload.evidence.errors import dithered
-from stepload.evidence.expected import NAMED, Course, expected_chord, expected_run, narrowing
+from stepload.evidence.expected import NAMED, LoadSchedule, expect, narrowing
 from stepload.evidence.lawfit import Whitened, fit_law
 from stepload.evidence.laws import POWER
 from stepload.evidence.reading import read_of
+from stepload.evidence.verdict import judge
 
 QUANTUM_M = 2e-6
 
@@ -88,13 +88,13 @@ def clicking(force_n: FloatArray) -> FloatArray:
 
 def test_a_run_that_clicks_between_two_levels_is_not_identified() -> None:
     for seed in range(3):
-        found = weigh(press(World(law=clicking), seed))
+        found = judge(press(World(law=clicking), seed))
         assert all(each.verdict != "identified" for kind, each in found.quantities.items())
 
 
 def test_tops_that_disagree_with_the_second_loading_are_a_line_of_drift() -> None:
     def uneven(set_m: float) -> float:
-        lines = weigh(press(World(set_m=set_m))).headline.lines
+        lines = judge(press(World(set_m=set_m))).headline.lines
         return next((each.relative for each in lines if "not even" in each.source), 0.0)
 
     assert uneven(0.0) < 1e-3
@@ -103,12 +103,12 @@ def test_tops_that_disagree_with_the_second_loading_are_a_line_of_drift() -> Non
 
 def test_what_narrows_a_run_are_its_largest_lines_with_the_interval_that_they_give() -> None:
     run = press(World(system_sigma=0.05))
-    now = weigh(run).headline
+    now = judge(run).headline
     found = narrowing(run, now)
     assert 1 <= len(found) <= NAMED
     assert found[0].line == max(now.lines, key=lambda line: line.relative).source
     assert found[0].line == "system stiffness K_s"
-    known = weigh(press(World(system_sigma=0.01))).headline.half_width
+    known = judge(press(World(system_sigma=0.01))).headline.half_width
     assert found[0].half_width == pytest.approx(known, rel=0.05)
     assert all(each.half_width < now.half_width for each in found)
 
@@ -116,7 +116,7 @@ def test_what_narrows_a_run_are_its_largest_lines_with_the_interval_that_they_gi
 @pytest.mark.parametrize("branch", ["loading", "unloading", "reloading"])
 def test_what_is_expected_is_of_the_branch_that_is_asked_for(branch: str) -> None:
     run = told(press(World()), branch=branch)
-    expected, measured = expected_chord(run), weigh(run).headline
+    expected, measured = judge(run, laws=False).headline, judge(run).headline
     assert expected.kind == measured.kind
     assert expected.half_width == pytest.approx(measured.half_width, rel=0.05)
 
@@ -129,9 +129,9 @@ def test_the_shape_of_a_fit_does_not_tell_the_stiffness_of_the_system(
     """K_s known to 10 % and wrong by it: the chord is off by one standard uncertainty of it."""
     sources = Sources(1e5, 1e4, 1e-7, smooth_length_n=10.0, force_noise_n=1e-3,
                       position_resolution_m=1e-8)  # fmt: skip
-    course = Course(np.linspace(10.0, 50.0, 5), 1.0, (1.0,) * 5, (1.0,) * 4, 2.0)
+    schedule = LoadSchedule(np.linspace(10.0, 50.0, 5), 1.0, (1.0,) * 5, (1.0,) * 4, 2.0)
     k = 50.0 / 5e-4**n
-    tracks = course.tracks(lambda force: (force / k) ** (1.0 / n) + (1.0 + wrong) * force / 1e5)
-    found = expected_chord(expected_run(Conditions(sources, 50.0, 1.0, 1e-8), tracks))
+    told = Conditions(sources, 50.0, 1.0, 1e-8)
+    found = expect(told, schedule, lambda f: (f / k) ** (1.0 / n) + wrong * f / 1e5).chord
     true = 45.0 / ((50.0 / k) ** (1.0 / n) - (5.0 / k) ** (1.0 / n))
     assert abs(math.log(found.value_n_per_m / true)) < 1.3 * found.relative

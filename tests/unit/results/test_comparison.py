@@ -251,7 +251,7 @@ def test_a_run_that_is_not_identifiable_shows_nothing() -> None:
     wide = replace(CONDITIONS, sources=replace(CONDITIONS.sources, smooth_error_m=5e-5))
     runs = [saved("a"), saved("b", draw=2, conditions=wide)]
     found = compare(runs)
-    assert found.runs[1].found.judgement.verdict == "not identifiable"
+    assert found.runs[1].found.verdict == "not identifiable"
     assert found.differences[0].verdict is Agreement.CANNOT_TELL
     assert found.differences[0].smallest_detectable > 1.0
 

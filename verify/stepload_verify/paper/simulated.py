@@ -15,9 +15,9 @@ from stepload.estimators.ls import rs_btls, smallest_direction
 from stepload.estimators.recursive import RsRtls
 from stepload.estimators.selection import uniform_in_force
 from stepload.estimators.sources import Sources
-from stepload.evidence.answer import Evidence, weigh
 from stepload.evidence.loops import Track
 from stepload.evidence.run_data import RunData
+from stepload.evidence.verdict import Judgement, judge
 from stepload_verify.paper import laws
 from stepload_verify.paper.chart import Line, chart
 from stepload_verify.paper.printed import PAYLOADS, SECANT_FORCE_N
@@ -168,7 +168,7 @@ def _held(seed: int, truth: _Truth) -> tuple[bool, bool, float]:
     return low <= truth.mean_plane <= high, low <= truth.touch <= high, _chord(free)
 
 
-def _fits(run: RawRun) -> tuple[Fit, Fit, Evidence]:
+def _fits(run: RawRun) -> tuple[Fit, Fit, Judgement]:
     deformation, force = _points(run)
     pressed = slice(run.touch, None)
     track = Track(
@@ -181,7 +181,7 @@ def _fits(run: RawRun) -> tuple[Fit, Fit, Evidence]:
     return (
         rs_btls(deformation, force, secant_force_n=SECANT_FORCE_N),
         free,
-        weigh(RunData([(1, track, None)], told)),
+        judge(RunData([(1, track, None)], told)),
     )
 
 

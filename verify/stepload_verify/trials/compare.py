@@ -29,8 +29,8 @@ from stepload.estimators.sources import Sources
 from stepload.evidence.difference import Agreement, Difference, Measured, difference
 from stepload.evidence.loops import Track
 from stepload.evidence.origin import REPEATS, Origin
-from stepload.evidence.reading import branch_chord, read_of
 from stepload.evidence.run_data import RunData
+from stepload.evidence.verdict import judge
 
 N = 1.5
 K = 6.57e8
@@ -146,7 +146,7 @@ def press(
     loading = Track(np.linspace(0.0, TIME_S, POINTS)[touch:], read, travel - travel[0], held)
     told = Conditions(SOURCES, TOP_N, TOUCH_N, SOURCES.position_resolution_m)
     run = RunData([(1, loading, None)], told, between_n=CHORD_N)
-    figure = branch_chord(run, read_of(run), "loading")
+    figure = judge(run, laws=False).headline
     assert figure is not None
     return Measured(
         run=rig.name,

@@ -1,4 +1,4 @@
-"""The whole evaluation: from the cycles of a run to figures with intervals and verdicts."""
+"""From the cycles of a run, measured or expected, to figures with intervals and verdicts."""
 
 from __future__ import annotations
 
@@ -28,8 +28,15 @@ from stepload.evidence.lawfit import (
 )
 from stepload.evidence.laws import FIXED, POWER
 from stepload.evidence.loops import Branch, Loop
-from stepload.evidence.quantity import Exponent, Quantity, combined
-from stepload.evidence.reading import OF_SIGNS, branch_chord, kind_of, no_branch, read_of
+from stepload.evidence.quantity import Exponent, Quantity, combined, without_interval
+from stepload.evidence.reading import (
+    OF_SIGNS,
+    Read,
+    branch_chord,
+    kind_of,
+    no_branch,
+    read_of,
+)
 from stepload.evidence.run_data import RunData
 from stepload.evidence.second_channel import against_second
 from stepload.units import format_quantity, percent
@@ -57,16 +64,16 @@ class LawRow:
 
 
 @dataclass(frozen=True, slots=True)
-class Evidence:
-    """The evaluation of a run.
+class Judgement:
+    """What the data of a run show.
 
     Attributes:
         headline: the chord stiffness of the branch that was asked for.
         quantities: every stiffness by kind, the headline among them.
-        exponent: n of the power law; None where no power law fits.
         inelastic: loop, set, creep and rate.
-        laws: the laws that were tried, the best first.
         drift_m_per_s: drift that was subtracted; None where it is not known, or without times.
+        exponent: n of the power law; None where no power law fits.
+        laws: the laws that were tried, the best first.
         notes: what this run cannot show, and what was assumed.
         covariance: (3, 3) of (ln K, n, δ0) of a power law through the loading, all errors in it;
             None where no power law fits, or nothing is known of the errors.
@@ -74,11 +81,11 @@ class Evidence:
 
     headline: Quantity
     quantities: Mapping[str, Quantity]
-    exponent: Exponent | None
     inelastic: Inelastic
-    laws: tuple[LawRow, ...]
     drift_m_per_s: float | None
-    notes: tuple[str, ...]
+    exponent: Exponent | None = None
+    laws: tuple[LawRow, ...] = ()
+    notes: tuple[str, ...] = ()
     covariance: FloatArray | None = None
 
     @property
@@ -92,14 +99,39 @@ class Evidence:
         return _within(self.headline)
 
 
-def weigh(run: RunData) -> Evidence:
-    """Compute every figure that the data of the run support.
+def judge(run: RunData, *, laws: bool = True) -> Judgement:
+    """Every figure that the data of a run support, with interval and verdict.
+
+    Args:
+        run: measured, or expected before it (`stepload.evidence.expected`).
+        laws: whether laws are fitted; without them only the headline is computed, from the same
+            budget. A run that is only expected follows a known law.
 
     Raises:
-        DomainError: too little in contact, or a deformation that does not rise with the force.
+        DomainError: too little in contact, a deformation that does not rise with the force, or no
+            such branch.
     """
-    told = run.conditions
     read = read_of(run)
+    drift_m_per_s = read.drift.rate_m_per_s if read.drift is not None and run.timed else None
+    if not laws:
+        headline = _there(branch_chord(run, read, run.conditions.branch), run)
+        return Judgement(headline, {headline.kind: headline}, read.inelastic, drift_m_per_s)
+    found = _with_laws(run, read, drift_m_per_s)
+    if run.errors_known:
+        return found
+    open_ended = {kind: without_interval(each) for kind, each in found.quantities.items()}
+    headline = open_ended[found.headline.kind]
+    return replace(found, headline=headline, quantities=open_ended, covariance=None)
+
+
+def _there(headline: Quantity | None, run: RunData) -> Quantity:
+    if headline is None:
+        raise DomainError(no_branch(run, run.conditions.branch))
+    return headline
+
+
+def _with_laws(run: RunData, read: Read, drift_m_per_s: float | None) -> Judgement:
+    told = run.conditions
     loops, elastic, inelastic = read.loops, read.elastic, read.inelastic
     first = loops[0].loading
     of_gauge, said_of_gauge = against_arm(run, read.local)
@@ -140,9 +172,7 @@ def weigh(run: RunData) -> Evidence:
     for name in BRANCHES[1:]:
         if (own := branch_chord(run, read, name, read_from.doubts)) is not None:
             found[own.kind] = own
-    headline = found.get(kind_of(told.branch))
-    if headline is None:
-        raise DomainError(no_branch(run, told.branch))
+    headline = _there(found.get(kind_of(told.branch)), run)
     if inelastic.share > _within(headline):
         said_of = (
             f"{percent(inelastic.share, 2)} of the deformation is not elastic ({inelastic.largest})"
@@ -151,13 +181,13 @@ def weigh(run: RunData) -> Evidence:
     if told.laws:
         unbound = figures.quantities(run, replace(read_from, law_sets=every))
         notes.append(_chosen(told.laws, found, unbound))
-    return Evidence(
+    return Judgement(
         headline=headline,
         quantities=found,
-        exponent=figures.exponent(read_from),
         inelastic=inelastic,
+        drift_m_per_s=drift_m_per_s,
+        exponent=figures.exponent(read_from),
         laws=_rows(laws, chosen[here], data),
-        drift_m_per_s=read.drift.rate_m_per_s if read.drift is not None and run.timed else None,
         notes=tuple(notes),
         covariance=(None if power is None else figures.parameter_covariance(run, read_from, power)),
     )
