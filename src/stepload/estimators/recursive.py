@@ -15,15 +15,7 @@ import math
 import numpy as np
 
 from stepload.errors import DomainError
-from stepload.estimators.fit import (
-    FEW_POINTS,
-    Doubt,
-    Fit,
-    Flag,
-    FloatArray,
-    log_secant,
-    unlawful,
-)
+from stepload.estimators.fit import FEW_POINTS, Doubt, Fit, Flag, FloatArray, log_secant, unlawful
 from stepload.estimators.ls import smallest_direction
 
 MEMORY_SHARE = 0.25
@@ -114,11 +106,7 @@ class RsRtls:
     def triangle(self) -> FloatArray:
         """(3, 3) upper triangle of the samples in memory, of the rows δ·[1, ln δ, ln F]."""
         return np.array(
-            [
-                [self._r11, self._r12, self._r13],
-                [0.0, self._r22, self._r23],
-                [0.0, 0.0, self._r33],
-            ]
+            [[self._r11, self._r12, self._r13], [0.0, self._r22, self._r23], [0.0, 0.0, self._r33]]
         )
 
     def fit(self) -> Fit:

@@ -17,12 +17,7 @@ from numpy.typing import NDArray
 
 from stepload.errors import DomainError
 from stepload.estimators.fit import FloatArray, IntArray
-from stepload.estimators.smooth import (
-    NORMAL_95,
-    few_degrees,
-    fit_with_smooth_error,
-    smooth_lengths,
-)
+from stepload.estimators.smooth import NORMAL_95, few_degrees, fit_with_smooth_error, smooth_lengths
 
 BoolArray = NDArray[np.bool_]
 
@@ -168,13 +163,7 @@ def _fit(
     rate = cells.rate_m_s[high]
     moving = bool(np.ptp(rate) > 0.0)
     columns = np.stack([*base, rate] if moving else base, axis=1)
-    line = fit_with_smooth_error(
-        columns,
-        travel - shift[high],
-        force,
-        length_n,
-        white_sd=white,
-    )
+    line = fit_with_smooth_error(columns, travel - shift[high], force, length_n, white_sd=white)
     compliance = float(line.theta[1])
     if not compliance > 0:
         raise DomainError(

@@ -227,11 +227,7 @@ class _Groups(NamedTuple):
 
 
 def difference(
-    first: Sequence[Measured],
-    second: Sequence[Measured],
-    *,
-    tolerance: float,
-    comparisons: int = 1,
+    first: Sequence[Measured], second: Sequence[Measured], *, tolerance: float, comparisons: int = 1
 ) -> Difference:
     """Compare two groups of runs.
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stepload.estimators.conditions import Conditions
-from stepload.estimators.decide import EXPONENT_HALF_WIDTH
 from stepload.estimators.fit import FloatArray
+from stepload.estimators.fit_all import EXPONENT_HALF_WIDTH
 from stepload.estimators.smooth import NORMAL_95
 from stepload.evidence.chord import Chord, Smooth, chord
 from stepload.evidence.errors import Component, middle, total
@@ -169,15 +169,7 @@ def quantities(run: RunData, read_from: Reading) -> dict[str, Quantity]:
         rest += _of_looks(run, whole)
         low, high = wider(stiffness, low, high, NORMAL_95 * combined(rest))
         found[kind] = _made(
-            kind,
-            stiffness,
-            (low, high),
-            0.0,
-            at_n,
-            [*own, *rest],
-            told.t,
-            law_blocked,
-            beyond,
+            kind, stiffness, (low, high), 0.0, at_n, [*own, *rest], told.t, law_blocked, beyond
         )
     return found
 

@@ -9,9 +9,8 @@ from functools import cached_property
 
 from stepload.errors import BadInputError, DomainError
 from stepload.estimators.conditions import Conditions
-from stepload.estimators.decide import decide, secant_sigma
 from stepload.estimators.fit import Fit, FloatArray
-from stepload.estimators.fit_all import fit_all
+from stepload.estimators.fit_all import decide, fit_all, secant_sigma
 from stepload.estimators.identifiability import k_max
 from stepload.estimators.selection import Selected
 from stepload.estimators.smooth import NORMAL_95

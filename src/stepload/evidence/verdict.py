@@ -16,29 +16,14 @@ from stepload.evidence import figures
 from stepload.evidence.chord import Chord
 from stepload.evidence.elastic import Elastic, jump_of, usual_creep
 from stepload.evidence.errors import Component, middle, total
-from stepload.evidence.gauge import against_arm
+from stepload.evidence.gauge import against_arm, against_second
 from stepload.evidence.inelastic import Inelastic
-from stepload.evidence.lawfit import (
-    CANNOT_TELL,
-    LawFit,
-    Whitened,
-    chosen_fits,
-    fit_law,
-    fit_laws,
-)
+from stepload.evidence.lawfit import CANNOT_TELL, LawFit, Whitened, chosen_fits, fit_law, fit_laws
 from stepload.evidence.laws import FIXED, POWER
 from stepload.evidence.loops import Branch, Loop
 from stepload.evidence.quantity import Exponent, Quantity, combined, without_interval
-from stepload.evidence.reading import (
-    OF_SIGNS,
-    Read,
-    branch_chord,
-    kind_of,
-    no_branch,
-    read_of,
-)
+from stepload.evidence.reading import OF_SIGNS, Read, branch_chord, kind_of, no_branch, read_of
 from stepload.evidence.run_data import RunData
-from stepload.evidence.second_channel import against_second
 from stepload.units import format_quantity, percent
 
 REFUSED = 1e-3

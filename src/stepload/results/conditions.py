@@ -16,8 +16,7 @@ from stepload.envelope.envelope import Envelope
 from stepload.envelope.theory import theory_of
 from stepload.errors import BadInputError
 from stepload.estimators.conditions import BRANCHES, Conditions
-from stepload.estimators.deflection import ASSUMED_RELATIVE
-from stepload.estimators.deflection_rows import table_problem
+from stepload.estimators.deflection import ASSUMED_RELATIVE, table_problem
 from stepload.estimators.lateral_effect import Across
 from stepload.estimators.sources import Sources
 from stepload.plan.load import load_payload

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stepload.envelope.theory import Theory
-from stepload.estimators.band import confidence_band
 from stepload.estimators.fit import Fit, FloatArray
+from stepload.estimators.fit_all import confidence_band
 from stepload.evidence.identification import REPORTED, Identification
 from stepload.record.rows import Phase
 from stepload.results.analyse import Evaluation

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stepload.errors import DomainError
-from stepload.estimators.band import confidence_band
+from stepload.estimators.fit_all import confidence_band
 from stepload.estimators.inverse_law import joint
 
 FORCE = np.linspace(3.0, 300.0, 60)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from stepload.errors import BadInputError
-from stepload.estimators.decide import UNUSABLE, decide, undetermined
 from stepload.estimators.fit import Doubt, Fit, Flag
+from stepload.estimators.fit_all import UNUSABLE, decide, undetermined
 
 
 def fit(

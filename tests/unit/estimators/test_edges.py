@@ -11,11 +11,10 @@ import pytest
 from pressed_runs import there_and_back
 
 from stepload.errors import DomainError
-from stepload.estimators.band import confidence_band
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.cycles import run_in
-from stepload.estimators.decide import EXPONENT_HALF_WIDTH, decide, undetermined
 from stepload.estimators.fit import Doubt, Fit, Flag, FloatArray, checked, usable
+from stepload.estimators.fit_all import EXPONENT_HALF_WIDTH, confidence_band, decide, undetermined
 from stepload.estimators.identifiability import Binding, identifiability
 from stepload.estimators.inverse_law import joint
 from stepload.estimators.ls import ill_conditioned

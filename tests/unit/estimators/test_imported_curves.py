@@ -11,8 +11,8 @@ from long_ones import long
 
 from stepload.errors import BadInputError
 from stepload.estimators.curve_channels import first_touch, free_air, is_exact, quantum, white_noise
-from stepload.estimators.decide import UNUSABLE
 from stepload.estimators.fit import Flag, FloatArray
+from stepload.estimators.fit_all import UNUSABLE
 from stepload.estimators.identifiability import identifiability
 from stepload.evidence.identification import Identification
 from stepload.record.curves import Curve

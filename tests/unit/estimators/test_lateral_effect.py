@@ -6,8 +6,14 @@ import numpy as np
 import pytest
 
 from stepload.errors import DomainError
-from stepload.estimators.lateral_effect import CROSS_COMPLIANCE, EXTRAPOLATED, Across
-from stepload.estimators.lateral_effect_fit import LEAST_GAIN, AcrossFit, fit_across
+from stepload.estimators.lateral_effect import (
+    CROSS_COMPLIANCE,
+    EXTRAPOLATED,
+    LEAST_GAIN,
+    Across,
+    AcrossFit,
+    fit_across,
+)
 from stepload.estimators.smooth import smooth_correlation
 from stepload.estimators.system import Cells, SeriesContact
 

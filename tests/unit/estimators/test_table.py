@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 from long_ones import long
 
-from stepload.estimators.pool import pool
+from stepload.estimators.pool import MeasuredTable, measured_table, pool
 from stepload.estimators.smooth import smooth_correlation
 from stepload.estimators.smooth_length import measure_length
 from stepload.estimators.system import SeriesContact, SystemStiffnessFit, fit_system_stiffness
-from stepload.estimators.table import MeasuredTable, measured_table
 
 KS, CS, RATE_HZ = 3.49e6, 3.87e4, 100.0
 CONTACT = SeriesContact(5e10, 1.5, 0.1)

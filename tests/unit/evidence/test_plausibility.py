@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stepload.evidence.plausibility import plausibility
+from stepload.estimators.curve_channels import plausibility
 
 K, N, KS = 6.57e8, 1.5, 3.49e6
 FORCE = np.linspace(1.0, 300.0, 50)

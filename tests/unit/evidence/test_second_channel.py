@@ -10,9 +10,9 @@ from pressed_runs import there_and_back
 
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.sources import Sources
+from stepload.evidence.gauge import against_second
 from stepload.evidence.loops import Track
 from stepload.evidence.run_data import RunData
-from stepload.evidence.second_channel import against_second
 from stepload.evidence.verdict import judge
 
 TOP_N = 50.0

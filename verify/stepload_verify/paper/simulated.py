@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from stepload.estimators.band import confidence_band
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import Fit
+from stepload.estimators.fit_all import confidence_band
 from stepload.estimators.inverse_law import joint
 from stepload.estimators.ls import rs_btls, smallest_direction
 from stepload.estimators.recursive import RsRtls
