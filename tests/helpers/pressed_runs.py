@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 from scipy.signal import lfilter
 
-from stepload.estimators.conditions import Conditions
+from stepload.estimators.conditions import Conditions, Sources
 from stepload.estimators.fit import FloatArray
-from stepload.estimators.sources import Sources
 from stepload.evidence.lateral import Sideways
 from stepload.evidence.loops import Track
 from stepload.evidence.run_data import RunData

@@ -13,10 +13,15 @@ from stepload.contact.elastic import equivalent_modulus
 from stepload.contact.rough import length_sigma, rough_sphere
 from stepload.envelope.stiffness import known_stiffness
 from stepload.envelope.theory import Theory
-from stepload.estimators.conditions import ROUGH_LENGTH_SIGMA, UNKNOWN_OFFSET_M, Conditions
+from stepload.estimators.conditions import (
+    ASSUMED_NONLINEARITY,
+    ROUGH_LENGTH_SIGMA,
+    UNKNOWN_OFFSET_M,
+    Conditions,
+    Sources,
+)
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.lateral_effect import Across
-from stepload.estimators.sources import ASSUMED_NONLINEARITY, Sources
 from stepload.evidence.expected import Expected, LoadSchedule, expect
 from stepload.plan.model import (
     DisplacementSpec,

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stepload.estimators.sources import Sources
+from stepload.estimators.conditions import Sources
 from stepload.evidence.inelastic_signs import Compliance, signs_of
 from stepload.evidence.loops import BETWEEN, Branch, Hold, Loop
 

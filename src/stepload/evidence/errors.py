@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stepload.estimators.conditions import Sources, linearity_errors, quantum_left
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.smooth import few_degrees, smooth_correlation
-from stepload.estimators.sources import Sources, linearity_errors, quantum_left
 from stepload.evidence.drift import Drift
 from stepload.evidence.elastic import Elastic
 from stepload.evidence.loops import Branch, Path

@@ -12,10 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from stepload.estimators.conditions import Conditions
+from stepload.estimators.conditions import Conditions, linearity_errors
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.smooth import NORMAL_95, few_degrees
-from stepload.estimators.sources import linearity_errors
 from stepload.evidence.chord import Chord
 from stepload.evidence.lateral import GUIDED_COMPLIANCE, TURN_RAD_PER_N, UNKNOWN_FRICTION
 from stepload.evidence.loops import Path, Track, path_of

@@ -8,13 +8,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from stepload.errors import BadInputError, DomainError
-from stepload.estimators.conditions import Conditions
+from stepload.estimators.conditions import Conditions, white_sigmas
 from stepload.estimators.fit import Fit, FloatArray
 from stepload.estimators.fit_all import decide, fit_all, secant_sigma
 from stepload.estimators.identifiability import k_max
 from stepload.estimators.selection import Selected
 from stepload.estimators.smooth import NORMAL_95
-from stepload.estimators.sources import white_sigmas
 from stepload.evidence.expected import Narrowing, narrowing
 from stepload.evidence.loops import LEAST_STRETCHES
 from stepload.evidence.quantity import Quantity, ResultVerdict, interval_said

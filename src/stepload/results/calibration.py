@@ -20,8 +20,13 @@ from stepload.estimators.lateral_effect import (
     AcrossFit,
     fit_across,
 )
-from stepload.estimators.pool import PooledStiffness, measured_table, pool
-from stepload.estimators.smooth_length import SmoothLength, measure_length
+from stepload.estimators.pool import (
+    PooledStiffness,
+    SmoothLength,
+    measure_length,
+    measured_table,
+    pool,
+)
 from stepload.estimators.system import Cells, SystemStiffnessFit, gather
 from stepload.plan.calibration import TEMPERATURE_BAND_K, CalibrationRecord
 from stepload.results.analyse import identify_system, pieces, series_contact

@@ -9,13 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stepload.errors import BadInputError, DomainError
-from stepload.estimators.conditions import Conditions
+from stepload.estimators.conditions import ASSUMED_NONLINEARITY, Conditions, Sources
 from stepload.estimators.curve_channels import is_exact, plausibility, quantum
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.inverse_law import joint
 from stepload.estimators.selection import Selected, select, uniform_in_force
 from stepload.estimators.smooth import smooth_leftover
-from stepload.estimators.sources import ASSUMED_NONLINEARITY, Sources
 from stepload.evidence.lateral import GUIDED_COMPLIANCE, Sideways
 from stepload.evidence.run_data import RunData
 from stepload.record.curves import Curve

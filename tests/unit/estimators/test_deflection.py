@@ -9,13 +9,12 @@ import pytest
 from pressed_runs import there_and_back
 
 from stepload.errors import DomainError
-from stepload.estimators.conditions import Conditions
+from stepload.estimators.conditions import Conditions, Sources
 from stepload.estimators.deflection import DeflectionTable
 from stepload.estimators.fit import Fit
 from stepload.estimators.inverse_law import joint
 from stepload.estimators.selection import select
 from stepload.estimators.smooth import smooth_lengths
-from stepload.estimators.sources import Sources
 from stepload.evidence.identification import identify
 from stepload.evidence.quantity import ResultVerdict
 

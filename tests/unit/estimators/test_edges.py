@@ -11,7 +11,7 @@ import pytest
 from pressed_runs import there_and_back
 
 from stepload.errors import DomainError
-from stepload.estimators.conditions import Conditions
+from stepload.estimators.conditions import Conditions, Sources, white_sigmas
 from stepload.estimators.cycles import run_in
 from stepload.estimators.fit import Doubt, Fit, Flag, FloatArray, checked, usable
 from stepload.estimators.fit_all import EXPONENT_HALF_WIDTH, confidence_band, decide, undetermined
@@ -22,7 +22,6 @@ from stepload.estimators.pool import pool
 from stepload.estimators.recursive import MEMORY_SHARE, RsRtls
 from stepload.estimators.selection import select
 from stepload.estimators.smooth import NORMAL_95, fit_with_smooth_error, smooth_correlation
-from stepload.estimators.sources import Sources, white_sigmas
 from stepload.estimators.system import fit_system_stiffness
 from stepload.evidence.identification import identify
 from stepload.units import format_quantity

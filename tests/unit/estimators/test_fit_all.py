@@ -7,10 +7,9 @@ import pytest
 
 from stepload.errors import DomainError
 from stepload.estimators import fit_all as room
-from stepload.estimators.conditions import Conditions
+from stepload.estimators.conditions import Conditions, Sources
 from stepload.estimators.fit import Fit, Flag, FloatArray
 from stepload.estimators.selection import select
-from stepload.estimators.sources import Sources
 
 K_S = 3.49e6
 TWO_PARAMETER = {"log_ls", "log_tls", "rs_btls", "mixed_ls_tls", "inverse_ls", "rs_rtls"}

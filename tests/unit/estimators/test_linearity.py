@@ -5,8 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stepload.estimators.conditions import Conditions
-from stepload.estimators.sources import ASSUMED_NONLINEARITY, Sources, linearity_errors
+from stepload.estimators.conditions import (
+    ASSUMED_NONLINEARITY,
+    Conditions,
+    Sources,
+    linearity_errors,
+)
 from stepload.evidence.elastic import Elastic
 from stepload.evidence.errors import errors_of
 from stepload.evidence.loops import Branch, Path

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from long_ones import long
 
-from stepload.estimators.pool import MeasuredTable, measured_table, pool
+from stepload.estimators.pool import MeasuredTable, measure_length, measured_table, pool
 from stepload.estimators.smooth import smooth_correlation
-from stepload.estimators.smooth_length import measure_length
 from stepload.estimators.system import SeriesContact, SystemStiffnessFit, fit_system_stiffness
 
 KS, CS, RATE_HZ = 3.49e6, 3.87e4, 100.0

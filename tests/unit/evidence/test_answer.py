@@ -12,9 +12,8 @@ from pressed_runs import HERTZ_K, World, hertz, press, straight_table, there_and
 
 from stepload.contact.rough import RoughSphere
 from stepload.errors import DomainError
-from stepload.estimators.conditions import Conditions
+from stepload.estimators.conditions import Conditions, Sources
 from stepload.estimators.fit import FloatArray
-from stepload.estimators.sources import Sources
 from stepload.evidence.figures import SEAT, exponent
 from stepload.evidence.lawfit import Whitened, fit_law
 from stepload.evidence.laws import BILINEAR, HERTZ_LINEAR, POWER

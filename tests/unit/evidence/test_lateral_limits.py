@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from pressed_runs import World, press
 
-from stepload.estimators.conditions import Conditions
+from stepload.estimators.conditions import Conditions, Sources
 from stepload.estimators.lateral_effect import CROSS_COMPLIANCE, Across
-from stepload.estimators.sources import Sources
 from stepload.evidence.lateral import (
     GUIDED_COMPLIANCE,
     UNKNOWN_FRICTION,

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from pressed_runs import there_and_back
 
-from stepload.estimators.conditions import Conditions
-from stepload.estimators.sources import Sources
+from stepload.estimators.conditions import Conditions, Sources
 from stepload.evidence.gauge import against_second
 from stepload.evidence.loops import Track
 from stepload.evidence.run_data import RunData

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from pressed_runs import World, hertz, press, told
 
-from stepload.estimators.conditions import Conditions
+from stepload.estimators.conditions import Conditions, Sources
 from stepload.estimators.fit import FloatArray
-from stepload.estimators.sources import Sources
 from stepload.evidence.elastic import jump_of
 from stepload.evidence.errors import dithered
 from stepload.evidence.expected import NAMED, LoadSchedule, expect, narrowing

@@ -13,8 +13,7 @@ from typer.testing import CliRunner
 
 from stepload.cli.main import app
 from stepload.errors import BadInputError
-from stepload.estimators.conditions import Conditions
-from stepload.estimators.sources import Sources
+from stepload.estimators.conditions import Conditions, Sources
 from stepload.evidence.difference import Agreement
 from stepload.evidence.origin import Origin
 from stepload.record.curves import Curve

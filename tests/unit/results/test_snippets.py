@@ -12,9 +12,8 @@ from pressed_runs import there_and_back
 
 from stepload.contact.power_law import ContactLaw
 from stepload.errors import BadInputError
-from stepload.estimators.conditions import Conditions
+from stepload.estimators.conditions import Conditions, Sources
 from stepload.estimators.selection import select
-from stepload.estimators.sources import Sources
 from stepload.evidence.identification import Identification, identify
 from stepload.evidence.quantity import ResultVerdict, without_interval
 from stepload.results.snippets import IMPEDANCE, SIMULATORS, Spring, snippet, spring_of

@@ -7,14 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from stepload.estimators.conditions import Conditions
+from stepload.estimators.conditions import Conditions, Sources
 from stepload.estimators.fit import Fit
 from stepload.estimators.fit_all import confidence_band
 from stepload.estimators.inverse_law import joint
 from stepload.estimators.ls import rs_btls, smallest_direction
 from stepload.estimators.recursive import RsRtls
 from stepload.estimators.selection import uniform_in_force
-from stepload.estimators.sources import Sources
 from stepload.evidence.loops import Track
 from stepload.evidence.run_data import RunData
 from stepload.evidence.verdict import Judgement, judge

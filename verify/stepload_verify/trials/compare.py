@@ -23,9 +23,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stepload.estimators.conditions import Conditions
+from stepload.estimators.conditions import Conditions, Sources
 from stepload.estimators.fit import FloatArray
-from stepload.estimators.sources import Sources
 from stepload.evidence.difference import Agreement, Difference, Measured, difference
 from stepload.evidence.loops import Track
 from stepload.evidence.origin import REPEATS, Origin
