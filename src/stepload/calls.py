@@ -16,7 +16,7 @@ from stepload.data.run import Run, open_run
 from stepload.engine.operator import Operator
 from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.errors import BadInputError
-from stepload.evidence.identification import Identification
+from stepload.identification.identify import Identification
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
 from stepload.plan.tags import tagged

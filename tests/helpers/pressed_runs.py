@@ -1,4 +1,4 @@
-"""Step-load runs of known worlds, quasi-static, as the evidence room takes them.
+"""Step-load runs of known worlds, quasi-static, as `identification` takes them.
 
 Written apart from the program's own rehearsals: the errors are drawn sample by sample.
 """
@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 from scipy.signal import lfilter
 
-from stepload.estimators.conditions import Conditions, Sources
-from stepload.estimators.fit import FloatArray
-from stepload.evidence.lateral import Sideways
-from stepload.evidence.loops import Track
-from stepload.evidence.run_data import RunData
+from stepload.identification.conditions import Conditions, Sources
+from stepload.identification.fit import FloatArray
+from stepload.identification.lateral import Sideways
+from stepload.identification.loops import Track
+from stepload.identification.run_data import RunData
 
 Law = Callable[[FloatArray], FloatArray]
 HERTZ_K = 6.57e8

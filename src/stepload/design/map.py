@@ -12,12 +12,12 @@ import numpy as np
 from stepload.envelope.draft_plan import CYCLES, DEFAULT, FREE_S
 from stepload.envelope.map_grid import Bench, Specimen, bench, specimen
 from stepload.errors import BadInputError, DomainError
-from stepload.estimators.conditions import Conditions
-from stepload.estimators.fit import FloatArray
-from stepload.estimators.identifiability import k_max
-from stepload.evidence.changes import finer, for_sale, gauged, known, stiffer
-from stepload.evidence.expected import Expected, LoadSchedule, Narrowing, expect
-from stepload.evidence.quantity import Line, ResultVerdict
+from stepload.identification.changes import finer, for_sale, gauged, known, stiffer
+from stepload.identification.conditions import Conditions
+from stepload.identification.expected import Expected, LoadSchedule, Narrowing, expect
+from stepload.identification.fit import FloatArray
+from stepload.identification.identifiability import k_max
+from stepload.identification.quantity import Line, ResultVerdict
 from stepload.plan.shipped import payload_folder
 
 SPHERE = 1.5

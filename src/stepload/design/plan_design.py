@@ -15,8 +15,8 @@ from stepload.envelope.draft_plan import CYCLES, Order, plan_of
 from stepload.envelope.envelope import Envelope, derive
 from stepload.envelope.reason import PlanVerdict, Severity
 from stepload.errors import BadInputError, DomainError, RefusedError
-from stepload.evidence.expected import Expected
-from stepload.evidence.quantity import ResultVerdict
+from stepload.identification.expected import Expected
+from stepload.identification.quantity import ResultVerdict
 from stepload.plan.problems import PlanError
 from stepload.units import format_quantity, percent, rounded_down
 

@@ -13,16 +13,16 @@ from stepload.contact.elastic import equivalent_modulus
 from stepload.contact.rough import length_sigma, rough_sphere
 from stepload.envelope.stiffness import known_stiffness
 from stepload.envelope.theory import Theory
-from stepload.estimators.conditions import (
+from stepload.identification.conditions import (
     ASSUMED_NONLINEARITY,
     ROUGH_LENGTH_SIGMA,
     UNKNOWN_OFFSET_M,
     Conditions,
     Sources,
 )
-from stepload.estimators.fit import FloatArray
-from stepload.estimators.lateral_effect import Across
-from stepload.evidence.expected import Expected, LoadSchedule, expect
+from stepload.identification.expected import Expected, LoadSchedule, expect
+from stepload.identification.fit import FloatArray
+from stepload.identification.lateral_coupling import Across
 from stepload.plan.model import (
     DisplacementSpec,
     Payload,

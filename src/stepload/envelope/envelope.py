@@ -42,8 +42,8 @@ from stepload.envelope.until import Until, until_of, until_reasons
 from stepload.envelope.zero_drift import second_zero_n
 from stepload.envelope.zero_reasons import looked_after_s, zero_drift_reasons
 from stepload.errors import DomainError, RefusedError
-from stepload.estimators.identifiability import Identifiability, identifiability
-from stepload.evidence.quantity import ResultVerdict
+from stepload.identification.identifiability import Identifiability, identifiability
+from stepload.identification.quantity import ResultVerdict
 from stepload.plan.checks import least_touch_force
 from stepload.plan.derived import follows, rederived
 from stepload.plan.model import Plan, SecondForceSource

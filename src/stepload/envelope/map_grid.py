@@ -9,7 +9,7 @@ from stepload.envelope.conditions import conditions_of
 from stepload.envelope.draft_plan import plan_of
 from stepload.envelope.envelope import Envelope, derive
 from stepload.errors import BadInputError, DomainError, RefusedError
-from stepload.estimators.conditions import Conditions
+from stepload.identification.conditions import Conditions
 from stepload.plan.model import Plan
 from stepload.plan.shipped import payload_folder
 from stepload.units import format_quantity

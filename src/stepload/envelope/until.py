@@ -17,10 +17,10 @@ from functools import lru_cache
 from stepload.envelope.conditions import conditions_of, each_of, schedule_of
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import Theory
-from stepload.estimators.conditions import BRANCHES, Conditions
-from stepload.estimators.smooth import NORMAL_95
-from stepload.evidence.chord import REFERENCE_SHARE
-from stepload.evidence.expected import expect
+from stepload.identification.chord import REFERENCE_SHARE
+from stepload.identification.conditions import BRANCHES, Conditions
+from stepload.identification.expected import expect
+from stepload.identification.smooth import NORMAL_95
 from stepload.plan.checks import LEAST_LEVELS
 from stepload.plan.model import Plan
 from stepload.units import beside_limit, format_quantity

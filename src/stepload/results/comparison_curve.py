@@ -8,11 +8,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stepload.errors import BadInputError, DomainError
-from stepload.estimators.fit import FloatArray
-from stepload.evidence.difference import SAME_FORCE, Agreement, Difference, Measured, difference
-from stepload.evidence.origin import Origin
-from stepload.evidence.quantity import Line, Quantity
-from stepload.evidence.verdict import judge
+from stepload.identification.difference import (
+    SAME_FORCE,
+    Agreement,
+    Difference,
+    Measured,
+    difference,
+)
+from stepload.identification.fit import FloatArray
+from stepload.identification.origin import Origin
+from stepload.identification.quantity import Line, Quantity
+from stepload.identification.verdict import judge
 from stepload.record.curves import Curve
 from stepload.results.comparison_runs import ComparedRun
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 import stepload
-from stepload.evidence.difference import Agreement, Difference, DifferenceLine
+from stepload.identification.difference import Agreement, Difference, DifferenceLine
 from stepload.results import fields, figures
 from stepload.results.certificate import few, shared_facts
 from stepload.results.comparison import Comparison

@@ -10,13 +10,13 @@ from itertools import pairwise
 import numpy as np
 
 from stepload.errors import BadInputError, DomainError
-from stepload.estimators.conditions import BRANCHES
-from stepload.estimators.smooth import SHORTEST
-from stepload.evidence.difference import SAME_FORCE, Difference, Measured, difference
-from stepload.evidence.identification import Identification
-from stepload.evidence.origin import Origin
-from stepload.evidence.quantity import Quantity
-from stepload.evidence.verdict import judge
+from stepload.identification.conditions import BRANCHES
+from stepload.identification.difference import SAME_FORCE, Difference, Measured, difference
+from stepload.identification.identify import Identification
+from stepload.identification.origin import Origin
+from stepload.identification.quantity import Quantity
+from stepload.identification.smooth import SHORTEST
+from stepload.identification.verdict import judge
 from stepload.results.analyse import identify_payload
 from stepload.results.press_data import LOADING
 from stepload.results.run_data import sideways_of

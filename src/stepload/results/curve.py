@@ -9,14 +9,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stepload.errors import BadInputError, DomainError
-from stepload.estimators.conditions import ASSUMED_NONLINEARITY, Conditions, Sources
-from stepload.estimators.curve_channels import is_exact, plausibility, quantum
-from stepload.estimators.fit import FloatArray
-from stepload.estimators.inverse_law import joint
-from stepload.estimators.selection import Selected, select, uniform_in_force
-from stepload.estimators.smooth import smooth_leftover
-from stepload.evidence.lateral import GUIDED_COMPLIANCE, Sideways
-from stepload.evidence.run_data import RunData
+from stepload.identification.conditions import ASSUMED_NONLINEARITY, Conditions, Sources
+from stepload.identification.curve_channels import is_exact, plausibility, quantum
+from stepload.identification.fit import FloatArray
+from stepload.identification.inverse_law import joint
+from stepload.identification.lateral import GUIDED_COMPLIANCE, Sideways
+from stepload.identification.run_data import RunData
+from stepload.identification.samples import Selected, select, uniform_in_force
+from stepload.identification.smooth import smooth_leftover
 from stepload.record.curves import Curve
 from stepload.results.conditions import Stated
 from stepload.results.curve_zero import TOUCH_NOISE, Zeroed, first_loading, zero

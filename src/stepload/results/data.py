@@ -6,9 +6,9 @@ import dataclasses
 from typing import Any
 
 from stepload.envelope.envelope import Envelope
-from stepload.estimators.cycles import RunIn
-from stepload.estimators.system import SystemStiffnessFit
-from stepload.evidence.identification import Identification
+from stepload.identification.identify import Identification
+from stepload.identification.run_in import RunIn
+from stepload.identification.system_stiffness import SystemStiffnessFit
 from stepload.record.outcome import RunOutcome
 from stepload.results import fields
 from stepload.results.analyse import Evaluation

@@ -11,13 +11,13 @@ from stepload.units import percent
 if TYPE_CHECKING:
     from stepload.envelope.press import Term
     from stepload.envelope.schedule import Stage
-    from stepload.estimators.cycles import Cycle
-    from stepload.estimators.fit import Fit
-    from stepload.estimators.system import SystemStiffnessFit
-    from stepload.evidence.identification import Identification
-    from stepload.evidence.inelastic import Part
-    from stepload.evidence.quantity import Line, Quantity
-    from stepload.evidence.verdict import LawRow
+    from stepload.identification.fit import Fit
+    from stepload.identification.identify import Identification
+    from stepload.identification.inelastic import Part
+    from stepload.identification.quantity import Line, Quantity
+    from stepload.identification.run_in import Cycle
+    from stepload.identification.system_stiffness import SystemStiffnessFit
+    from stepload.identification.verdict import LawRow
     from stepload.record.align import ChannelClock
 
 
@@ -31,7 +31,7 @@ class NamedFit(NamedTuple):
 
 def fits_of(found: Identification, *, reported: bool = True) -> list[NamedFit]:
     """The fits that are reported and the selected one, or all the others."""
-    from stepload.evidence.identification import REPORTED  # loaded already: `found` is of it
+    from stepload.identification.identify import REPORTED  # loaded already: `found` is of it
 
     first = [*REPORTED, *({found.selected} - set(REPORTED))]
     names = first if reported else [name for name in found.fits if name not in first]

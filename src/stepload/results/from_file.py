@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stepload.errors import BadInputError
-from stepload.estimators.curve_channels import quantum
-from stepload.estimators.cycles import RunIn
-from stepload.estimators.system import SystemStiffnessFit, fit_system_stiffness
-from stepload.evidence.identification import Identification, identify
+from stepload.identification.curve_channels import quantum
+from stepload.identification.identify import Identification, identify
+from stepload.identification.run_in import RunIn
+from stepload.identification.system_stiffness import SystemStiffnessFit, fit_system_stiffness
 from stepload.record.curves import Curve, read_curve
 from stepload.record.untrusted import untrusted
 from stepload.results.analyse import (

@@ -12,7 +12,7 @@ from stepload.envelope.envelope import Envelope
 from stepload.envelope.reason import PlanVerdict, Reason, findings
 from stepload.envelope.theory import DECLARED, chance_of_yield
 from stepload.errors import DomainError
-from stepload.evidence.expected import Expected
+from stepload.identification.expected import Expected
 from stepload.plan.hazards import read_words, rig_argument
 from stepload.plan.references import names_a_file, place_of
 from stepload.results.terminal import NARROW, wrapped

@@ -10,8 +10,8 @@ import numpy as np
 
 from stepload.envelope.domains import beyond_range, payload_doubts
 from stepload.envelope.until import MARGIN, Need, Until
-from stepload.evidence.identification import Identification
-from stepload.evidence.quantity import ResultVerdict
+from stepload.identification.identify import Identification
+from stepload.identification.quantity import ResultVerdict
 from stepload.record.reader import Event
 from stepload.results.analyse import Evaluation
 from stepload.results.model import Field, Table, named, quantity, table

@@ -7,11 +7,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from stepload.estimators.conditions import Conditions
-from stepload.estimators.fit import FloatArray
-from stepload.evidence.lateral import Sideways, alignment_of, sideways
-from stepload.evidence.loops import Track
-from stepload.evidence.run_data import RunData
+from stepload.identification.conditions import Conditions
+from stepload.identification.fit import FloatArray
+from stepload.identification.lateral import Sideways, alignment_of, sideways
+from stepload.identification.loops import Track
+from stepload.identification.run_data import RunData
 from stepload.record.rows import Phase
 from stepload.results.curve_zero import NEAR_TOP
 from stepload.results.model import finite

@@ -7,10 +7,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from stepload.estimators.conditions import BRANCHES
-from stepload.estimators.system import SystemStiffnessFit
-from stepload.evidence.identification import Identification
-from stepload.evidence.quantity import ResultVerdict
+from stepload.identification.conditions import BRANCHES
+from stepload.identification.identify import Identification
+from stepload.identification.quantity import ResultVerdict
+from stepload.identification.system_stiffness import SystemStiffnessFit
 from stepload.record.outcome import RunStatus
 from stepload.record.reader import Recording
 from stepload.results.analyse import Evaluation

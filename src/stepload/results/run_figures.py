@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stepload.envelope.theory import Theory
-from stepload.estimators.fit import Fit, FloatArray
-from stepload.estimators.fit_all import confidence_band
-from stepload.evidence.identification import REPORTED, Identification
+from stepload.identification.estimators import confidence_band
+from stepload.identification.fit import Fit, FloatArray
+from stepload.identification.identify import REPORTED, Identification
 from stepload.record.rows import Phase
 from stepload.results.analyse import Evaluation
 from stepload.results.certificate import other_elastic_limit

@@ -22,9 +22,9 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from stepload.errors import BadInputError, DomainError
-from stepload.evidence.identification import Identification
-from stepload.evidence.quantity import ResultVerdict
-from stepload.evidence.verdict import judge
+from stepload.identification.identify import Identification
+from stepload.identification.quantity import ResultVerdict
+from stepload.identification.verdict import judge
 from stepload.results.model import SIMULATED
 from stepload.units import format_quantity as f
 from stepload.units import percent

@@ -7,12 +7,12 @@ from collections.abc import Callable
 from textwrap import fill
 from typing import TYPE_CHECKING
 
-from stepload.estimators.cycles import STEADY_CYCLES, RunIn
-from stepload.estimators.fit import Missing
-from stepload.estimators.smooth import NORMAL_95
-from stepload.estimators.system import SystemStiffnessFit
-from stepload.evidence.identification import Identification
-from stepload.evidence.quantity import Quantity, ResultVerdict
+from stepload.identification.fit import Missing
+from stepload.identification.identify import Identification
+from stepload.identification.quantity import Quantity, ResultVerdict
+from stepload.identification.run_in import STEADY_CYCLES, RunIn
+from stepload.identification.smooth import NORMAL_95
+from stepload.identification.system_stiffness import SystemStiffnessFit
 from stepload.results import fields
 from stepload.results.model import NOTHING, Show, Table, interval, number, quantity, table
 from stepload.results.quality import quality_table, summary

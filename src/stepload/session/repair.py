@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from stepload.errors import SteploadError, in_words
-from stepload.evidence.identification import Identification
+from stepload.identification.identify import Identification
 from stepload.record.recovery import Recovered, find_unfinished, recover
 from stepload.results.conditions import Stated
 from stepload.results.data import identification_data

@@ -11,9 +11,9 @@ import pytest
 from stepload.design.map import BUY, PAYLOADS, Map, Point, points, row_of
 from stepload.design.map_report import payload_answers, reaches
 from stepload.envelope.map_grid import bench, specimen
-from stepload.estimators.identifiability import k_max
-from stepload.evidence.changes import gauged, known
-from stepload.evidence.quantity import combined
+from stepload.identification.changes import gauged, known
+from stepload.identification.identifiability import k_max
+from stepload.identification.quantity import combined
 from stepload.plan.shipped import payload_folder
 
 RIG = bench("stvf", None)

@@ -13,7 +13,7 @@ from run_plans import SIM
 
 from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.errors import BadInputError
-from stepload.evidence.verdict import judge
+from stepload.identification.verdict import judge
 from stepload.plan.model import DisplacementSpec
 from stepload.results.conditions import FILE, from_attachments, planned, to_bytes
 from stepload.results.press_data import PressData

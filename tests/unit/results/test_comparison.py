@@ -13,9 +13,9 @@ from typer.testing import CliRunner
 
 from stepload.cli.main import app
 from stepload.errors import BadInputError
-from stepload.estimators.conditions import Conditions, Sources
-from stepload.evidence.difference import Agreement
-from stepload.evidence.origin import Origin
+from stepload.identification.conditions import Conditions, Sources
+from stepload.identification.difference import Agreement
+from stepload.identification.origin import Origin
 from stepload.record.curves import Curve
 from stepload.record.lag import Lag
 from stepload.record.rows import Phase

@@ -10,7 +10,7 @@ from run_plans import SIM, stvf_plan
 
 from stepload.envelope.envelope import envelope_of
 from stepload.errors import BadInputError
-from stepload.estimators.lateral_effect import Across
+from stepload.identification.lateral_coupling import Across
 from stepload.plan.model import DisplacementSpec, Plan, Structure
 from stepload.results.conditions import FILE, Stated, from_attachments, planned, to_bytes
 

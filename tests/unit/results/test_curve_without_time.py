@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stepload.estimators.fit import FloatArray
+from stepload.identification.fit import FloatArray
 from stepload.results.conditions import Stated
 from stepload.results.from_file import identify_file
 

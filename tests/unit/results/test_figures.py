@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from long_ones import long
 from matplotlib.figure import Figure
 
-from stepload.evidence.identification import REPORTED
+from stepload.identification.identify import REPORTED
 from stepload.record.rows import Phase
 from stepload.results import figures, run_figures
 

@@ -12,10 +12,10 @@ from pressed_runs import there_and_back
 
 from stepload.contact.power_law import ContactLaw
 from stepload.errors import BadInputError
-from stepload.estimators.conditions import Conditions, Sources
-from stepload.estimators.selection import select
-from stepload.evidence.identification import Identification, identify
-from stepload.evidence.quantity import ResultVerdict, without_interval
+from stepload.identification.conditions import Conditions, Sources
+from stepload.identification.identify import Identification, identify
+from stepload.identification.quantity import ResultVerdict, without_interval
+from stepload.identification.samples import select
 from stepload.results.snippets import IMPEDANCE, SIMULATORS, Spring, snippet, spring_of
 
 LAW = ContactLaw(6.57e8, 1.5, "(7)")

@@ -10,7 +10,7 @@ from long_ones import long
 from scipy.integrate import solve_ivp
 
 from stepload.errors import BadInputError
-from stepload.evidence.verdict import judge
+from stepload.identification.verdict import judge
 from stepload.record.rows import Phase
 from stepload.results.press_data import LOADING
 from stepload.results.run_data import pressed

@@ -7,16 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from stepload.estimators.conditions import Conditions, Sources
-from stepload.estimators.fit import Fit
-from stepload.estimators.fit_all import confidence_band
-from stepload.estimators.inverse_law import joint
-from stepload.estimators.ls import rs_btls, smallest_direction
-from stepload.estimators.recursive import RsRtls
-from stepload.estimators.selection import uniform_in_force
-from stepload.evidence.loops import Track
-from stepload.evidence.run_data import RunData
-from stepload.evidence.verdict import Judgement, judge
+from stepload.identification.conditions import Conditions, Sources
+from stepload.identification.estimators import confidence_band
+from stepload.identification.fit import Fit
+from stepload.identification.inverse_law import joint
+from stepload.identification.loops import Track
+from stepload.identification.ls import rs_btls, smallest_direction
+from stepload.identification.recursive import RsRtls
+from stepload.identification.run_data import RunData
+from stepload.identification.samples import uniform_in_force
+from stepload.identification.verdict import Judgement, judge
 from stepload_verify.paper import laws
 from stepload_verify.paper.chart import Line, chart
 from stepload_verify.paper.printed import PAYLOADS, SECANT_FORCE_N

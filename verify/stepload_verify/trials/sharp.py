@@ -17,14 +17,14 @@ import numpy as np
 from stepload.envelope.conditions import expected_result
 from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.errors import SteploadError
-from stepload.estimators.conditions import Conditions
-from stepload.estimators.fit import FloatArray
-from stepload.estimators.smooth import NORMAL_95, smooth_correlation
-from stepload.evidence.expected import SAMPLES_HZ
-from stepload.evidence.loops import Track
-from stepload.evidence.quantity import ResultVerdict
-from stepload.evidence.run_data import RunData
-from stepload.evidence.verdict import Judgement, judge
+from stepload.identification.conditions import Conditions
+from stepload.identification.expected import SAMPLES_HZ
+from stepload.identification.fit import FloatArray
+from stepload.identification.loops import Track
+from stepload.identification.quantity import ResultVerdict
+from stepload.identification.run_data import RunData
+from stepload.identification.smooth import NORMAL_95, smooth_correlation
+from stepload.identification.verdict import Judgement, judge
 from stepload.plan.load import load_plan
 from stepload.record.curves import Curve
 from stepload.results.conditions import Stated

@@ -21,7 +21,7 @@ from stepload.engine.tick import Engine
 from stepload.envelope.envelope import Envelope
 from stepload.envelope.reason import PlanVerdict
 from stepload.errors import SteploadError
-from stepload.evidence.verdict import judge
+from stepload.identification.verdict import judge
 from stepload.record.outcome import RunOutcome
 from stepload.record.recorder import Recorder
 from stepload.results.conditions import Stated
