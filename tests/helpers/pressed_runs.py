@@ -14,7 +14,7 @@ from scipy.signal import lfilter
 
 from stepload.identification.conditions import Conditions, Sources
 from stepload.identification.fit import FloatArray
-from stepload.identification.lateral import Sideways
+from stepload.identification.lateral import LateralForce
 from stepload.identification.loops import Track
 from stepload.identification.run_data import RunData
 
@@ -100,7 +100,7 @@ def press(world: World, seed: int = 0) -> RunData:
     )  # fmt: skip
     made = RunData(
         tracks, conditions,
-        sideways=Sideways("guided", world.lateral, relative=0.3 * (world.lateral or 0.0)),
+        lateral_force=LateralForce("guided", world.lateral, relative=0.3 * (world.lateral or 0.0)),
     )  # fmt: skip
     return told(made, **world.said)
 

@@ -13,9 +13,9 @@ from stepload.identification.chord import Chord, chord, smooth_of, smoothed
 from stepload.identification.conditions import BRANCHES
 from stepload.identification.drift import (
     Drift,
-    believed_drift,
     drift_of,
     largest_in_holds,
+    stated_drift,
     without_drift,
 )
 from stepload.identification.elastic import Elastic, elastic_of
@@ -181,7 +181,7 @@ def _own_lines(
     )  # fmt: skip
     gap = inelastic.of("gap")
     most_m = abs(elapsed_s) * largest_in_holds(loops, elastic.at, sources)
-    stated = believed_drift(loops, drift, elastic.at, sources)
+    stated = stated_drift(loops, drift, elastic.at, sources)
     stated_m = math.inf if stated is None else stated * abs(elapsed_s)
     if drift is not None:
         # A shift from top to top may have come at once, at a time outside this loading.

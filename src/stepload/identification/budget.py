@@ -57,7 +57,7 @@ def errors_of(
     alike = smooth_correlation(force, length_n)
     bent = whole * linearity_errors(force, sources.nonlinearity)
     system_m, rows_m = told.bend_sigma(force), told.table_sigma(force)
-    unseen_m = told.unseen_sigma(force)
+    unseen_m = told.uncovered_sigma(force)
     return [
         Component(
             "force noise and quantum",

@@ -100,7 +100,7 @@ class _Sides:
         moved_m = float(weights @ (self._arm.travel_m - bend))
         at = np.array([from_n, to_n])
         bent_m = abs(float(np.diff(told.bend(at))[0]))
-        share = self._run.sideways.share or 0.0
+        share = self._run.lateral_force.share or 0.0
         aside = UNKNOWN_FRICTION if told.arm else GUIDED_COMPLIANCE * share
         quantum_m = math.hypot(sources.position_resolution_m, own.position_resolution_m)
         noise_m = math.hypot(sources.position_noise_m, own.position_noise_m)
@@ -111,7 +111,7 @@ class _Sides:
             *told.table_sigma(at),
             math.sqrt(2.0) * sources.smooth_error_m * few_degrees(sources.smooth_degrees),
             aside * bent_m,
-            *np.diff(told.unseen_sigma(at)),
+            *np.diff(told.uncovered_sigma(at)),
             *(per_n * linearity_errors(self._gauge.force_n, sources.nonlinearity) @ weights),
             sources.gain_sigma * bent_m,
             own.force_noise_n * per_n * math.sqrt(float(weights**2 @ (1.0 / self._gauge.count))),

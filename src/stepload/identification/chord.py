@@ -37,24 +37,24 @@ KINK = 16.0
 
 
 @dataclass(frozen=True, slots=True)
-class Site:
+class LocalDeformation:
     """The deformation at `force_n` is `weights` (B,) @ deformation."""
 
     force_n: float
     weights: FloatArray
 
 
-def top_site(path: Path) -> Site:
+def top_deformation(path: Path) -> LocalDeformation:
     """At the largest force: the hold there, or the end of the loading."""
     largest_n = float(path.force_n.max())
     held = (path.held > 0) & (path.force_n >= AT_TOP * largest_n)
     if held.any():
         # The first hold at the top is used; a later one of the same level adds creep.
-        return _mean_site(path, held & (path.held == path.held[held][0]))
-    return site(path, largest_n, TOP_REACH)
+        return _mean_deformation(path, held & (path.held == path.held[held][0]))
+    return deformation_at(path, largest_n, TOP_REACH)
 
 
-def site(path: Path, force_n: float, reach: float = REACH) -> Site:
+def deformation_at(path: Path, force_n: float, reach: float = REACH) -> LocalDeformation:
     """At a force within the path: a straight line through the stretches about it."""
     near = np.abs(path.force_n - force_n) <= reach * force_n
     if near.sum() < _FEWEST:
@@ -69,10 +69,10 @@ def site(path: Path, force_n: float, reach: float = REACH) -> Site:
     spread = float(weight @ away**2)
     if spread > (1e-3 * force_n) ** 2:
         weight = weight * (1.0 + (force_n - mean_n) * away / spread)
-    return Site(force_n, weight)
+    return LocalDeformation(force_n, weight)
 
 
-def hold_site(path: Path, hold_force_n: float) -> Site | None:
+def held_deformation(path: Path, hold_force_n: float) -> LocalDeformation | None:
     """In the hold nearest to a force; None where there is none within a tenth of it."""
     held = path.held > 0
     if not held.any():
@@ -80,14 +80,14 @@ def hold_site(path: Path, hold_force_n: float) -> Site | None:
     nearest = int(np.argmin(np.where(held, np.abs(path.force_n - hold_force_n), np.inf)))
     if abs(path.force_n[nearest] - hold_force_n) > 0.1 * hold_force_n:
         return None
-    return _mean_site(path, path.held == path.held[nearest])
+    return _mean_deformation(path, path.held == path.held[nearest])
 
 
-def _mean_site(path: Path, stretches: NDArray[np.bool_]) -> Site:
+def _mean_deformation(path: Path, stretches: NDArray[np.bool_]) -> LocalDeformation:
     """The mean over some stretches (B,), at their mean force."""
     weights = np.where(stretches, path.count, 0.0)
     weights /= weights.sum()
-    return Site(float(weights @ path.force_n), weights)
+    return LocalDeformation(float(weights @ path.force_n), weights)
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,8 +114,8 @@ def chord(branch: Branch, from_n: float | None = None, to_n: float | None = None
             data reach, and the top.
     """
     path = branch.path
-    high = top_site(path) if to_n is None else site(path, to_n)
-    low = site(path, reference(path, high) if from_n is None else from_n)
+    high = top_deformation(path) if to_n is None else deformation_at(path, to_n)
+    low = deformation_at(path, reference(path, high) if from_n is None else from_n)
     weights = high.weights - low.weights
     return Chord(low.force_n, high.force_n, float(weights @ branch.deformation_m), weights)
 
@@ -191,6 +191,6 @@ def _shape(u: FloatArray, q: float) -> FloatArray:
     return np.stack([np.ones_like(u), u**q, u ** (2.0 * q)], axis=1)
 
 
-def reference(path: Path, high: Site) -> float:
+def reference(path: Path, high: LocalDeformation) -> float:
     """10 % of the top force, or the lowest force of the data where they begin above that."""
     return max(REFERENCE_SHARE * high.force_n, float(path.force_n.min()))

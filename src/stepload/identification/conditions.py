@@ -217,10 +217,10 @@ class Conditions:
     arm_sources: Sources | None = None
     rough_length_sigma: float = ROUGH_LENGTH_SIGMA
 
-    def unseen_sigma(self, force_n: FloatArray) -> FloatArray:
+    def uncovered_sigma(self, force_n: FloatArray) -> FloatArray:
         """Standard uncertainty (N,) in m where the table has no row near; 0 without a table."""
         table = self.sources.deflection()
-        return np.zeros_like(force_n) if table is None else table.unseen_sigma_at(force_n)
+        return np.zeros_like(force_n) if table is None else table.uncovered_sigma_at(force_n)
 
     def table_remarks(self, peak_force_n: float) -> list[str]:
         """A remark on the table up to a force; empty where its rows reach that far."""

@@ -144,7 +144,7 @@ class DeflectionTable:
         """Standard uncertainty (N,) in m at forces (N,); beyond the rows that of the nearest."""
         return np.asarray(np.interp(np.abs(force_n), self.force_n, self.sigma_m))
 
-    def unseen_sigma_at(self, force_n: FloatArray) -> FloatArray:
+    def uncovered_sigma_at(self, force_n: FloatArray) -> FloatArray:
         """Standard uncertainty (N,) in m where no row is near, fully correlated; elsewhere 0.
 
         Beyond the last row the slope counts as known to `ASSUMED_RELATIVE`, or to the difference of

@@ -62,7 +62,7 @@ def _held(loops: Sequence[Loop], compliance: Compliance, sources: Sources) -> Dr
     return Drift(rate_m_per_s, 0.5 * math.hypot(*(each.sigma_m_per_s for each in both)))
 
 
-def believed_drift(
+def stated_drift(
     loops: Sequence[Loop], found: Drift | None, compliance: Compliance, sources: Sources
 ) -> float | None:
     """The stated standard uncertainty of a drift in m/s; None where nobody states one, or where the

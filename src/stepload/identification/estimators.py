@@ -80,7 +80,7 @@ def _possible(attempts: list[Callable[[], Fit]]) -> list[Fit]:
             refusals.append(
                 DomainError(
                     f"these points determine no law ({error})",
-                    hint="is K_s right? A system stiffer than believed leaves no deformation",
+                    hint="is K_s right? Too low a K_s leaves no deformation of the payload",
                 )
             )
     if not fits:
@@ -174,7 +174,7 @@ def undetermined(n: float, sigma_n: float | None) -> tuple[Doubt, ...]:
     if sigma_n is None or NORMAL_95 * sigma_n <= EXPONENT_HALF_WIDTH:
         return ()
     low, high = n - NORMAL_95 * sigma_n, n + NORMAL_95 * sigma_n
-    message = f"this run cannot tell n = {low:.1f} from {high:.1f}"
+    message = f"n = {n:.2f}, 95 % [{low:.2f}, {high:.2f}]"
     return (Doubt(Flag.EXPONENT_UNDETERMINED, message),)
 
 

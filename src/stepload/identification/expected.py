@@ -19,7 +19,7 @@ from stepload.identification.changes import narrower
 from stepload.identification.conditions import Conditions
 from stepload.identification.figures import HOPELESS
 from stepload.identification.fit import FloatArray
-from stepload.identification.lateral import alignment_of, expected_sideways
+from stepload.identification.lateral import alignment_of, expected_lateral_force
 from stepload.identification.loops import Track
 from stepload.identification.quantity import Quantity
 from stepload.identification.run_data import RunData
@@ -133,7 +133,7 @@ def expect(
     if down is not None:
         step_n = told.sources.zero_drift_n_per_s * float(down.time_s[-1] - up.time_s[0])
         step_n /= math.sqrt(3.0)
-    run = RunData(tracks=tracks, conditions=told, sideways=expected_sideways(told),
+    run = RunData(tracks=tracks, conditions=told, lateral_force=expected_lateral_force(told),
                   alignment=alignment_of(told), looked=looked, zero_step_n=step_n)  # fmt: skip
     return Expected(run, judge(run, laws=False).headline)
 
@@ -185,7 +185,14 @@ def changed(run: RunData, told: Conditions) -> RunData:
     step_n, drift = run.zero_step_n, before.sources.zero_drift_n_per_s
     if step_n is not None and drift > 0.0:
         step_n *= told.sources.zero_drift_n_per_s / drift
-    aside = expected_sideways(told) if run.sideways.rule == "unknown" else run.sideways
+    aside = (
+        expected_lateral_force(told) if run.lateral_force.rule == "unknown" else run.lateral_force
+    )
     return replace(
-        run, tracks=tracks, conditions=told, alignment=alignment, zero_step_n=step_n, sideways=aside
+        run,
+        tracks=tracks,
+        conditions=told,
+        alignment=alignment,
+        zero_step_n=step_n,
+        lateral_force=aside,
     )

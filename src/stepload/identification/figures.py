@@ -94,7 +94,7 @@ def _shared(run: RunData, read_from: Reading) -> list[Line]:
     main, q, told = read_from.main, read_from.power, run.conditions
     sources = told.sources
     bend = float(np.diff(told.bend(np.array([main.from_n, main.to_n])))[0])
-    sideways = run.sideways.relative * abs(bend) / main.span_m
+    lateral = run.lateral_force.relative * abs(bend) / main.span_m
     scale = [
         Line("force calibration", percent(sources.gain_sigma, 3), q * sources.gain_sigma),
         Line(
@@ -105,7 +105,7 @@ def _shared(run: RunData, read_from: Reading) -> list[Line]:
     ]
     return [
         *(line for line in scale if line.relative > 0.0),
-        Line("lateral force", run.sideways.size, sideways),
+        Line("lateral force", run.lateral_force.size, lateral),
         *run.alignment.lines(q, main.from_n, main.to_n, main.span_m),
         *read_from.lines,
     ]
@@ -124,13 +124,13 @@ def quantities(run: RunData, read_from: Reading) -> dict[str, Quantity]:
         at_n = main.to_n
         if math.isfinite(secant_force_n) and secant_force_n > REACHED * main.to_n:
             beyond = (
-                f"asked for at {secant_force_n:.4g} N, but the data end at {main.to_n:.4g} N: "
-                "given there, not extrapolated",
+                f"requested at {secant_force_n:.4g} N, given at {main.to_n:.4g} N: the data end "
+                "there",
             )
     elif secant_force_n < main.from_n:
         beyond = (
-            f"asked for at {secant_force_n:.4g} N, below the {main.from_n:.4g} N that the chord "
-            "begins at: there a curve is believed, not the data",
+            f"requested at {secant_force_n:.4g} N, below the {main.from_n:.4g} N that the chord "
+            "begins at: the value is that of a fitted curve",
         )
 
     def of_weights(
@@ -158,7 +158,7 @@ def quantities(run: RunData, read_from: Reading) -> dict[str, Quantity]:
         return found
     law_blocked = (*doubts, *read_from.law_doubts)
     rough = _as_rough(law_sets[middle(len(law_sets))], told)
-    foot_m = _foot(_believed(law_sets[middle(len(law_sets))], told), read_from.branch.path)
+    foot_m = _foot(_selected_law(law_sets[middle(len(law_sets))], told), read_from.branch.path)
     for kind, read in _readers(at_n, with_plane=rough).items():
         made = _of_laws(read, law_sets, errors, read_from.branch.path, told, at_n)
         if made is None:
@@ -221,7 +221,7 @@ def _as_rough(laws: Mapping[str, LawFit], told: Conditions) -> bool:
     return bool(told.rough_length_m) and rough is not None and rough.chi2 <= lowest + CANNOT_TELL
 
 
-def _believed(laws: Mapping[str, LawFit], told: Conditions) -> LawFit:
+def _selected_law(laws: Mapping[str, LawFit], told: Conditions) -> LawFit:
     """The law that gives the value; the other laws only widen the interval."""
     if _as_rough(laws, told):
         return laws[ROUGH.name]
@@ -271,12 +271,12 @@ def _of_laws(
 ) -> tuple[float, float, float, list[Line]] | None:
     """Stiffness, low and high end over the laws that the data cannot distinguish, and lines."""
     laws = law_sets[middle(len(law_sets))]
-    believed = _believed(laws, told)
+    selected = _selected_law(laws, told)
     kept = [list(each.values()) for each in law_sets]
-    if believed.law is ROUGH:
+    if selected.law is ROUGH:
         # The surface is known to be rough: laws of a smooth one are known to be wrong.
         kept = [[each[ROUGH.name]] for each in law_sets if ROUGH.name in each]
-    best = at_point(believed, believed.best, read)
+    best = at_point(selected, selected.best, read)
     whole = union(kept, read)
     if best is None or whole is None or whole[1] - whole[0] > OPEN:
         return None
@@ -284,13 +284,13 @@ def _of_laws(
     value = at_n / length_m
     high, low = (at_n / math.exp(end) for end in whole)
     low, high = min(low, value), max(high, value)
-    lines = max((_lines(parts, _sensitivity(believed, read, path, parts), length_m)
+    lines = max((_lines(parts, _sensitivity(selected, read, path, parts), length_m)
                  for parts in errors), key=combined)  # fmt: skip
     half = math.log(high / low) / 2.0 / NORMAL_95
     model = math.sqrt(max(half**2 - combined(lines) ** 2, 0.0))
     names = sorted({fit.law.name for each in kept for fit in each})
     size = f"{len(names)} laws" if len(names) > 1 else names[0]
-    if believed.law is ROUGH and told.rough_length_m:
+    if selected.law is ROUGH and told.rough_length_m:
         size += f", its roughness length known to ±{percent(told.rough_length_sigma)}"
     return value, low, high, [*lines, Line("model (laws and zero)", size, model)]
 
@@ -376,6 +376,9 @@ def exponent(read_from: Reading) -> Exponent | None:
         *beaten(power, law_sets[middle(len(law_sets))]),
     ]
     if (high - low) / 2.0 > EXPONENT_HALF_WIDTH:
-        why.append(f"this run cannot tell n = {low:.2f} from {high:.2f}")
+        why.append(
+            f"n = {value:.2f}, 95 % [{low:.2f}, {high:.2f}]; up to ±{EXPONENT_HALF_WIDTH:g} counts as "
+            "identified"
+        )
     verdict = ResultVerdict.MARGINAL if why else ResultVerdict.IDENTIFIED
     return Exponent(value, (low, high), verdict, tuple(why))

@@ -147,8 +147,7 @@ def identify(selected: Selected, run: RunData) -> Identification:
     told, pressing = run.conditions, int((selected.force_n > 0.0).sum())
     if pressing < LEAST_SAMPLES:
         raise BadInputError(
-            f"too few points: the loading has {pressing} with a force above 0, at least "
-            f"{LEAST_SAMPLES} are needed",
+            f"only {pressing} points of the loading have F > 0, {LEAST_SAMPLES} are needed",
             hint="record more points on the way up; pressing is positive",
         )
     batch = selected.samples(selected.batch)

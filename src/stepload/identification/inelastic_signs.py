@@ -11,7 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stepload.identification.chord import Site, chord, hold_site, site, top_site
+from stepload.identification.chord import (
+    LocalDeformation,
+    chord,
+    deformation_at,
+    held_deformation,
+    top_deformation,
+)
 from stepload.identification.elastic import Elastic
 from stepload.identification.fit import FloatArray, IntArray
 from stepload.identification.loops import Branch, Loop, Path
@@ -61,11 +67,11 @@ def signs_of(loops: Sequence[Loop], compliance: Compliance) -> list[Sign]:
         found += _gap(first, low_n, compliance)
     found += _seat(loops, compliance)
     if second is not None:
-        tops = [(loop.loading, top_site(loop.loading.path)) for loop in (first, second)]
+        tops = [(loop.loading, top_deformation(loop.loading.path)) for loop in (first, second)]
         shift = _shift("top_shift", tops, compliance)
         found.append(shift)
         at = low_n if low_n is not None else LOWEST_SHARE * tops[0][1].force_n
-        lows = [(loop.loading, _low_site(loop.loading, at)) for loop in (first, second)]
+        lows = [(loop.loading, _low_deformation(loop.loading, at)) for loop in (first, second)]
         low = _shift("low_shift", lows, compliance)
         turned = tuple((branch, -weights) for branch, weights in shift.terms)
         terms = (*low.terms, *turned)
@@ -98,7 +104,7 @@ def _seat(loops: Sequence[Loop], compliance: Compliance) -> list[Sign]:
     foot_n = max(FOOT_SHARE * top_n, reached_n)
     if foot_n > 0.5 * LOWEST_SHARE * top_n:
         return []
-    feet = [(branch, site(branch.path, foot_n)) for branch in (first, later)]
+    feet = [(branch, deformation_at(branch.path, foot_n)) for branch in (first, later)]
     return [_shift("seat", feet, compliance)]
 
 
@@ -119,20 +125,22 @@ def _top(branch: Branch) -> float:
     return float(branch.path.force_n.max())
 
 
-def _low_site(branch: Branch, force_n: float) -> Site:
-    return hold_site(branch.path, force_n) or site(branch.path, force_n)
+def _low_deformation(branch: Branch, force_n: float) -> LocalDeformation:
+    return held_deformation(branch.path, force_n) or deformation_at(branch.path, force_n)
 
 
 def _gap(loop: Loop, low_n: float, compliance: Compliance) -> list[Sign]:
     """Unloading less loading; empty where they have no low force in common."""
     if loop.unloading is None or float(loop.unloading.path.force_n.min()) > 1.05 * low_n:
         return []
-    pair = [(loop.loading, _low_site(loop.loading, low_n)),
-            (loop.unloading, _low_site(loop.unloading, low_n))]  # fmt: skip
+    pair = [(loop.loading, _low_deformation(loop.loading, low_n)),
+            (loop.unloading, _low_deformation(loop.unloading, low_n))]  # fmt: skip
     return [_shift("gap", pair, compliance)]
 
 
-def _shift(name: str, pair: Sequence[tuple[Branch, Site]], compliance: Compliance) -> Sign:
+def _shift(
+    name: str, pair: Sequence[tuple[Branch, LocalDeformation]], compliance: Compliance
+) -> Sign:
     """The second less the first, reduced to one force."""
     (one, at), (other, there) = pair
     value = float(there.weights @ other.path.travel_m - at.weights @ one.path.travel_m)

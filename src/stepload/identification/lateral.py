@@ -12,6 +12,7 @@ from stepload.identification.fit import FloatArray, Missing
 from stepload.identification.inelastic_signs import Compliance
 from stepload.identification.lateral_coupling import CROSS_COMPLIANCE, Across
 from stepload.identification.quantity import Line
+from stepload.identification.smooth import NORMAL_95
 from stepload.units import beside_limit, format_quantity, percent
 
 GUIDED_COMPLIANCE = 0.3
@@ -34,7 +35,7 @@ TILT_RAD = math.radians(3.0)
 """Tilt of the plate that is allowed for where none was measured."""
 CLIMB = math.tan(TILT_RAD) / math.sqrt(3.0)
 """Slope of the plate along an unknown direction (1 σ)."""
-SIDEWAYS_OVER_ALONG = 3.3
+LATERAL_OVER_AXIAL = 3.3
 """Compliance of an arm's tip across the press over that along it: at most this in 90 % of tool-down
 poses of a UR5e (2.9) and a UR10e (3.2), joint stiffnesses assumed."""
 TANGENTIAL_OVER_NORMAL = 0.8
@@ -52,7 +53,7 @@ NOT_KNOWN = Missing(NOT_IN_DATA)
 
 
 @dataclass(frozen=True, slots=True)
-class Sideways:
+class LateralForce:
     """The lateral force of one run.
 
     Attributes:
@@ -89,25 +90,24 @@ class Sideways:
         """What this run cannot show because of it; "" where nothing is missing."""
         if self.rule == "unknown":
             return (
-                "friction holds an arm's tip sideways and makes it stiffer along the axis; whether "
-                "it did so as in the calibration is not known: record all six axes of the force "
-                "sensor and calibrate dry and greased, or measure with a gauge across the contact"
+                f"unknown friction: ±{percent(NORMAL_95 * self.relative, 2)} of the system's "
+                "deflection; measure K_s with the same contact, or add a displacement gauge"
             )
-        return "lateral force is not in the data: its share is not known"
+        return "no lateral force recorded"
 
 
-def expected_sideways(told: Conditions) -> Sideways:
+def expected_lateral_force(told: Conditions) -> LateralForce:
     """Expectation before a run: no contribution where its share can be compared with that of the
     calibration, otherwise that of unknown friction."""
     known = told.across.at_share is not None and not told.across.stated
     if known or told.across.per_newton_m is not None:
-        return Sideways("guided")
-    return sideways(told, None, None, 0.0)
+        return LateralForce("guided")
+    return lateral_force(told, None, None, 0.0)
 
 
-def sideways(
+def lateral_force(
     told: Conditions, share: FloatArray | None, size: float | None, away: float
-) -> Sideways:
+) -> LateralForce:
     """Choose the rule for a run, and evaluate it.
 
     Args:
@@ -118,22 +118,22 @@ def sideways(
     """
     across, stiffness_n_per_m = told.across, told.sources.system_stiffness_n_per_m
     if stiffness_n_per_m is None:
-        return Sideways("guided", size)
+        return LateralForce("guided", size)
     if share is not None:
         if across.per_newton_m is not None:
             taken = stiffness_n_per_m * float(across.away(share) @ across.per_newton_m)
             own = across.errors_m_per_n(share, stiffness_n_per_m)
             errors = (*(stiffness_n_per_m * each for each in own), LEFT_OVER * taken)
             left = math.hypot(*errors)
-            return Sideways("three numbers", size, away, left, abs(taken), errors=errors)
+            return LateralForce("three numbers", size, away, left, abs(taken), errors=errors)
         if told.arm and across.at_share is not None:
             errors = tuple(across.away(share).tolist())
-            return Sideways("one number", size, away, CROSS_COMPLIANCE * away, errors=errors)
+            return LateralForce("one number", size, away, CROSS_COMPLIANCE * away, errors=errors)
     if told.arm:
         relative = STATED_FRICTION if across.stated else UNKNOWN_FRICTION
-        return Sideways("unknown", size, relative=relative)
+        return LateralForce("unknown", size, relative=relative)
     errors = () if share is None else tuple(share.tolist())
-    return Sideways("guided", size, relative=GUIDED_COMPLIANCE * (size or 0.0), errors=errors)
+    return LateralForce("guided", size, relative=GUIDED_COMPLIANCE * (size or 0.0), errors=errors)
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,7 +206,7 @@ class ContactAlignment:
 
     def _moved_m(self, jump_n: float, payload_m_per_n: float) -> float:
         """Axial motion of the tip in m that a jump of the lateral force in N allows."""
-        across = SIDEWAYS_OVER_ALONG * self.yields_m_per_n
+        across = LATERAL_OVER_AXIAL * self.yields_m_per_n
         across += payload_m_per_n / TANGENTIAL_OVER_NORMAL
         return jump_n * across * math.tan(TILT_RAD)
 

@@ -1,6 +1,6 @@
 """Effect of the force across the pressing axis (lateral force) on the travel along it.
 
-Where friction holds the tip of an arm sideways, the arm is stiffer along the axis. Three numbers
+Where friction holds the tip of an arm laterally, the arm is stiffer along the axis. Three numbers
 describe this for any friction (six axes, item 1)::
 
     δ = s − δ_s(F) − c · (F_across − t₀ F)

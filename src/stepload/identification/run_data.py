@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from stepload.identification.conditions import Conditions
-from stepload.identification.lateral import ContactAlignment, Sideways
+from stepload.identification.lateral import ContactAlignment, LateralForce
 from stepload.identification.loops import Track
 
 
@@ -19,7 +19,7 @@ class RunData:
             zero of travel for all.
         conditions: what is known besides the data.
         zero_step_n: largest change of the force's zero from one tare to the next; None without two.
-        sideways: the lateral force, and the uncertainty that it causes.
+        lateral_force: the lateral force, and the uncertainty that it causes.
         alignment: how the contact was made, and how well rig and plate are aligned.
         arm_drift_m_per_s: drift of the arm's position from the first touch to the last, beside a
             gauge; None where it is not known.
@@ -37,7 +37,7 @@ class RunData:
     tracks: Sequence[tuple[int, Track, Track | None]]
     conditions: Conditions
     zero_step_n: float | None = None
-    sideways: Sideways = field(default_factory=lambda: Sideways("guided"))
+    lateral_force: LateralForce = field(default_factory=lambda: LateralForce("guided"))
     alignment: ContactAlignment = field(default_factory=ContactAlignment)
     arm_drift_m_per_s: float | None = None
     adhesive: bool = False

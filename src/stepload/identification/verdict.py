@@ -137,11 +137,8 @@ def _with_laws(run: RunData, read: Read, drift_m_per_s: float | None) -> Judgeme
     of_second, said_of_second = against_second(run)
     notes, blocking = _cannot_show(run, loops)
     notes += [*said_of_gauge, *said_of_second]
-    notes.append(
-        "the point of touch is extrapolated by the laws: the data begin at "
-        f"{format_quantity(float(first.path.force_n.min()), 'N')}, and a film or a seat that gives"
-        " way below makes a secant false"
-    )
+    begin = format_quantity(float(first.path.force_n.min()), "N")
+    notes.append(f"the first reading in contact is at {begin}; below it the curve is extrapolated")
     main, errors = read.reading.main, read.reading.errors
     here = middle(len(errors))
     fitted = [_fitted(run, first, parts) for parts in errors]
@@ -266,11 +263,11 @@ def _chosen(
     names = " or ".join(LAW_NAMES[word] for word in words)
     touch = "secant_from_touch"
     if touch not in found:
-        return f"law chosen: {names}: it cannot be fitted to this loading, no figure rests on it"
+        return f"law chosen: {names}; it cannot be fitted to this loading, no figure rests on it"
     low, high = (format_quantity(end, "N/m") for end in unbound[touch].interval_n_per_m)
     return (
-        f"law chosen: {names}: an assumption, not a finding; without it the 95 % interval of the "
-        f"secant from touch is {low} to {high}"
+        f"law chosen: {names}; with all laws the 95 % interval of the secant from touch is "
+        f"{low} to {high}"
     )
 
 
@@ -290,26 +287,25 @@ def _cannot_show(run: RunData, loops: Sequence[Loop]) -> tuple[list[str], list[s
                 f" the top force (up to {percent(UNLOADED, 2)} counts)"
             )
         blocking.append(
-            f"{shown}: creep, drift, slip and yield cannot be told from elastic deformation"
+            f"{shown}: creep, drift, slip and yield cannot be separated from elastic deformation"
         )
     elif not repeated:
         notes.append(
-            "one cycle: drift cannot be told from creep, and what the first loading changed is "
-            "seen only as a gap between loading and unloading"
+            "one cycle: drift cannot be separated from creep; a set of the first loading shows "
+            "only as a gap between loading and unloading"
         )
     if not any(loop.loading.holds for loop in loops[:2]):
         notes.append(
-            "no holds while loading: creep, damping and a drift that turns with the load are seen "
-            "only as far as unloading lies elsewhere"
+            "no holds in the loading: creep and damping show only as a gap between loading and "
+            "unloading"
         )
     if run.zero_step_n is None:
         notes.append(
-            "the force's zero was not looked at twice in free air: how far it drifts under load is "
-            "not known"
+            "only one tare in free air: the drift of the force's zero under load is not known"
         )
     if note := run.conditions.sources.system_stiffness_note:
         notes.append(note)
-    if run.sideways.share is None or run.sideways.rule == "unknown":
-        notes.append(run.sideways.note)
+    if run.lateral_force.share is None or run.lateral_force.rule == "unknown":
+        notes.append(run.lateral_force.note)
     notes += run.alignment.notes
     return notes, blocking

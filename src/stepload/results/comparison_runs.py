@@ -19,7 +19,7 @@ from stepload.identification.smooth import SHORTEST
 from stepload.identification.verdict import judge
 from stepload.results.analyse import identify_payload
 from stepload.results.press_data import LOADING
-from stepload.results.run_data import sideways_of
+from stepload.results.run_data import lateral_force_of
 from stepload.results.run_record import SavedRun
 
 
@@ -149,7 +149,7 @@ def origin_of(run: SavedRun) -> Origin:
         else (stiffness, sources.system_stiffness_sigma_n_per_m),
         surface_m=surface_m,
         reach_m=reach_m,
-        across=sideways_of(data, run.conditions).errors,
+        across=lateral_force_of(data, run.conditions).errors,
     )
 
 

@@ -13,7 +13,7 @@ from stepload.identification.conditions import ASSUMED_NONLINEARITY, Conditions,
 from stepload.identification.curve_channels import is_exact, plausibility, quantum
 from stepload.identification.fit import FloatArray
 from stepload.identification.inverse_law import joint
-from stepload.identification.lateral import GUIDED_COMPLIANCE, Sideways
+from stepload.identification.lateral import GUIDED_COMPLIANCE, LateralForce
 from stepload.identification.run_data import RunData
 from stepload.identification.samples import Selected, select, uniform_in_force
 from stepload.identification.smooth import smooth_leftover
@@ -262,11 +262,11 @@ def prepare(curve: Curve, stated: Stated) -> PreparedCurve:
         )
     peak_n = max(float(zeroed.force_n[up].max()) for up in zeroed.loadings)
     share = zeroed.lateral_share
-    aside = Sideways("guided", share, relative=GUIDED_COMPLIANCE * (share or 0.0))
+    aside = LateralForce("guided", share, relative=GUIDED_COMPLIANCE * (share or 0.0))
     run = RunData(
         tracks=zeroed.tracks(loading, growing),
         conditions=conditions,
-        sideways=aside,
+        lateral_force=aside,
         adhesive=zeroed.adhesion_n > 0.0,
         timed=zeroed.time_s is not None,
         errors_known=stated.an_error or not exact,

@@ -41,7 +41,7 @@ def test_a_law_that_was_chosen_and_fits_narrows_the_secant_and_says_so() -> None
     low, high = hertz.quantities[TOUCH].interval_n_per_m
     assert low <= truth <= high
     note = hertz.notes[-1]
-    assert note.startswith("law chosen: power law, Hertz (n = 1.5): an assumption")
+    assert note.startswith("law chosen: power law, Hertz (n = 1.5)")
     assert [row.name for row in hertz.laws if row.counts] == [LAW_NAMES["hertz"]]
     assert LAW_NAMES["hertz"] not in [row.name for row in free.laws if row.counts]
 

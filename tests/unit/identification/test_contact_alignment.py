@@ -19,7 +19,7 @@ from stepload.identification.contact_quality import (
 from stepload.identification.fit import Missing
 from stepload.identification.lateral import (
     ANY_WAY,
-    SIDEWAYS_OVER_ALONG,
+    LATERAL_OVER_AXIAL,
     TANGENTIAL_OVER_NORMAL,
     TILT_RAD,
     TURN_RAD_PER_N,
@@ -50,7 +50,7 @@ def quality(
 
 def test_a_slip_moves_the_tip_along_a_plate_that_may_be_tilted() -> None:
     it = ContactAlignment(quality(slip(2.0), unseen_n=3.0), yields_m_per_n=YIELDS)
-    across = SIDEWAYS_OVER_ALONG * YIELDS + 1e-7 / TANGENTIAL_OVER_NORMAL
+    across = LATERAL_OVER_AXIAL * YIELDS + 1e-7 / TANGENTIAL_OVER_NORMAL
     seen_m, unseen_m = it.slip_m(30.0, 300.0, lambda _: 1e-7)
     assert seen_m == pytest.approx(2.0 * across * math.tan(TILT_RAD))
     assert unseen_m == 0.0

@@ -110,8 +110,8 @@ def test_data_beyond_the_table_are_a_line() -> None:
     assert whole.headline is not None
     assert short.headline is not None
     assert short.headline.half_width > whole.headline.half_width
-    assert not DeflectionTable(*rows_of(given.sources)).unseen_sigma_at(FORCE).any()
-    unseen = DeflectionTable(*rows_of(cut)).unseen_sigma_at(np.array([200.0, 300.0]))
+    assert not DeflectionTable(*rows_of(given.sources)).uncovered_sigma_at(FORCE).any()
+    unseen = DeflectionTable(*rows_of(cut)).uncovered_sigma_at(np.array([200.0, 300.0]))
     assert unseen[0] == 0.0
     assert unseen[1] > 0.05 * 100.0 / KS * 0.9
 

@@ -98,7 +98,7 @@ def test_the_asked_accuracy_decides_what_is_identified() -> None:
         assert headline_of(sources=sources, t=t).verdict == verdict
 
 
-# --- the fit that is believed
+# --- the fit that is selected
 
 
 def test_an_exponent_is_undetermined_beyond_its_limit() -> None:

@@ -124,8 +124,8 @@ def test_a_system_stiffer_than_believed_breaks_no_estimator(
 ) -> None:
     """Deformations around and below zero: an estimator may refuse them, and alone."""
     force_n = run()[2]
-    believed = force_n / K_S
-    displacement_m = (force_n / 6.57e8) ** (1 / 1.5) + believed / stiffer
+    bent = force_n / K_S
+    displacement_m = (force_n / 6.57e8) ** (1 / 1.5) + bent / stiffer
     fits = fit_all(
         displacement_m, force_n, system_stiffness_n_per_m=K_S, secant_force_n=300.0,
         sigma_m=1e-6, sigma_n=0.3,

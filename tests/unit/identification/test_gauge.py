@@ -10,7 +10,7 @@ import pytest
 from pressed_runs import World, hertz, press, told
 
 from stepload.identification.fit import FloatArray
-from stepload.identification.lateral import Sideways
+from stepload.identification.lateral import LateralForce
 from stepload.identification.loops import Track
 from stepload.identification.run_data import RunData
 from stepload.identification.verdict import Judgement, judge
@@ -113,7 +113,7 @@ def test_an_arm_that_says_nothing_of_the_scale_is_told_and_fires_nothing() -> No
     found = judge(told(run, arm_sources=arm))
     assert not against(found)
     assert "was not checked" in about_the_scale(found)[0]
-    serial = judge(replace(told(run, arm=True), sideways=Sideways("guided")))
+    serial = judge(replace(told(run, arm=True), lateral_force=LateralForce("guided")))
     assert not against(serial)
     assert "was not checked" in about_the_scale(serial)[0]
 

@@ -28,7 +28,7 @@ from stepload.results.from_file import identify_file, system_results_of_file
 
 K, N, KS = 6.57e8, 1.5, 3.49e6
 ONLY_A_LOADING = (
-    "only a loading: creep, drift, slip and yield cannot be told from elastic deformation"
+    "only a loading: creep, drift, slip and yield cannot be separated from elastic deformation"
 )
 SECANT = 300.0 ** (1 - 1 / N) * K ** (1 / N)
 NOTHING = Stated()
@@ -245,7 +245,7 @@ def test_few_samples_are_flagged_and_fewer_refused(identified: Callable[..., Fou
     assert Flag.TOO_FEW_POINTS in flags(found)
     assert found.fit.n == pytest.approx(N, abs=1e-3)
     few = np.linspace(0.0, 300.0, 6)
-    with pytest.raises(BadInputError, match="too few points: the loading has 5 with"):
+    with pytest.raises(BadInputError, match="only 5 points"):
         identified(displacement_m=few * 1e-7, force_n=few)
 
 
@@ -481,7 +481,7 @@ def test_cycles_have_one_zero_and_two_branches() -> None:
         assert loading.travel_m[held].mean() == pytest.approx(deep - at_touch, rel=0.02)
     assert first.force_n[0] == pytest.approx(3.0, abs=1.2)
     assert found.run.timed
-    assert found.run.sideways.share == pytest.approx(0.1, rel=0.03)
+    assert found.run.lateral_force.share == pytest.approx(0.1, rel=0.03)
 
 
 def test_of_growing_cycles_only_what_is_new_is_a_first_loading() -> None:

@@ -12,9 +12,9 @@ from stepload.identification.conditions import Conditions, Sources
 from stepload.identification.lateral import (
     GUIDED_COMPLIANCE,
     UNKNOWN_FRICTION,
-    Sideways,
-    expected_sideways,
-    sideways,
+    LateralForce,
+    expected_lateral_force,
+    lateral_force,
 )
 from stepload.identification.lateral_coupling import CROSS_COMPLIANCE, Across
 from stepload.identification.quantity import ResultVerdict
@@ -24,13 +24,13 @@ K_S = 1e5
 KNOWN = Across((2e-6, 0.0), (1e-7, 1e-7), 0.0, (0.1, 0.0), reach=0.1)
 
 
-def found(across: Across, share: tuple[float, float] | None, **more: Any) -> Sideways:
+def found(across: Across, share: tuple[float, float] | None, **more: Any) -> LateralForce:
     options: dict[str, Any] = {"arm": True} | more
     vector = None if share is None else np.array(share)
     size = None if share is None else float(np.hypot(*share))
     away = 0.0 if share is None else float(np.linalg.norm(across.away(np.array(share))))
     told = conditions(across, options.pop("stiffness", K_S), **options)
-    return sideways(told, vector, size, away)
+    return lateral_force(told, vector, size, away)
 
 
 def conditions(across: Across, stiffness: float | None = K_S, **arm: Any) -> Conditions:
@@ -95,17 +95,17 @@ def test_its_errors_point_where_the_share_is_from_that_of_the_calibration() -> N
 
 def test_before_a_run_only_what_is_certain_to_be_missing_costs_width() -> None:
     arm: dict[str, Any] = {"arm": True}
-    assert expected_sideways(conditions(Across(), **arm)).relative == UNKNOWN_FRICTION
-    assert expected_sideways(conditions(KNOWN, **arm)).relative == 0.0
-    assert expected_sideways(conditions(Across(at_share=(0.0, 0.0)), **arm)).relative == 0.0
-    assert expected_sideways(conditions(Across())).relative == 0.0
+    assert expected_lateral_force(conditions(Across(), **arm)).relative == UNKNOWN_FRICTION
+    assert expected_lateral_force(conditions(KNOWN, **arm)).relative == 0.0
+    assert expected_lateral_force(conditions(Across(at_share=(0.0, 0.0)), **arm)).relative == 0.0
+    assert expected_lateral_force(conditions(Across())).relative == 0.0
 
 
 def test_it_stands_in_the_budget() -> None:
     quiet = judge(press(World()))
     assert quiet.headline.verdict is ResultVerdict.IDENTIFIED
-    unknown = Sideways("unknown", relative=UNKNOWN_FRICTION)
-    evidence = judge(press(World(said={"sideways": unknown})))
+    unknown = LateralForce("unknown", relative=UNKNOWN_FRICTION)
+    evidence = judge(press(World(said={"lateral_force": unknown})))
     [line] = [x for x in evidence.headline.lines if x.source == "lateral force"]
     assert line.relative > 0.02
     assert evidence.headline.half_width > quiet.headline.half_width

@@ -1,4 +1,4 @@
-"""Which fit is believed, why, and whether it compares with the paper."""
+"""Which fit is selected, why, and whether it compares with the paper."""
 
 import numpy as np
 import pytest
@@ -81,7 +81,7 @@ def test_without_a_known_sigma_there_is_no_doubt() -> None:
 
 def test_undetermined_exponent_in_the_words_of_a_user() -> None:
     (doubt,) = undetermined(1.5, 0.0770)
-    assert doubt.message == "this run cannot tell n = 1.3 from 1.7"
+    assert doubt.message == "n = 1.50, 95 % [1.35, 1.65]"
     assert undetermined(1.5, 0.0760) == ()
     assert undetermined(1.5, None) == ()
 

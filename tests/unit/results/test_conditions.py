@@ -140,7 +140,7 @@ def test_a_table_of_this_pose_is_taken_with_what_its_rows_have_in_common() -> No
     "plan",
     [
         with_table(deflection_force_n=(), deflection_m=(), deflection_sigma_m=()),
-        with_table(arm_pose="sideways"),
+        with_table(arm_pose="lateral_force"),
         with_table(arm_pose=""),
         with_table(pose=""),
         with_table(validity_problem="expired on 2025-03-31"),
