@@ -376,9 +376,7 @@ def exponent(read_from: Reading) -> Exponent | None:
         *beaten(power, law_sets[middle(len(law_sets))]),
     ]
     if (high - low) / 2.0 > EXPONENT_HALF_WIDTH:
-        why.append(
-            f"n = {value:.2f}, 95 % [{low:.2f}, {high:.2f}]; up to ±{EXPONENT_HALF_WIDTH:g} counts as "
-            "identified"
-        )
+        most = f"up to ±{EXPONENT_HALF_WIDTH:g} counts as identified"
+        why.append(f"n = {value:.2f}, 95 % [{low:.2f}, {high:.2f}]; {most}")
     verdict = ResultVerdict.MARGINAL if why else ResultVerdict.IDENTIFIED
     return Exponent(value, (low, high), verdict, tuple(why))

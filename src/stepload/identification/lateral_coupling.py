@@ -95,10 +95,6 @@ class Across:
         )
         return tuple(float(e) for e in (*own, *(CROSS_COMPLIANCE / stiffness_n_per_m * beyond)))
 
-    def doubt_m_per_n(self, share: FloatArray, stiffness_n_per_m: float) -> float:
-        """Standard uncertainty in m of the correction per newton of axial force, at shares (2,)."""
-        return math.hypot(*self.errors_m_per_n(share, stiffness_n_per_m))
-
     def noise_m(self, noise_n: float) -> float:
         """Noise in m that the correction adds, for an rms noise of the lateral force."""
         if self.per_newton_m is None or not math.isfinite(noise_n):

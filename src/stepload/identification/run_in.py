@@ -205,7 +205,7 @@ def _evaluate(
     span_n, span_m = float(grid_n[-1] - grid_n[0]), float(up[-1] - up[0])
     if not span_m > 0.0:
         raise DomainError(f"the deformation of cycle {number} does not rise with force")
-    stored_j = _area(loop_n, loop_up)
+    stored_j = float(np.trapezoid(loop_n, loop_up))
     if not stored_j > 0.0:
         raise DomainError(f"cycle {number} stored no energy: it was not loaded and unloaded")
     gap = down - loop_up
@@ -216,12 +216,8 @@ def _evaluate(
         fit=joint(up, grid_n, secant_force_n=secant_force_n),
         chord_n_per_m=span_n / span_m,
         # ∮ F dδ = ∫ (δ_unloading − δ_loading) dF
-        loop_energy_j=_area(gap, loop_n),
+        loop_energy_j=float(np.trapezoid(gap, loop_n)),
         loop_sigma_j=noise_m * step_n * math.sqrt(loop_n.size),
         stored_energy_j=stored_j,
         start_m=float(up[0]),
     )
-
-
-def _area(height: FloatArray, along: FloatArray) -> float:
-    return float(np.sum(0.5 * (height[1:] + height[:-1]) * np.diff(along)))

@@ -18,7 +18,7 @@ from stepload.identification.branches import (
     no_branch,
     read_of,
 )
-from stepload.identification.budget import Component, middle, total
+from stepload.identification.budget import middle, total
 from stepload.identification.channel_checks import against_arm, against_second
 from stepload.identification.chord import Chord
 from stepload.identification.conditions import BRANCHES
@@ -141,10 +141,11 @@ def _with_laws(run: RunData, read: Read, drift_m_per_s: float | None) -> Judgeme
     notes.append(f"the first reading in contact is at {begin}; below it the curve is extrapolated")
     main, errors = read.reading.main, read.reading.errors
     here = middle(len(errors))
-    fitted = [_fitted(run, first, parts) for parts in errors]
-    data, laws = fitted[here]
-    every = [each for _, each in fitted if each]
-    chosen = [chosen_fits(data, each, told) for data, each in fitted]
+    loadings = [Whitened(first.path.force_n, first.deformation_m, total(each)) for each in errors]
+    fitted = [fit_laws(each, told, adhesive=run.adhesive) for each in loadings]
+    data, laws = loadings[here], fitted[here]
+    every = [each for each in fitted if each]
+    chosen = [chosen_fits(*both, told) for both in zip(loadings, fitted, strict=True)]
     power = laws.get(POWER.name)
     # A chosen law that cannot be fitted with the middle correlation length is not used at all.
     counting = [each for each in chosen if each and chosen[here]] if told.laws else every
@@ -233,13 +234,6 @@ def _largest_chi2(degrees: int) -> float:
     from scipy.special import chdtri
 
     return float(chdtri(max(degrees, 1), REFUSED))
-
-
-def _fitted(
-    run: RunData, first: Branch, parts: Sequence[Component]
-) -> tuple[Whitened, dict[str, LawFit]]:
-    data = Whitened(first.path.force_n, first.deformation_m, total(parts))
-    return data, fit_laws(data, run.conditions, adhesive=run.adhesive)
 
 
 def _rows(
