@@ -103,8 +103,9 @@ def judge(run: RunData, *, laws: bool = True) -> Judgement:
 
     Args:
         run: measured, or expected before it (`stepload.identification.expected`).
-        laws: whether laws are fitted; without them only the headline is computed, from the same
-            budget. A run that is only expected follows a known law.
+        laws: whether laws are fitted and the data searched for doubts. Without, only the headline
+            is computed, from the same budget: enough for a run that is expected, which follows its
+            law, and for a comparison of runs that were judged.
 
     Raises:
         DomainError: too little in contact, a deformation that does not rise with the force, or no
