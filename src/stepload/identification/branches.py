@@ -89,8 +89,6 @@ def branch_chord(
     """The chord of a branch of the first two cycles; None where there is none.
 
     Args:
-        run: the run.
-        read: what `read_of` says of it.
         name: loading, unloading (the first one) or reloading (the second loading).
         doubts: sentences that block it.
     """

@@ -93,7 +93,6 @@ class _Sides:
 
         Args:
             weights: (B,) of the path; their sum is 0.
-            from_n, to_n: the forces that they lie at.
         """
         told, sources, own = self._told, self._told.sources, self._run.conditions.sources
         bend = told.bend(self._gauge.force_n)

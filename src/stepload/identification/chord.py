@@ -109,7 +109,6 @@ def chord(branch: Branch, from_n: float | None = None, to_n: float | None = None
     """The chord of a branch.
 
     Args:
-        branch: a loading.
         from_n, to_n: the two forces; None: 10 % of the top force, or the lowest force that the
             data reach, and the top.
     """
@@ -154,7 +153,6 @@ def smooth_of(branch: Branch, covariance: FloatArray, q: float) -> Smooth | None
     """The smooth curve through a branch; None where it has too few forces.
 
     Args:
-        branch: a loading or an unloading.
         covariance: (B, B) of the deformation in m².
         q: exponent of the deformation over the force, 1/n.
     """

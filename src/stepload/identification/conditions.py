@@ -158,7 +158,6 @@ class Conditions:
     Attributes:
         sources: the uncertainty sources; `system_stiffness_n_per_m` None where the travel is the
             payload's deformation already.
-        secant_force_n: force the secants are taken at.
         touch_force_n: the contact threshold that found the zero; 0 where the zero is given.
         position_resolution_m: δ_Δ for (34); NaN where it is neither stated nor seen.
         elastic_limit_n: F_c, None where it is not known.

@@ -57,15 +57,12 @@ class Wrench:
     """Samples in contact, (N,) each, in the order of time; zeros taken out.
 
     Attributes:
-        time_s: in s, not falling.
         force_n: along the pressing axis, positive when pressing.
         across_n: (N, 2) force along the sensor's two other axes, in the order x, y, z.
         rising: whether a sample belongs to a loading; else it belongs to an unloading.
-        cycle: number of the cycle.
         held: number of the hold that a sample lies in, 0 between holds.
         noise_n: standard deviation of one reading across, of each of the two.
         torque_n_m: (N, 2) torque about the same two axes; None where the sensor measures none.
-        torque_noise_n_m: standard deviation of one reading of each.
         turn: +1 where the two axes and the direction of the plate's push are right-handed in this
             order, -1 where they are left-handed; see `turn_of`.
     """
@@ -196,7 +193,6 @@ def _place(wrench: Wrench, lever_m: float | None) -> ContactPoint | Missing:
     with that lever scatter less, and `Missing` is returned.
 
     Args:
-        wrench: samples in contact, finite.
         lever_m: from the sensor's origin to the contact along the pressing axis.
     """
     if wrench.torque_n_m is None:
@@ -259,10 +255,6 @@ def slips_of(wrench: Wrench, top_n: float) -> tuple[Slip, ...]:
     """Every slip event, in the order of time.
 
     Evaluated branch by branch: where the load reverses, friction does too, without a jump.
-
-    Args:
-        wrench: samples in contact, finite.
-        top_n: the largest force of the run in N.
     """
     found: list[Slip] = []
     steps_s = np.diff(wrench.time_s)

@@ -170,9 +170,6 @@ def signs(travel_m: FloatArray, force_n: FloatArray) -> Signs:
 
     The force at the deep end counts as pressing even if adhesion pulls harder elsewhere. The
     shallow end is the one without force; where an offset hides that, the one where the data begin.
-
-    Args:
-        travel_m, force_n: (N,) in the order of time.
     """
     count = max(3, round(_AT_AN_END * travel_m.size))
     order = np.argpartition(travel_m, [count - 1, travel_m.size - count])
@@ -198,9 +195,6 @@ def spikes(values: FloatArray) -> BoolArray:
     After Hampel, a sample is compared with medians of its neighbourhood: it deviates by more than
     ten median steps, four quanta and 0.1 % of the range. None is reported in tables of fewer than
     32 samples, in the first and last three samples, or where more than 1 % would be.
-
-    Args:
-        values: (N,) a channel in the order of time.
     """
     found = np.zeros(values.size, dtype=np.bool_)
     if values.size < LEAST_SAMPLES:

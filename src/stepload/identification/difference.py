@@ -159,7 +159,6 @@ class Difference:
         interval: its 95 % interval; wider where several groups are compared with the first.
         half_width: of the interval of ln(S2/S1).
         smallest_detectable: the relative difference that is detected with a probability of 80 %.
-        tolerance: the relative difference that matters.
         lines: one per source; in the widest case where it is not known what is shared.
         scatter: standard deviation of ln S between the runs of a group; None: no repeats.
         scatter_expected: what the budget of the runs' own errors expects.
@@ -233,7 +232,6 @@ def difference(
 
     Args:
         first, second: the runs of both groups, one quantity between the same two forces.
-        tolerance: the relative difference that matters.
         comparisons: how many such comparisons the verdict is taken from; the significance is
             shared out among them (Bonferroni).
 

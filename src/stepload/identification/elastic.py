@@ -30,7 +30,6 @@ class Elastic:
     Attributes:
         at_top_m: deformation of the payload at the top force.
         q: power, 1/n.
-        top_n: the top force.
         deflection: of the system, in m at forces (N,).
     """
 
@@ -93,10 +92,6 @@ def jump_of(data: Whitened, fit: LawFit) -> Jump | None:
     """The jump that explains most of what a law leaves; None where none does.
 
     A step is fitted beside the law at every place of the loading.
-
-    Args:
-        data: a loading, in the order of time.
-        fit: the law that fits it best.
     """
     shape = fit.best.shape
     columns = data.columns(fit.law, [shape])[0]

@@ -32,7 +32,6 @@ def fit_all(
     """All fits of one loading by name; `stepload.identification.estimators` chooses among them.
 
     Args:
-        selected: the samples.
         secant_force_n: where the secants (28) are taken, in N.
         sigma_m: standard deviation of the deformation in m.
         sigma_n: standard deviation of the force in N; "ew_tls" and "odr" need both.
@@ -223,7 +222,6 @@ def confidence_band(
     curve is that of the contact, not of the run.
 
     Args:
-        fit: the result.
         covariance: (3, 3) of (ln K, n, δ0), from its budget.
         deformation_m: in m, positive.
 

@@ -118,8 +118,6 @@ def expect(
     A drift of the force's zero is stated as its largest: its rms is expected from tare to tare.
 
     Args:
-        told: the conditions.
-        schedule: its loading.
         deformation: of the payload in m at forces (N,).
         looked: whether its loading may end by its own deformation.
 
@@ -148,12 +146,7 @@ class Narrowing:
 
 
 def narrowing(run: RunData, now: Quantity) -> list[Narrowing]:
-    """What narrows the chord of a run most: its two largest lines about which something helps.
-
-    Args:
-        run: measured, or expected.
-        now: its chord as it is.
-    """
+    """What narrows the chord of a run most: its two largest lines about which something helps."""
     found: list[Narrowing] = []
     for line in sorted(now.lines, key=lambda each: -each.relative):
         change = narrower(line.source, run.conditions)

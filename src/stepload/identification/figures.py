@@ -62,7 +62,6 @@ class Reading:
     """Inputs of the figures.
 
     Attributes:
-        main: the chord.
         smooth: the curve that it and the tangent are of; None where the data are too few.
         branch: that they are read from.
         errors: the components of the covariance, once per correlation length that may be.
@@ -182,13 +181,7 @@ def quantities(run: RunData, read_from: Reading) -> dict[str, Quantity]:
 
 
 def parameter_covariance(run: RunData, read_from: Reading, power: LawFit) -> FloatArray:
-    """Covariance (3, 3) of (ln K, n, δ0) of least squares of δ0 + (F/K)^(1/n), every line in it.
-
-    Args:
-        run: the run.
-        read_from: its loading.
-        power: the power law through it.
-    """
+    """Covariance (3, 3) of (ln K, n, δ0) of least squares of δ0 + (F/K)^(1/n), every line in it."""
     q = power.best.shape
     shape = power.best.coefficients[1] * (read_from.branch.path.force_n / power.top_n) ** q
     columns = np.stack([-q * shape, -q * shape * np.log(shape), np.ones_like(shape)], axis=1)

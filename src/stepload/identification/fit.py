@@ -50,15 +50,12 @@ class Fit:
     Attributes:
         estimator: its name ("rs_btls", "rs_rtls", "joint" …).
         k: K in N/m^n.
-        n: exponent.
         zero_m: δ0 in m; 0 for two-parameter fits, which take the zero as given.
         secant_n_per_m: F/δ at `secant_force_n` (28).
         secant_force_n: force the secant is taken at.
         covariance: (3, 3) of (ln K, n, δ0) from the residuals alone, None where the estimator has
             none. They do not show what the fit has absorbed: see `stepload.identification`.
         force_rms_n: rms force residual of the data about the law.
-        points: data points used.
-        doubts: what is doubtful about it.
     """
 
     estimator: str

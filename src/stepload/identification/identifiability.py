@@ -60,7 +60,6 @@ def identifiability(
 
     Args:
         top_force_n: largest force of the run, F_max.
-        resolution_m: position resolution δ_Δ.
         system_stiffness_n_per_m: K_s; None where a gauge across the contact takes it out.
 
     Raises:

@@ -41,10 +41,7 @@ class Sign:
     """One sign.
 
     Attributes:
-        name: short name.
-        value_m: as measured.
         terms: (branch, weights (B,)) whose sum over travel is this sign.
-        force_n: the force it is taken at.
     """
 
     name: str

@@ -163,8 +163,6 @@ class ContactAlignment:
 
         Args:
             power: relative change of the deformation over that of the force.
-            from_n, to_n: forces of the chord in N.
-            span_m: its deformation in m.
         """
         found = []
         angle = math.hypot(self.misalignment_rad, TILT_RAD if self.arm else 0.0)
@@ -190,7 +188,6 @@ class ContactAlignment:
         arm one slip that is just too small to be detected at the top force.
 
         Args:
-            from_n, to_n: forces of the chord in N.
             payload: dδ/dF of the payload.
         """
         if isinstance(self.quality, Missing):

@@ -43,8 +43,6 @@ class Across:
 
     Attributes:
         per_newton_m: c in m/N for the sensor's two axes across; None where it is not known.
-        sigma_m_per_n: standard uncertainty of each component of c.
-        correlation: correlation of the two errors.
         at_share: t₀; None where it is not known under which friction K_s was measured.
         reach: largest distance from t₀ of the shares that c was measured with.
         stated: whether a person states K_s, whose σ then holds for the friction of this contact.

@@ -154,7 +154,6 @@ def fit_laws(data: Whitened, told: Conditions, *, adhesive: bool) -> dict[str, L
     """All laws that may hold here, by name.
 
     Args:
-        data: a loading.
         told: the conditions, with what is known of the roughness.
         adhesive: whether the force was negative near the touch.
     """

@@ -35,7 +35,6 @@ class Law:
     """One law.
 
     Attributes:
-        name: its common name.
         basis: from u = F/F_top (N,), positive, and the shape parameter to columns (N, k).
         at_touch: the same at F → 0, (k,).
         grid: shape parameters to try, rising.

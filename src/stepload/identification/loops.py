@@ -53,11 +53,9 @@ class Path:
     """The same as means over stretches of time, (B,) each.
 
     Attributes:
-        time_s, force_n, travel_m: means.
         count: samples in each stretch.
         span_m: how far the travel went within it.
         rate_n_per_s: rate of the force within it.
-        held: as in `Track`.
     """
 
     time_s: FloatArray

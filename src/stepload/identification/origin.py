@@ -29,7 +29,6 @@ class Origin:
     """Where the errors of a run come from; "" and None where the record does not state it.
 
     Attributes:
-        rig: name of the rig.
         arm, force_sensor: make, model and serial number; of the sensor its calibration too.
         axis: force axis with its sign.
         pose: the plan's name of the pose.
@@ -155,7 +154,6 @@ def common(source: str, one: Origin, other: Origin, apart_m: float = 0.0) -> Com
     Friction: with one calibration, as far as the errors have the same direction; at least by half.
 
     Args:
-        source: name of the source in a budget.
         one, other: where the errors of the two runs come from.
         apart_m: distance of the travels at equal force, in addition to that of the surfaces.
     """

@@ -41,7 +41,6 @@ class PooledStiffness:
         smooth_degrees: degrees of freedom of the smooth error; None where no run estimated it.
         damping_lower_bound_n_s_per_m: the lowest of the runs' bounds.
         force_range_n: lowest and highest force common to all runs.
-        runs: number of runs.
         independent_runs: number of independent runs that they count as.
         misfit_correlation: mean correlation of the misfits of two runs; 0 for one run.
         scatter: rms deviation of the runs over their own uncertainties; 0 for one run.
@@ -164,8 +163,6 @@ def measured_table(
     is common to all rows.
 
     Args:
-        fits: of the runs, each with its contact.
-        pooled: made of them.
         resolution_m: quantum of the travel.
     """
     common = max(fit.contact_sigma_n_per_m for fit in fits) / pooled.stiffness_n_per_m

@@ -44,7 +44,6 @@ class Quantity:
         interval_n_per_m: nominal 95 %, (low, high).
         from_n, to_n: the forces between which it holds; `from_n` is 0 where the touch is one end.
         lines: contributions to the interval.
-        verdict: whether it is identified.
         why: whole sentences: why it is not identified, and what it rests on.
     """
 

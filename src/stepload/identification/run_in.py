@@ -33,7 +33,6 @@ class Cycle:
     """One cycle.
 
     Attributes:
-        number: as labelled in the data.
         fit: joint fit of the loading branch.
         chord_n_per_m: while loading, between the same two forces in every cycle.
         loop_energy_j: area between loading and unloading over the forces that both branches of
@@ -57,7 +56,6 @@ class RunIn:
     """Result of the cycles.
 
     Attributes:
-        cycles: all of them in order.
         lift_off: whether the contact was opened between them.
         virgin: the first cycle, where the contact had not been pressed before; None otherwise.
         steady: the last cycle, once the last three agree; None while they do not.

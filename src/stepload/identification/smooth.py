@@ -171,7 +171,6 @@ def smooth_leftover(
     """Estimate the smooth error from the residuals of a joint fit; None for too few data.
 
     Args:
-        fit: fit of K, n and zero.
         deformation_m, force_n: (N,) the points it was made from, forces positive.
         white_sd_m: white noise of a point; its part in the means is not counted as smooth.
         length_n: correlation length of the smooth error; None: the middle of those it may have.
