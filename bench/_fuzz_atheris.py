@@ -14,10 +14,9 @@ with atheris.instrument_imports():
     from stepload_drivers.ati.poller import Poller
     from stepload_drivers.bota import codec as bota
     from stepload_drivers.canbus import slcan_frame
-    from stepload_drivers.canframe import CanFrame
-    from stepload_drivers.line.codec import LineDecoder
+    from stepload_drivers.framing import CanFrame
+    from stepload_drivers.line.codec import LineDecoder, line_pattern, number_of
     from stepload_drivers.line.force import DEFAULT_PATTERN
-    from stepload_drivers.line.pattern import line_pattern, number_of
     from stepload_drivers.robotous import codec as robotous
     from stepload_drivers.ur import frames as rtde
 

@@ -25,7 +25,8 @@ from stepload.declaration.sections import key
 from stepload.errors import BadInputError, DeviceError
 from stepload.rig.faults import FaultCode
 from stepload.rig.usb import MAX_LATENCY_MS, latency_timer_ms
-from stepload_drivers.canframe import CanFrame
+from stepload_drivers.framing import CanFrame
+from stepload_drivers.serialport import late_adapter
 
 Interface = Annotated[Verbatim, key("python-can interface: socketcan, slcan, socketcand, pcan, …")]
 Channel = Annotated[PathText, key("can0, /dev/ttyACM0, HOST:PORT/can0")]
@@ -156,12 +157,7 @@ class CanLink:
         _log.debug("CAN bus %s open: %d bit/s", self.where, bitrate)
         if latency_ms is not None and latency_ms > MAX_LATENCY_MS:
             self.close()
-            raise DeviceError(
-                f"USB adapter of {channel} has a latency timer of {latency_ms} ms "
-                f"(limit {MAX_LATENCY_MS} ms): frames would come in bursts",
-                code=FaultCode.UNSUPPORTED,
-                hint="write 1 to its latency_timer below /sys/bus/usb-serial/devices",
-            )
+            raise late_adapter(channel, latency_ms)
 
     @property
     def damaged(self) -> int:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import math
+import select
+import socket
 import time
 from typing import Annotated, Any, ClassVar
 
@@ -18,10 +21,8 @@ from stepload.rig.samples import ForceSample, SixFloats, Status
 from stepload_drivers.ati import box, rdt
 from stepload_drivers.ati.box import HTTP_PORT, Box
 from stepload_drivers.ati.rdt import MONITOR, SUMMARY, Command, Record, Scale, StatusWord, step
-from stepload_drivers.clockwatch import JUMP_S, ClockWatch
-from stepload_drivers.stream import Stream
+from stepload_drivers.stream import JUMP_S, ClockWatch, Stream
 from stepload_drivers.streamed import STALE_S, Deadline, MaxAge, Streamed, require_serial_number
-from stepload_drivers.udp import UdpLink
 
 FROZEN_S = 0.05
 WAIT_S = 0.05
@@ -30,8 +31,72 @@ MEASURED_RECORDS = 33
 RATE_TOLERANCE = 0.05
 LOOK_S = 5e-4
 """Least time between two reads of a stream faster than 1 kHz: several records are read at once."""
+BUFFER_BYTES = 4 << 20
+"""Requested buffer; Linux gives at most net.core.rmem_max, and counts some 800 bytes a datagram."""
+MOST_AT_ONCE = 1024
+LONGEST = 2048
 _log = logging.getLogger(__name__)
 UNKNOWN_STATUS = StatusWord({31: "error"}, 0)
+
+
+class UdpLink:
+    """A socket connected to `host` and `port`, so that the kernel drops datagrams of others.
+
+    Raises:
+        DeviceError: no such address, or no way to it.
+    """
+
+    def __init__(self, host: str, port: int) -> None:
+        self.where = f"{host}:{port}"
+        self._sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            self._sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_BYTES)
+            self._sock.connect((host, port))
+            self._sock.setblocking(False)
+        except OSError as error:
+            self._sock.close()
+            raise self._lost(error) from error
+        _log.debug("UDP %s open", self.where)
+
+    def _lost(self, error: OSError) -> DeviceError:
+        return DeviceError(
+            f"UDP {self.where}: {error}",
+            code=FaultCode.NOT_CONNECTED,
+            hint="check power, cable, the address, and that this computer has one in its network",
+        )
+
+    def send(self, data: bytes) -> None:
+        """Send one datagram; whether it arrives is not known.
+
+        Raises:
+            DeviceError: it could not leave, or the peer has refused an earlier one.
+        """
+        _log.debug("UDP %s <- %s", self.where, data.hex())
+        try:
+            self._sock.send(data)
+        except OSError as error:
+            raise self._lost(error) from error
+
+    def receive(self, timeout_s: float) -> list[bytes]:
+        """All datagrams that have arrived; waits `timeout_s` for the first one.
+
+        Raises:
+            DeviceError: the peer reports that its port is closed.
+        """
+        taken: list[bytes] = []
+        take, add = self._sock.recv, taken.append
+        try:
+            if select.select([self._sock], [], [], timeout_s)[0]:
+                with contextlib.suppress(BlockingIOError):
+                    for _ in range(MOST_AT_ONCE):
+                        add(take(LONGEST))
+        except OSError as error:
+            raise self._lost(error) from error
+        return taken
+
+    def close(self) -> None:
+        """Close the socket; idempotent."""
+        self._sock.close()
 
 
 _Port = Annotated[int, number(1, 65535)]
@@ -162,9 +227,9 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
         self._period_s = 1.0 / self.rate_hz
         self._pause_s = LOOK_S if self.rate_hz > 1000.0 * (1.0 + RATE_TOLERANCE) else 0.0
         self._sequence, self._measurements = 0, self._last.ft_sequence
-        self._heard_s, self._receive_s = time.monotonic(), -math.inf
+        self._heard_s = time.monotonic()
         self._gone = False
-        self._watch = ClockWatch(self._name, self._max_age_s)
+        self._watch = ClockWatch(self._max_age_s)
         return self._empty_stream(self._max_age_s, max(FROZEN_S, 25.0 * self._period_s))
 
     def _read(self, stream: Stream[ForceSample]) -> None:
@@ -186,16 +251,12 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
                 self._tell_silence(arrival_s - self._heard_s, stream)
             return
         self._heard_s = arrival_s
-        newest_s = fresh[-1][2]
-        self._watch.look(newest_s, arrival_s, stream)
+        times_s = self._watch.arrivals([device_s for *_, device_s in fresh], arrival_s, stream)
         samples = []
-        for record, sequence, device_s in fresh:
-            self._receive_s = max(arrival_s - (newest_s - device_s), self._receive_s)
+        for (record, sequence, device_s), time_s in zip(fresh, times_s, strict=True):
             wrench = self._scale.wrench(record.counts)
             status = self._status(record.status, wrench, stream)
-            samples.append(
-                ForceSample(sequence, device_s, self._receive_s, status, wrench, math.nan)
-            )
+            samples.append(ForceSample(sequence, device_s, time_s, status, wrench, math.nan))
         stream.put(samples, arrival_s)
 
     def _is_next(self, record: Record, stream: Stream[ForceSample]) -> bool:

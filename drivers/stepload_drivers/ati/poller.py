@@ -12,7 +12,7 @@ from collections import deque
 from typing import NamedTuple
 
 from stepload_drivers.ati.codec import Op
-from stepload_drivers.canframe import CanFrame, together
+from stepload_drivers.framing import CanFrame, together
 
 MAX_WAITING = 4
 ANSWER_S = 0.01

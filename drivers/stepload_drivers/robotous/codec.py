@@ -6,11 +6,10 @@ A command is 8 bytes, a response or a sample 16 bytes, both beginning with the c
 from __future__ import annotations
 
 import struct
+from dataclasses import dataclass
 from enum import IntEnum
 
-from stepload_drivers.canframe import CanFrame, together
-from stepload_drivers.resync import FrameDecoder
-from stepload_drivers.robotous.models import Model
+from stepload_drivers.framing import CanFrame, FrameDecoder, together
 
 UART_START, UART_END = 0x55, 0xAA
 UART_FRAME_BYTES = 19
@@ -23,6 +22,41 @@ CUTOFFS_HZ = (500.0, 300.0, 200.0, 150.0, 100.0, 50.0, 40.0, 30.0, 20.0, 10.0, 5
 
 OVERLOAD_AXES = ((0x20, "Fx"), (0x10, "Fy"), (0x08, "Fz"), (0x04, "Tx"), (0x02, "Ty"), (0x01, "Tz"))
 ERRORS = {1: "unsupported", 2: "out of range", 3: "failed to set"}
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """What turns counts into N and N·m: force = raw / `force_divider`, torque likewise.
+
+    Rated loads: `rated_xy_n` of Fx and Fy, `rated_z_n` of Fz, `rated_nm` of all torques.
+    """
+
+    name: str
+    force_divider: float
+    torque_divider: float
+    rated_xy_n: float
+    rated_z_n: float
+    rated_nm: float
+
+
+MODELS = (
+    Model("RFT80-6A03", 25.0, 500.0, 1000.0, 1000.0, 50.0),
+    Model("RFT80-6A02", 50.0, 1000.0, 400.0, 400.0, 20.0),
+    Model("RFT80-6A01", 50.0, 1000.0, 400.0, 400.0, 20.0),
+    Model("RFT64-6A01", 50.0, 1000.0, 200.0, 200.0, 10.0),
+    Model("RFT64-SB01", 50.0, 2000.0, 150.0, 200.0, 4.0),
+    Model("RFT60-HA01", 50.0, 2000.0, 150.0, 200.0, 4.0),
+    Model("RFT44", 50.0, 2000.0, 100.0, 150.0, 2.5),
+    Model("RFT40", 50.0, 2000.0, 100.0, 150.0, 2.5),
+)
+
+
+def model_named(name: str) -> Model | None:
+    """The model whose name the sensor's own name begins with; None for an unknown one.
+
+    A wrong torque divider is silent, so it is never assumed.
+    """
+    return next((model for model in MODELS if name.upper().startswith(model.name)), None)
 
 
 class Command(IntEnum):

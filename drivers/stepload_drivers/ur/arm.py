@@ -19,13 +19,13 @@ from stepload_drivers.motion import (
     require_positive,
     require_shift,
 )
-from stepload_drivers.ur import dashboard_watch, direct_stop, state, wire
+from stepload_drivers.ur import dashboard_watch, direct_control, state, wire
+from stepload_drivers.ur.direct_control import Unloading
 from stepload_drivers.ur.last_state import LastState, Reach
-from stepload_drivers.ur.packet_counter import PacketCounter
 from stepload_drivers.ur.preflight import preflight
 from stepload_drivers.ur.process import ChildProcess
 from stepload_drivers.ur.settings import Settings
-from stepload_drivers.ur.unload import Unloading
+from stepload_drivers.ur.state import PacketCounter
 
 CONNECTION_LOST = frozenset(
     {
@@ -218,7 +218,7 @@ class UrArm(Arm):
                 code=FaultCode.NOT_CONNECTED,
                 hint="keep clear of the arm; use the emergency stop before anybody goes near it",
             )
-        direct_stop.stop(self._settings.host, deadline_s)
+        direct_control.stop(self._settings.host, deadline_s)
 
     def retract(self, distance_m: float, speed_m_s: float, timeout_s: float) -> None:
         require_positive("retract", distance_m=distance_m, speed_m_s=speed_m_s, timeout_s=timeout_s)
@@ -277,7 +277,7 @@ class UrArm(Arm):
         if reply is None or not reply["ok"]:
             why = reply["message"] if reply else f"no answer within {timeout_s:g} s"
             self._kill()
-            direct_stop.stop(self._settings.host, time.monotonic() + RESCUE_S)
+            direct_control.stop(self._settings.host, time.monotonic() + RESCUE_S)
             raise DeviceError(
                 f"the stop of the arm's watchdog is not proven: {why}",
                 code=FaultCode.REFUSED_COMMAND,

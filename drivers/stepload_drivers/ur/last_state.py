@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from stepload.rig.device import ArmConfiguration
 from stepload.rig.samples import ArmSample
-from stepload_drivers.ur.setting_changes import change, tcp_changed
+from stepload_drivers.ur.configuration import change, tcp_changed
 from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import PLAYING, UrState, Vector6, travel_m
 

@@ -14,8 +14,7 @@ from importlib.util import find_spec
 from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
 from stepload_drivers.ur.client import RtdeClient, Version, dashboard
-from stepload_drivers.ur.configuration import read_configuration
-from stepload_drivers.ur.setting_changes import slow_problem
+from stepload_drivers.ur.configuration import read_configuration, slow_problem
 from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import safety_problem
 
@@ -26,8 +25,6 @@ WHEELS = "3.11 and 3.12"
 SUPPORTED = "3.4 to 3.15 or 5.4 to 5.x"
 UPPER_OFFSET = 24
 INTEGERS_USED, DOUBLES_USED = 8, 18
-REMOTE = {"true": True, "false": False}
-"""Answers of the dashboard about remote control; before 5.6 it gives others."""
 
 
 @dataclass(frozen=True, slots=True)

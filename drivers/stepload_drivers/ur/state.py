@@ -1,4 +1,4 @@
-"""State reported by the controller, and its meaning: pure functions on one data package.
+"""State reported by the controller, and its meaning: on one data package, and over several.
 
 State words: Universal Robots, RTDE guide (`runtime_state`, `safety_mode`, `safety_status_bits`).
 """
@@ -6,9 +6,11 @@ State words: Universal Robots, RTDE guide (`runtime_state`, `safety_mode`, `safe
 from __future__ import annotations
 
 import math
+from collections import deque
 from typing import NamedTuple
 
 from stepload.errors import DeviceError
+from stepload.rig.device import Health
 from stepload.rig.faults import FaultCode
 from stepload_drivers.motion import NO_SHIFT, Shift
 
@@ -17,10 +19,13 @@ Vector6 = tuple[float, float, float, float, float, float]
 
 STOPPED, PLAYING, PAUSED = 1, 2, 4
 ROBOT_RUNNING = 7
+PAUSING = (3, 4)
+"""Values of `runtime_state` while a program is being paused, or is."""
 
 REACH_M = 5.0
 FORCE_LIMIT_N = 5000.0
 TORQUE_LIMIT_NM = 5000.0
+STILL_S, STILL_M = 0.04, 5e-5
 
 _PROTECTIVE_BITS = 1 << 2
 _SAFEGUARD_BITS = 1 << 4
@@ -183,3 +188,70 @@ def shift_of(pose: Vector6, start: Vector6, approach: Vector3) -> Shift:
 def arrived_m(distance_m: float) -> float:
     """Travel back from which a retract by `distance_m` counts as done: servo error allowed for."""
     return max(0.5 * distance_m, 0.95 * distance_m - 1e-4)
+
+
+class PacketCounter:
+    """Sequence numbers and gaps from the controller's own time stamps.
+
+    `period_s` is the controller's; a package is lost for every period without a stamp.
+    """
+
+    def __init__(self, period_s: float) -> None:
+        self._period_s = period_s
+        self._first_s = math.nan
+        self._last_s = math.nan
+        self._received_s = -math.inf
+        self._sequence = -1
+        self._received = 0
+        self._lost = 0
+        self._gaps = 0
+        self._longest_gap_s = 0.0
+
+    def add(self, stamp_s: float, receive_time_s: float) -> int:
+        """Sequence number of a package: periods since the first, never twice the same."""
+        self._received += 1
+        self._received_s = receive_time_s
+        if self._sequence < 0:
+            self._first_s = self._last_s = stamp_s
+            self._sequence = 0
+            return 0
+        periods = round((stamp_s - self._first_s) / self._period_s)
+        sequence = max(periods, self._sequence + 1)
+        missing = sequence - self._sequence - 1
+        self._lost += missing
+        self._gaps += missing > 0
+        self._longest_gap_s = max(self._longest_gap_s, stamp_s - self._last_s)
+        self._sequence, self._last_s = sequence, stamp_s
+        return sequence
+
+    def health(self, now_s: float) -> Health:
+        span_s = self._last_s - self._first_s
+        return Health(
+            received=self._received,
+            lost=self._lost,
+            rate_hz=(self._received - 1) / span_s if span_s > 0.0 else 0.0,
+            age_s=now_s - self._received_s,
+            longest_gap_s=self._longest_gap_s,
+            errors={"gaps": self._gaps},
+        )
+
+
+class Standstill:
+    """Whether the measured TCP stood still during the last `STILL_S` of controller time."""
+
+    def __init__(self) -> None:
+        self._window: deque[UrState] = deque()
+
+    def add(self, state: UrState) -> None:
+        self._window.append(state)
+        while state.timestamp_s - self._window[0].timestamp_s > STILL_S + 0.02:
+            self._window.popleft()
+
+    @property
+    def still(self) -> bool:
+        """Whether no coordinate moved by more than `STILL_M` in a full window."""
+        window = self._window
+        if not window or window[-1].timestamp_s - window[0].timestamp_s < STILL_S:
+            return False
+        spans = zip(*(state.pose[:3] for state in window), strict=True)
+        return all(max(span) - min(span) <= STILL_M for span in spans)

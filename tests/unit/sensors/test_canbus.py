@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stepload_drivers.canbus import MAX_BATCH, CanLink, FastSlcan, slcan_frame
-from stepload_drivers.canframe import CanFrame, together
+from stepload_drivers.framing import CanFrame, together
 
 
 @pytest.mark.parametrize(

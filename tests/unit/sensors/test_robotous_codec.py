@@ -4,10 +4,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stepload_drivers.canframe import CanFrame
+from stepload_drivers.framing import CanFrame
 from stepload_drivers.robotous import codec
-from stepload_drivers.robotous.codec import CanPairer, Command, UartDecoder
-from stepload_drivers.robotous.models import MODELS, model_named
+from stepload_drivers.robotous.codec import MODELS, CanPairer, Command, UartDecoder, model_named
 
 SAMPLE = bytes.fromhex("55 0B 02 71 FF CE F4 48 03 E8 F8 30 00 07 00 00 00 A1 AA")
 OVERLOADED = bytes.fromhex("55 0B 00 00 00 00 DC 74 00 00 00 00 00 00 08 00 00 63 AA")

@@ -12,8 +12,7 @@ from stepload_drivers import stream as stream_module
 from stepload_drivers import streamed
 from stepload_drivers.robotous import sensor as rft_module
 from stepload_drivers.robotous.codec import Command
-from stepload_drivers.robotous.link import Errors
-from stepload_drivers.robotous.sensor import RobotousCan, RobotousUart
+from stepload_drivers.robotous.sensor import Errors, RobotousCan, RobotousUart
 
 
 class Device:

@@ -11,9 +11,10 @@ from stepload_drivers.robotous.codec import (
     UART_END,
     UART_START,
     Command,
+    Model,
+    model_named,
     uart_frame,
 )
-from stepload_drivers.robotous.models import Model, model_named
 from stepload_verify.emulators.canwire import CanProtocol, Frame
 from stepload_verify.emulators.emulator import Measured
 from stepload_verify.emulators.faults import FaultBoard
