@@ -75,8 +75,7 @@ def fetch(host: str, port: int, name: str, deadline: Deadline) -> str:
         raise DeviceError(
             f"{name}: http://{host}:{port}{PAGE} answers {status}, not the device's settings",
             code=FaultCode.UNSUPPORTED,
-            hint="no ATI device is there; for a box without that page give counts_per_newton, "
-            "counts_per_newton_metre and rate",
+            hint="no ATI device is there",
         )
     return text
 

@@ -14,13 +14,13 @@ from pydantic.dataclasses import dataclass
 
 from stepload.declaration.quantities import PathText, Setting, Verbatim, number
 from stepload.declaration.sections import SECTION, key
-from stepload.errors import BadInputError, DeviceError
+from stepload.errors import DeviceError
 from stepload.rig.device import ForceSensor, Identity
 from stepload.rig.faults import FaultCode
 from stepload.rig.samples import ForceSample, SixFloats, Status
 from stepload_drivers.ati import box, rdt
-from stepload_drivers.ati.box import HTTP_PORT, Box
-from stepload_drivers.ati.rdt import MONITOR, SUMMARY, Command, Record, Scale, StatusWord, step
+from stepload_drivers.ati.box import HTTP_PORT
+from stepload_drivers.ati.rdt import MONITOR, SUMMARY, Command, Record, step
 from stepload_drivers.stream import JUMP_S, ClockWatch, Stream
 from stepload_drivers.streamed import STALE_S, Deadline, MaxAge, Streamed, require_serial_number
 
@@ -36,7 +36,6 @@ BUFFER_BYTES = 4 << 20
 MOST_AT_ONCE = 1024
 LONGEST = 2048
 _log = logging.getLogger(__name__)
-UNKNOWN_STATUS = StatusWord({31: "error"}, 0)
 
 
 class UdpLink:
@@ -100,7 +99,6 @@ class UdpLink:
 
 
 _Port = Annotated[int, number(1, 65535)]
-_Counts = Annotated[float, number(1e-3, 1e9)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
@@ -113,13 +111,6 @@ class AtiNetOptions:
     rate_hz: Annotated[
         Annotated[float, Setting("Hz", 10.0, 8000.0)] | None,
         key("records per second; refuse a device that sends at another"),
-    ] = None
-    counts_per_newton: Annotated[
-        _Counts | None,
-        key("for a device without ATI's page (OnRobot: 10000); then `rate` is needed"),
-    ] = None
-    counts_per_newton_metre: Annotated[
-        _Counts | None, key("the same for torque (OnRobot: 100000)")
     ] = None
     serial_number: Annotated[
         Verbatim, key("refuse another serial number of the active calibration")
@@ -139,40 +130,23 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
     OPTIONS: ClassVar[type] = AtiNetOptions
 
     def __init__(self, **options: Any) -> None:
-        told = AtiNetOptions(**options)
-        self._asked_hz, self._serial_number = told.rate_hz, told.serial_number
-        given = (told.counts_per_newton, told.counts_per_newton_metre)
-        if any(given) and not (all(given) and self._asked_hz):
-            raise BadInputError(
-                "ati_net: counts_per_newton, counts_per_newton_metre and rate belong together",
-                hint="give all three for a device without ATI's page, or none of the counts",
-            )
-        if any(given) and self._serial_number:
-            raise BadInputError(
-                "ati_net: a device without ATI's page does not tell its serial_number",
-                hint="leave it out",
-            )
-        self._host, self._port, self._http_port = told.host, told.port, told.http_port
-        force, torque = given
-        self._given = Scale(1.0 / force, 1.0 / torque) if force and torque else None
-        self._max_age_s = told.max_age_s
-        self.rate_hz = self._asked_hz or 1000.0
-        self._name = f"RDT sensor at {self._host}"
+        self._options = AtiNetOptions(**options)
+        self.rate_hz = self._options.rate_hz or 1000.0
+        self._name = f"RDT sensor at {self._options.host}"
         self._link: UdpLink | None = None
         self._gone = False
 
     def _connect(self, deadline: Deadline) -> Identity:
-        described = self._box(deadline)
-        require_serial_number(self._name, described.serial_number, self._serial_number)
-        self._link = UdpLink(self._host, self._port)
+        told = self._options
+        described = box.read_box(
+            box.fetch(told.host, told.http_port, self._name, deadline), self._name
+        )
+        require_serial_number(self._name, described.serial_number, told.serial_number)
+        self._link = UdpLink(told.host, told.port)
         steps, self._last = self._first_records(self._link, deadline)
-        if self._given is not None:
-            self.rate_hz = self._asked_hz or 1000.0
-            self._internal_hz = steps * self.rate_hz
-        else:
-            self._internal_hz = described.internal_hz
-            self.rate_hz = described.internal_hz / steps
-        asked_hz = self._asked_hz or self.rate_hz
+        self._internal_hz = described.internal_hz
+        self.rate_hz = described.internal_hz / steps
+        asked_hz = told.rate_hz or self.rate_hz
         if abs(self.rate_hz / asked_hz - 1.0) > RATE_TOLERANCE:
             raise DeviceError(
                 f"{self._name} sends {self.rate_hz:.0f} records per second, the plan says "
@@ -190,16 +164,6 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
             described.firmware,
             described.calibration,
         )
-
-    def _box(self, deadline: Deadline) -> Box:
-        if self._given is None:
-            page = box.fetch(self._host, self._http_port, self._name, deadline)
-            return box.read_box(page, self._name)
-        told = f"counts of the plan, {1 / self._given.force:g}/N, {1 / self._given.torque:g}/(N m)"
-        return Box(
-            "RDT device", "unknown", "unknown", self._given, math.nan, (math.inf,) * 3,
-            UNKNOWN_STATUS, told,
-        )  # fmt: skip
 
     def _first_records(self, link: UdpLink, deadline: Deadline) -> tuple[float, Record]:
         """Start the stream; inner measurements from one record to the next, and the last record."""
@@ -229,8 +193,8 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
         self._sequence, self._measurements = 0, self._last.ft_sequence
         self._heard_s = time.monotonic()
         self._gone = False
-        self._watch = ClockWatch(self._max_age_s)
-        return self._empty_stream(self._max_age_s, max(FROZEN_S, 25.0 * self._period_s))
+        self._watch = ClockWatch(self._options.max_age_s)
+        return self._empty_stream(self._options.max_age_s, max(FROZEN_S, 25.0 * self._period_s))
 
     def _read(self, stream: Stream[ForceSample]) -> None:
         assert self._link is not None
@@ -247,7 +211,7 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
                 device_s = self._measurements / self._internal_hz
                 fresh.append((record, self._sequence, device_s))
         if not fresh:
-            if arrival_s - self._heard_s > self._max_age_s and not self._gone:
+            if arrival_s - self._heard_s > self._options.max_age_s and not self._gone:
                 self._tell_silence(arrival_s - self._heard_s, stream)
             return
         self._heard_s = arrival_s
@@ -308,10 +272,11 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
     def _tell_silence(self, age_s: float, stream: Stream[ForceSample]) -> None:
         """Why no data arrive: the device serves one client, and a second one takes the stream."""
         self._gone = True
-        alive = self._given is None and box.answers(self._host, self._http_port)
+        alive = box.answers(self._options.host, self._options.http_port)
         stream.latch(
             FaultCode.STALE,
-            f"{self._name}: newest sample is {age_s:.3f} s old (limit {self._max_age_s:g} s)"
+            f"{self._name}: newest sample is {age_s:.3f} s old "
+            f"(limit {self._options.max_age_s:g} s)"
             + (", although the device answers on its pages" if alive else ""),
             "another program has asked the device for its stream, which it sends to one only, or "
             "it was restarted: end the other one"

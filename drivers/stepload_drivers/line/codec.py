@@ -78,24 +78,21 @@ MAX_CHOICES = 15
 REPETITION = 4
 """What a repetition counts for: three, and three choices, take some 0.1 s on the longest line."""
 
-_TOKEN = re.compile(
-    r"(?P<escape>\\.)|(?P<set>\[\^?\]?(?:\\.|[^\]\\])*\])"
-    r"|(?P<special>\(\?(?!P<|<?[=!]|[:>]).)"
-    r"|(?P<open>\((?:\?(?:P<\w+>|<?[=!]|[:>]))?)|(?P<close>\))|(?P<either>\|)"
-    r"|(?P<quantity>\*|\+|\?|\{\d*,\d*\}|\{\d+\})(?P<mode>[+?]?)|(?P<other>.)",
-    re.DOTALL,
-)
-_OPTIONAL = ("?", "{0,1}", "{,1}")
-_FIXED = re.compile(r"\{\d+\}")
+_ESCAPE_OR_SET = re.compile(r"\\.|\[\^?\]?(?:\\.|[^\]\\])*\]", re.DOTALL)
+_SPECIAL = re.compile(r"\(\?(?!P<|<?[=!]|[:>]).", re.DOTALL)
+_GROUP_KIND = re.compile(r"(?<=\()\?(?:P<\w+>|<?[=!]|[:>])")
+_FIXED_OR_POSSESSIVE = re.compile(r"(?:[*+?]|\{\d*,?\d*\})\+|(?<!\))\{\d+\}")
+_OPTION = re.compile(r"\?|\{0?,1\}")
+_REPETITION = re.compile(r"[*+]|\{\d*,?\d*\}")
 
 
 def line_pattern(pattern: str, group: str) -> re.Pattern[str]:
     """The compiled `pattern`, whose only named group is `group`.
 
-    A repetition inside a repeated group can take time that doubles with every character, and
-    several repetitions in a row a power of the line's length. Both are refused, except where
-    possessive (`*+`, `++`), since a possessive repetition gives nothing back. Flags (`(?x)`),
-    comments and conditions are refused because they hide what is repeated.
+    A repeated group can take time that doubles with every character, and several repetitions in a
+    row a power of the line's length. Both are refused, except where possessive (`*+`, `++`), since
+    a possessive repetition gives nothing back. Flags (`(?x)`), comments and conditions are refused
+    because they hide what is repeated.
 
     Raises:
         BadInputError: no regular expression, other named groups than `group`, flags, or possibly
@@ -110,12 +107,14 @@ def line_pattern(pattern: str, group: str) -> re.Pattern[str]:
             f"pattern {pattern!r} needs one named group, `{group}`, and no other",
             hint=rf"e.g. (?P<{group}>[+-]?\d+\.\d+)",
         )
-    if found := next((t["special"] for t in _TOKEN.finditer(pattern) if t["special"]), ""):
+    bare = _ESCAPE_OR_SET.sub("x", pattern)
+    if special := _SPECIAL.search(bare):
         raise BadInputError(
-            f"pattern {pattern!r} holds {found!r}: no flags, comments, conditions or references",
+            f"pattern {pattern!r} holds {special[0]!r}: no flags, comments, conditions or "
+            "references",
             hint="write letters of both cases as [kK], and no blanks that the line does not have",
         )
-    if problem := _may_be_slow(pattern):
+    if problem := _may_be_slow(bare):
         raise BadInputError(
             f"pattern {pattern!r} {problem}: a damaged line could hold the run up",
             hint=r"write repetitions that need not give back as possessive: \s*+ for \s*",
@@ -123,27 +122,14 @@ def line_pattern(pattern: str, group: str) -> re.Pattern[str]:
     return compiled
 
 
-def _may_be_slow(pattern: str) -> str:
-    """The problem with the repetitions of `pattern`; empty: none."""
-    open_groups = [False]  # whether the group at this depth has more than one way to match
-    just_closed = False  # whether the last atom was a group with more than one way to match
-    choices = 0
-    for token in _TOKEN.finditer(pattern):
-        kind, quantity = token.lastgroup, token["quantity"]
-        gives_back = bool(quantity) and token["mode"] != "+" and not _FIXED.fullmatch(quantity)
-        if gives_back:
-            choices += 1 if quantity in _OPTIONAL else REPETITION
-        choices += kind == "either"
-        if just_closed and quantity and token["mode"] != "+" and quantity not in _OPTIONAL:
-            return "repeats a group that itself repeats or has alternatives"
-        if kind == "open":
-            open_groups.append(False)
-        elif gives_back or kind == "either":
-            open_groups[-1] = True
-        just_closed = False
-        if kind == "close":
-            just_closed = open_groups.pop()
-            open_groups[-1] |= just_closed
+def _may_be_slow(bare: str) -> str:
+    """The problem with the repetitions of a pattern without escapes and sets; empty: none."""
+    gives_back = _FIXED_OR_POSSESSIVE.sub("", _GROUP_KIND.sub("", bare))
+    options = len(_OPTION.findall(gives_back)) + gives_back.count("|")
+    repeated = _OPTION.sub("", gives_back)
+    if re.search(r"\)[*+{]", repeated):
+        return "repeats a group"
+    choices = options + REPETITION * len(_REPETITION.findall(repeated))
     if choices > MAX_CHOICES:
         return (
             f"has {choices} choices that may be taken back (limit {MAX_CHOICES}; ? and | count "

@@ -27,11 +27,6 @@ FORCE_LIMIT_N = 5000.0
 TORQUE_LIMIT_NM = 5000.0
 STILL_S, STILL_M = 0.04, 5e-5
 
-_PROTECTIVE_BITS = 1 << 2
-_SAFEGUARD_BITS = 1 << 4
-_EMERGENCY_BITS = 1 << 5 | 1 << 6 | 1 << 7
-_OTHER_STOP_BITS = 1 << 3 | 1 << 8 | 1 << 9 | 1 << 10
-
 VARIABLES = [
     "timestamp",
     "actual_TCP_pose",
@@ -66,6 +61,27 @@ class Problem(NamedTuple):
         return DeviceError(f"{where}{self.message}", code=self.code, hint=self.hint)
 
 
+_STOPS = (
+    (
+        1 << 5 | 1 << 6 | 1 << 7, (6, 7), FaultCode.EMERGENCY_STOP, "emergency stop",
+        "find the cause, release the button, power on and release the brakes, then start anew",
+    ),
+    (
+        1 << 2, (3,), FaultCode.PROTECTIVE_STOP, "protective stop",
+        "look at the arm, unlock on the pendant, move it clear by hand, then start anew",
+    ),
+    (
+        1 << 4, (5, 12, 13), FaultCode.SAFEGUARD_STOP, "safeguard stop",
+        "close the guard and reset it; the run does not go on by itself",
+    ),
+    (
+        1 << 3 | 1 << 8 | 1 << 9 | 1 << 10, (4, 8, 9), FaultCode.DEVICE_REPORTS,
+        "stop of the safety system", "read the log on the pendant",
+    ),
+)  # fmt: skip
+"""Stops, the gravest first: `safety_status_bits`, values of `safety_mode`, what it is."""
+
+
 def data_problem(state: UrState) -> Problem | None:
     """Why the values of the package are impossible, so that none of them may be used."""
     numbers = (state.timestamp_s, *state.pose, *state.wrench)
@@ -96,31 +112,10 @@ def data_problem(state: UrState) -> Problem | None:
 
 def safety_problem(state: UrState) -> Problem | None:
     """The stop of the controller's safety system or drives that is in force, None for none."""
-    bits, mode = state.safety_bits, state.safety_mode
-    if bits & _EMERGENCY_BITS or mode in (6, 7):
-        return Problem(
-            FaultCode.EMERGENCY_STOP,
-            f"emergency stop (safety_mode {mode})",
-            "find the cause, release the button, power on and release the brakes, then start anew",
-        )
-    if bits & _PROTECTIVE_BITS or mode == 3:
-        return Problem(
-            FaultCode.PROTECTIVE_STOP,
-            f"protective stop (safety_mode {mode})",
-            "look at the arm, unlock on the pendant, move it clear by hand, then start anew",
-        )
-    if bits & _SAFEGUARD_BITS or mode in (5, 12, 13):
-        return Problem(
-            FaultCode.SAFEGUARD_STOP,
-            f"safeguard stop (safety_mode {mode})",
-            "close the guard and reset it; the run does not go on by itself",
-        )
-    if bits & _OTHER_STOP_BITS or mode in (4, 8, 9):
-        return Problem(
-            FaultCode.DEVICE_REPORTS,
-            f"the safety system reports safety_mode {mode}, status bits {bits:#x}",
-            "read the log on the pendant",
-        )
+    for bits, modes, code, what, hint in _STOPS:
+        if state.safety_bits & bits or state.safety_mode in modes:
+            words = f"safety_mode {state.safety_mode}, status bits {state.safety_bits:#x}"
+            return Problem(code, f"{what} ({words})", hint)
     if state.robot_mode != ROBOT_RUNNING:
         return Problem(
             FaultCode.DEVICE_REPORTS,
