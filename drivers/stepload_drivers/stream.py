@@ -196,7 +196,7 @@ class Stream(Generic[Sample]):
         """
         self._progress.wait(max(0.0, timeout_s))
         if self._fault is not None:
-            raise DeviceError(self._fault.message, code=self._fault.code, hint=self._fault.hint)
+            raise self._fault.error()
         if not self._received:
             raise DeviceError(
                 f"{self.name}: no good sample came in time "

@@ -74,7 +74,6 @@ class Command(IntEnum):
     SET_RATE = 0x0F
     GET_RATE = 0x10
     BIAS = 0x11
-    OVERLOAD_COUNTERS = 0x12
 
 
 SAMPLE_IDS = frozenset({Command.READ_ONCE, Command.START})

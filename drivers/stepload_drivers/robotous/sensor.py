@@ -31,7 +31,6 @@ from stepload_drivers.robotous.codec import (
 from stepload_drivers.serialport import Port, SerialPort
 from stepload_drivers.stream import Stream
 from stepload_drivers.streamed import (
-    REPLY_S,
     STALE_S,
     Deadline,
     MaxAge,
@@ -190,7 +189,6 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
             )
         self._model = model
         self._configure(deadline)
-        self._overloads = self._ask(deadline, Command.OVERLOAD_COUNTERS)[1:7]
         self._link.send(codec.command(Command.START))
         calibration = f"dividers {model.force_divider:g}/N {model.torque_divider:g}/Nm"
         return Identity(self.DRIVER, name, serial_number, firmware, calibration)
@@ -298,16 +296,6 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
 
     def _stop(self, link: Link) -> None:
         link.send(codec.command(Command.STOP))
-        if self._stream is not None and self._stream.fault() is None:
-            self._count_overloads(link, self._stream)
-
-    def _count_overloads(self, link: Link, stream: Stream[ForceSample]) -> None:
-        """Overloads during the run, by the sensor's own counters (they saturate at 255)."""
-        time.sleep(STOP_S)
-        reply = self._reply(link, Deadline(REPLY_S), Command.OVERLOAD_COUNTERS)
-        if reply is not None:
-            pairs = zip(reply[1:7], self._overloads, strict=True)
-            stream.count("overload_events", sum(after - before for after, before in pairs))
 
 
 class RobotousUart(_Robotous):
