@@ -63,6 +63,7 @@ class Deadline:
 
 
 def ask_twice(
+    log: logging.Logger,
     name: str,
     request: str,
     deadline: Deadline,
@@ -80,7 +81,7 @@ def ask_twice(
     for _ in range(2):
         wait = Deadline(min(REPLY_S, deadline.left_s(f"{name}: {request}")))
         reply = exchange(wait)
-        _log.debug("%s <- %s -> %s", name, request, "no answer" if reply is None else reply)
+        log.debug("%s <- %s -> %s", name, request, "no answer" if reply is None else reply)
         if reply is not None:
             return reply
     raise DeviceError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import struct
 import time
@@ -46,6 +47,7 @@ FROZEN_S = 0.05
 PAIR_LIMIT_S = 1e-3
 
 
+_log = logging.getLogger(__name__)
 MATRIX_OPS = (Op.MATRIX, Op.MATRIX_2, Op.MATRIX_3)
 
 
@@ -197,7 +199,7 @@ class Dialogue:
             return heard if len(heard) == len(expect) and got == (sizes or got) else None
 
         hint = "check power, bit rate (DIP switch 2-1: 250 kbit/s), base id and termination"
-        return ask_twice(self.name, f"{op.name} {data.hex()}", self._deadline, exchange, hint)
+        return ask_twice(_log, self.name, f"{op.name} {data.hex()}", self._deadline, exchange, hint)
 
     def firmware(self) -> tuple[int, int, int]:
         """Major, minor and build number."""

@@ -228,6 +228,7 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
         assert self._link is not None
         link, request = self._link, " ".join(map(str, (name.name, *parameters)))
         return ask_twice(
+            _log,
             self._name,
             request,
             deadline,
