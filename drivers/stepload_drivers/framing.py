@@ -75,9 +75,49 @@ class CanFrame(NamedTuple):
     early_s: float = 0.0
 
 
-def together(first: CanFrame, second: CanFrame, limit_s: float) -> bool:
-    """Whether `second` may have followed `first` within `limit_s`.
+class CanPairer:
+    """Puts a message of two CAN frames together again.
 
-    A gap that a stall of the host or the adapter's batches may have caused does not count.
+    The frames carry no counter: one without its other half, or too far from it, is an orphan.
+
+    Args:
+        ids, sizes: of the first and the second frame; sizes in bytes.
+        limit_s: largest time between the two.
     """
-    return 0.0 <= second.time_s - first.time_s <= limit_s + second.early_s
+
+    def __init__(
+        self, ids: tuple[int, int], limit_s: float, sizes: tuple[int, int] = (8, 8)
+    ) -> None:
+        self._ids, self._sizes, self._limit_s = ids, sizes, limit_s
+        self._first: CanFrame | None = None
+        self.orphans = 0
+
+    def forget(self) -> None:
+        """Wait for a first frame."""
+        self._first = None
+
+    def feed(self, frame: CanFrame) -> bytes | None:
+        """The message that this frame completes, if any."""
+        if frame.id not in self._ids:
+            return None
+        part = self._ids.index(frame.id)
+        if len(frame.data) != self._sizes[part]:
+            self.orphans += 1
+            self._first = None
+            return None
+        if part == 0:
+            self.orphans += self._first is not None
+            self._first = frame
+            return None
+        first, self._first = self._first, None
+        if first is None or not self._together(first, frame):
+            self.orphans += 2 if first else 1
+            return None
+        return first.data + frame.data
+
+    def _together(self, first: CanFrame, second: CanFrame) -> bool:
+        """Whether the second may have followed in time.
+
+        A gap that a stall of the host or the adapter's batches may have caused does not count.
+        """
+        return 0.0 <= second.time_s - first.time_s <= self._limit_s + second.early_s

@@ -9,7 +9,7 @@ import struct
 from dataclasses import dataclass
 from enum import IntEnum
 
-from stepload_drivers.framing import CanFrame, FrameDecoder, together
+from stepload_drivers.framing import FrameDecoder
 
 UART_START, UART_END = 0x55, 0xAA
 UART_FRAME_BYTES = 19
@@ -123,35 +123,3 @@ class UartDecoder(FrameDecoder[bytes]):
 
     def __init__(self) -> None:
         super().__init__(UART_START, UART_FRAME_BYTES, uart_payload)
-
-
-class CanPairer:
-    """Puts the two CAN frames of a payload together again.
-
-    The frames carry no counter: one without its other half, or too far from it, is an orphan.
-    """
-
-    def __init__(self, first_id: int, second_id: int, limit_s: float) -> None:
-        self._first_id = first_id
-        self._second_id = second_id
-        self._limit_s = limit_s
-        self._first: CanFrame | None = None
-        self.orphans = 0
-
-    def feed(self, frame: CanFrame) -> bytes | None:
-        """The payload that this frame completes, if any."""
-        if frame.id not in (self._first_id, self._second_id):
-            return None
-        if len(frame.data) != 8:
-            self.orphans += 1
-            self._first = None
-            return None
-        if frame.id == self._first_id:
-            self.orphans += self._first is not None
-            self._first = frame
-            return None
-        first, self._first = self._first, None
-        if first is None or not together(first, frame, self._limit_s):
-            self.orphans += 2 if first else 1
-            return None
-        return first.data + frame.data

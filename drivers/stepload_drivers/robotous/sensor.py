@@ -19,9 +19,9 @@ from stepload.rig.faults import FaultCode
 from stepload.rig.samples import ForceSample, Status
 from stepload_drivers.arrival import ArrivalCounter
 from stepload_drivers.canbus import CanLink, Channel, Interface
+from stepload_drivers.framing import CanPairer
 from stepload_drivers.robotous import codec
 from stepload_drivers.robotous.codec import (
-    CanPairer,
     Command,
     Model,
     UartDecoder,
@@ -119,7 +119,7 @@ class CanPairLink:
         self._bus = bus
         self._receiver_id = receiver_id
         self._ids = (first_id, second_id)
-        self._pairer = CanPairer(first_id, second_id, PAIR_LIMIT_S)
+        self._pairer = CanPairer(self._ids, PAIR_LIMIT_S)
 
     def send(self, command: bytes) -> None:
         self._bus.send(self._receiver_id, command)
@@ -130,7 +130,7 @@ class CanPairLink:
 
     def discard_input(self) -> None:
         self._bus.discard_input()
-        self._pairer = CanPairer(*self._ids, PAIR_LIMIT_S)
+        self._pairer = CanPairer(self._ids, PAIR_LIMIT_S)
 
     def errors(self) -> Errors:
         return Errors(self._bus.damaged, 0, self._pairer.orphans)
