@@ -99,14 +99,27 @@ class FastSlcan(slcanBus):
 
 
 class WatchedSocketcand(SocketCanDaemonBus):
-    """socketcand whose closed connection is an error instead of silence."""
+    """socketcand whose closed connection is an error instead of silence.
+
+    It also opens a bus on which a device sends already: frames may follow the server's answer at
+    once, which python-can 4.6 takes for a wrong answer.
+    """
+
+    @property
+    def _link(self) -> socket.socket:
+        link: socket.socket = getattr(self, "_SocketCanDaemonBus__socket")  # noqa: B009
+        return link
+
+    def _expect_msg(self, msg: str) -> None:
+        answer = self._link.recv(len(msg)).decode("ascii", "replace")
+        if answer != msg:
+            raise can.CanInitializationError(f"expected {msg!r}, got {answer!r}")
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
         message, filtered = super()._recv_internal(timeout)  # type: ignore[no-untyped-call]
         if message is None:
-            link: socket.socket = getattr(self, "_SocketCanDaemonBus__socket")  # noqa: B009
             with contextlib.suppress(BlockingIOError):
-                if link.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT) == b"":
+                if self._link.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT) == b"":
                     raise can.CanOperationError("the socketcand server closed the connection")
         return message, filtered
 

@@ -80,13 +80,14 @@ def test_rft_settings_are_read_back(emulated):
         assert pair.driver.health().rate_hz == pytest.approx(200.0, rel=0.1)
 
 
-def test_rft_that_still_streams_from_last_time_is_opened(emulated):
-    with emulated("robotous_uart") as pair:
+@pytest.mark.parametrize(("name", "device"), [("robotous_uart", {}), ("robotous_can", TCP)])
+def test_rft_that_still_streams_from_last_time_is_opened(emulated, name, device):
+    with emulated(name, device=device) as pair:
         pair.driver._link.close()  # as if the program had been killed: no stop is sent
         pair.driver._link = None
         pair.driver.close()
         assert pair.emulator.device.period_s is not None
-        again = RobotousUart(port=pair.emulator.address)
+        again = type(pair.driver)(**driver_options(pair.emulator))
         try:
             assert again.open(2.0).model == "RFT64-SB01"
         finally:

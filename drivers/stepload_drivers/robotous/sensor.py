@@ -31,6 +31,7 @@ from stepload_drivers.robotous.codec import (
 from stepload_drivers.serialport import Port, SerialPort
 from stepload_drivers.stream import Stream
 from stepload_drivers.streamed import (
+    REPLY_S,
     STALE_S,
     Deadline,
     MaxAge,
@@ -296,7 +297,11 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
         return True
 
     def _stop(self, link: Link) -> None:
+        """Stop the data and wait for silence: what is closed at once may not have been sent."""
         link.send(codec.command(Command.STOP))
+        wait = Deadline(REPLY_S)
+        while wait.running and link.receive():
+            pass
 
 
 class RobotousUart(_Robotous):
