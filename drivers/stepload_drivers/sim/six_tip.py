@@ -13,11 +13,16 @@ from __future__ import annotations
 import math
 
 from stepload.rig.mount import Mount, Vector3
-from stepload_drivers.sim.friction import CLEAN, Follow, Rubbing, following, rub
-from stepload_drivers.sim.lateral_derating import lateral_derating
+from stepload_drivers.sim.friction import (
+    CLEAN,
+    Follow,
+    Rubbing,
+    following,
+    lateral_derating,
+    rub,
+)
 from stepload_drivers.sim.laws import ContactLaw
-from stepload_drivers.sim.springs import Springs, Swing
-from stepload_drivers.sim.tip_constraint import TipConstraint
+from stepload_drivers.sim.springs import Springs, Swing, TipConstraint
 
 SWING_RAD = 0.3
 """Largest phase of the fastest oscillation in one sub-step while it rings."""
@@ -90,11 +95,6 @@ class SixTip:
     def depth_m(self) -> float:
         """Approach along the normal; negative apart."""
         return self.at[2] - self.surface_m
-
-    @property
-    def touching_m(self) -> float:
-        """Depth at which the payload touches as it is now."""
-        return self._law.residual_m
 
     def slips_at(self, static: float, kinetic: float) -> None:
         """From now on payload and plate have this friction."""
