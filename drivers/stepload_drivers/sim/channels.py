@@ -37,6 +37,7 @@ def quantised(value: float, quantum: float) -> float:
 
 
 Forces = tuple[float, ...]
+NO_FAULTS: Mapping[str, float] = {}
 
 
 class Lag:
@@ -53,6 +54,10 @@ class Lag:
         self._period_s = period_s
         longest_s = max(faults.largest(self._aged), faults.largest(self._old))
         self._past: deque[Forces] = deque(maxlen=round(longest_s / period_s) + 1)
+        self.late = any(
+            faults.largest(kind) > 0.0 for kind in (self._aged, self._old, self._filter)
+        )
+        """Whether it ever shows anything but the truth."""
         self.remembers = longest_s > 0.0
         """Whether `shown` must be asked before the fault begins, too."""
         self._aging = 0
@@ -88,6 +93,7 @@ class Channel:
         faults: Schedule,
         delay_s: float = 0.0,
         limit: float = math.inf,
+        late: str = "",
     ) -> None:
         self.period_s = 1.0 / rate_hz
         self.pending: deque[Any]
@@ -98,7 +104,7 @@ class Channel:
         self.sequence = 0
         self.origin_s = 0.0
         """Host time of world time 0."""
-        self._lag = self._lag_of(faults)
+        self._lag = Lag(faults, self.period_s, late)
         self.disturbed = self._lag.remembers
         """Whether a fault has ever been active, or shows what was before it."""
         self.raising = self.swapped = False
@@ -113,9 +119,6 @@ class Channel:
         self.last = 0.0
         """The newest reading, as the device reports it."""
         self._newest_s = -math.inf
-
-    def _lag_of(self, faults: Schedule) -> Lag:
-        return Lag(faults, self.period_s)
 
     def listen(self) -> None:
         """Keep every sample from now on, until it is drained."""
@@ -217,7 +220,12 @@ class GaugeChannel(Channel):
 
 
 class ArmChannel(Channel):
-    """The arm's state: measured position and, where it has one, its own force estimate."""
+    """The arm's state: measured position and, where it has one, its own force estimate.
+
+    With six axes its pose shows where its drives across the press are, and it estimates the force
+    along all three axes where it estimates any. Like an arm with encoders on its motors it does not
+    see what gives way behind them.
+    """
 
     def __init__(
         self, plant: Mechanics, spec: WorldSpec, *, force_offset_n: float, faults: Schedule
@@ -228,16 +236,23 @@ class ArmChannel(Channel):
             noise=normal_source(spec.seed, 10, spec.position_noise_m),
             quantum=spec.position_quantum_m,
             faults=faults,
+            late="arm_force_",
         )
         self._plant = plant
+        self._six = plant if isinstance(plant, SixPlant) else None
         self._sign = -1.0 if faults.turned else 1.0
         self._error = smooth_error(spec.seed, 11, spec.kinematic_error_m, spec.kinematic_length_m)
         self._error_at_m, self._error_m = math.nan, 0.0
         self._has_force = spec.arm_has_force
-        self._force_noise = normal_source(spec.seed, 12, spec.arm_force_noise_n)
+        sd_n = spec.arm_force_noise_n
+        self._force_noise = normal_source(spec.seed, 12, sd_n)
         self._force_offset = force_offset_n
         self.arm_force_n = math.nan
         self._drift_m = 0.0
+        self._lag_across = Lag(faults, self.period_s, "arm_force_")
+        self._noise_x, self._noise_y = (normal_source(spec.seed, i, sd_n) for i in (13, 14))
+        self._zeros = (np.random.default_rng([spec.seed, 15]).normal(size=2) * sd_n).tolist()
+        self._across_n = (0.0, 0.0)
 
     def sample(self, time_s: float, back: float) -> None:
         plant = self._plant
@@ -251,25 +266,56 @@ class ArmChannel(Channel):
             value = (value / quantum + 0.5) // 1.0 * quantum
         if self._has_force:
             self.arm_force_n = plant.force_n + self._force_offset + self._force_noise()
-        self.sequence = sequence = self.sequence + 1
+        self.sequence += 1
         if self.disturbed or time_s >= self._faults.next_s:
             self._disturb(time_s, plant.force_n, value, 0)
             return
         self.last = value
         device_s, receive_s = self._clock_s + time_s, self.origin_s + time_s
-        pose = (0.0, 0.0, -value, 0.0, 0.0, 0.0)
-        row = (sequence, device_s, receive_s, 0, value, self.arm_force_n, pose, NOT_TOLD)
-        self.pending.append(new(ArmSample, row))
-
-    def _lag_of(self, faults: Schedule) -> Lag:
-        return Lag(faults, self.period_s, "arm_force_")
+        self._tell(device_s, receive_s, 0, value, self.arm_force_n, NO_FAULTS)
 
     def _tell(
-        self, device_s: float, receive_s: float, status: int, value: float, force: float
+        self,
+        device_s: float,
+        receive_s: float,
+        status: int,
+        value: float,
+        force: float,
+        active: Mapping[str, float],
     ) -> None:
-        pose = (0.0, 0.0, -value, 0.0, 0.0, 0.0)
-        row = (self.sequence, device_s, receive_s, status, value, force, pose, NOT_TOLD)
+        pose, wrench = (0.0, 0.0, -value, 0.0, 0.0, 0.0), NOT_TOLD
+        if (six := self._six) is not None:
+            x_m, y_m = six.shift_m
+            if x_m or y_m:
+                pose = (-x_m, y_m, -value, 0.0, 0.0, 0.0)
+            if self._has_force:
+                wrench = self._force_across(six, force, active)
+        row = (self.sequence, device_s, receive_s, status, value, force, pose, wrench)
         self.pending.append(new(ArmSample, row))
+
+    def _force_across(
+        self, six: SixPlant, along_n: float, active: Mapping[str, float]
+    ) -> SixFloats:
+        """The whole wrench at the TCP, where an arm reports no torque.
+
+        Across the press it is as noisy as along it, with zeros of its own and the same faults.
+        """
+        if "arm_force_freeze" not in active and "arm_freeze" not in active:
+            x_n, y_n, _ = six.load
+            if self._lag_across.late:
+                x_n, y_n = self._lag_across.shown((x_n, y_n), active)
+            if "arm_force_deaf" in active:
+                x_n = y_n = 0.0
+            x_n = x_n + self._zeros[0] + self._noise_x()
+            y_n = y_n + self._zeros[1] + self._noise_y()
+            if active:
+                gain = active.get("arm_force_gain", 1.0)
+                gain *= -1.0 if "arm_force_reversed" in active else 1.0
+                most = active.get("arm_force_clipped", math.inf)
+                x_n, y_n = (max(-most, min(most, gain * force)) for force in (x_n, y_n))
+            self._across_n = (x_n, y_n)
+        x_n, y_n = self._across_n
+        return x_n, y_n, along_n, math.nan, math.nan, math.nan
 
     def _disturb(self, time_s: float, truth: float, value: float, status: int) -> None:
         active = self._faults.active(time_s)
@@ -301,77 +347,4 @@ class ArmChannel(Channel):
         if "arm_nan" in active:
             value = math.nan
         if arrives := self._arrives(time_s, active, "arm_"):
-            self._tell(arrives[0], arrives[1], status, value, force)
-
-
-_HELD = ("arm_force_freeze", "arm_freeze")
-
-
-class ArmLateralForce:
-    """The arm's estimate across the press: as noisy as that along it, with zeros of its own.
-
-    Faults of the arm's force along the press affect this one too.
-    """
-
-    def __init__(self, plant: SixPlant, spec: WorldSpec, faults: Schedule) -> None:
-        self._plant = plant
-        self._lag = Lag(faults, 1.0 / spec.arm_rate_hz, "arm_force_")
-        self._noise_x = normal_source(spec.seed, 13, spec.arm_force_noise_n)
-        self._noise_y = normal_source(spec.seed, 14, spec.arm_force_noise_n)
-        chance = np.random.default_rng([spec.seed, 15])
-        self._zero_x = float(chance.normal()) * spec.arm_force_noise_n
-        self._zero_y = float(chance.normal()) * spec.arm_force_noise_n
-        self._last = (0.0, 0.0)
-
-    def wrench(self, along_n: float, active: Mapping[str, float]) -> SixFloats:
-        """The whole wrench; the force along the press already includes its faults.
-
-        It acts at the TCP; an arm reports no torque there.
-
-        Args:
-            active: faults of the arm that are active, with their magnitudes.
-        """
-        if not any(held in active for held in _HELD):
-            self._last = self._estimate(active)
-        x_n, y_n = self._last
-        return x_n, y_n, along_n, math.nan, math.nan, math.nan
-
-    def _estimate(self, active: Mapping[str, float]) -> tuple[float, float]:
-        x_n, y_n = self._lag.shown(self._plant.load[:2], active)
-        if "arm_force_deaf" in active:
-            x_n = y_n = 0.0
-        gain = active.get("arm_force_gain", 1.0) * (-1.0 if "arm_force_reversed" in active else 1.0)
-        x_n = gain * (x_n + self._zero_x + self._noise_x())
-        y_n = gain * (y_n + self._zero_y + self._noise_y())
-        if "arm_force_clipped" in active:
-            most = active["arm_force_clipped"]
-            x_n, y_n = max(-most, min(most, x_n)), max(-most, min(most, y_n))
-        return x_n, y_n
-
-
-class SixArmChannel(ArmChannel):
-    """An arm whose pose shows where its drives across the press are, and which estimates the force
-    along all three axes where it estimates any.
-
-    Like an arm with encoders on its motors it does not see what gives way behind them.
-    """
-
-    def __init__(
-        self, plant: SixPlant, spec: WorldSpec, *, force_offset_n: float, faults: Schedule
-    ) -> None:
-        super().__init__(plant, spec, force_offset_n=force_offset_n, faults=faults)
-        self._six = plant
-        self._across = ArmLateralForce(plant, spec, faults) if spec.arm_has_force else None
-
-    def sample(self, time_s: float, back: float) -> None:
-        x_m, y_m = self._six.shift_m
-        before = self.pending[-1] if self.pending else None
-        super().sample(time_s, back)
-        if self.pending and self.pending[-1] is not before:
-            sample: ArmSample = self.pending.pop()
-            if x_m or y_m:
-                sample = sample._replace(pose=(-x_m, y_m, *sample.pose[2:]))
-            if self._across is not None:
-                active = self._faults.active(time_s) if self.disturbed else {}
-                sample = sample._replace(wrench=self._across.wrench(sample.force_n, active))
-            self.pending.append(sample)
+            self._tell(arrives[0], arrives[1], status, value, force, active)

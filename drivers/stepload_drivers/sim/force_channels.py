@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -36,7 +36,6 @@ _LARGEST_NM = 1e3
 _TORQUE_OFFSET_M = 0.05
 """Zero of the torques over that of the forces."""
 _NAN: Wrench = (math.nan,) * 6
-_floor = math.floor
 _MAIN_CLOCK_S, _SECOND_CLOCK_S = 300.0, 350.0
 """What the sensors' own clocks show when the world begins; devices have been up for a while."""
 _MAIN_STREAM, _SECOND_STREAM = 20, 30
@@ -225,8 +224,7 @@ class SensorLoad:
         if back:
             p, q, r = self._plant.last_load
             x, y, z = x - back * (x - p), y - back * (y - q), z - back * (z - r)
-        six: Any = [a * x + b * y + c * z for a, b, c in self._of_load]
-        return tuple(six)
+        return cast(Wrench, tuple([a * x + b * y + c * z for a, b, c in self._of_load]))
 
 
 def _shows(sensor: SensorMount, axis: str) -> FloatArray:
@@ -296,13 +294,16 @@ class WrenchChannel(SensorChannel):
         beyond = max(values) > least or min(values) < -least
         status = self._limited(values) if beyond else 0
         six = self._rounded(values)
-        self.sequence += 1
+        self.sequence = sequence = self.sequence + 1
         if self.disturbed or time_s >= self._faults.next_s:
             self._disturb_wrench(time_s, truth, six, status)
             return
         self._last_wrench = six
         self.last = six[press]
-        self._send(self._clock_s + time_s, self.origin_s + time_s + self._delay_s, status, six)
+        device_s, receive_s = self._clock_s + time_s, self.origin_s + time_s + self._delay_s
+        self.pending.append(
+            new(ForceSample, (sequence, device_s, receive_s, status, six, math.nan))
+        )
 
     def _limited(self, values: list[float]) -> int:
         """Cut every component at 1.2 times its full scale; returns the status."""
@@ -324,13 +325,14 @@ class WrenchChannel(SensorChannel):
         force, torque = self._quanta
         a, b, c, d, e, f = values
         if force:
-            a, b, c = (_floor(value / force + 0.5) * force for value in (a, b, c))
+            a = (a / force + 0.5) // 1.0 * force
+            b = (b / force + 0.5) // 1.0 * force
+            c = (c / force + 0.5) // 1.0 * force
         if torque:
-            d, e, f = (_floor(value / torque + 0.5) * torque for value in (d, e, f))
+            d = (d / torque + 0.5) // 1.0 * torque
+            e = (e / torque + 0.5) // 1.0 * torque
+            f = (f / torque + 0.5) // 1.0 * torque
         return a, b, c, d, e, f
-
-    def _send(self, device_s: float, receive_s: float, status: int, six: Wrench) -> None:
-        self.pending.append(ForceSample(self.sequence, device_s, receive_s, status, six, math.nan))
 
     def _disturb_wrench(self, time_s: float, truth: Wrench, six: Wrench, status: int) -> None:
         """Send a sample while faults are or have been active; they act on the whole wrench."""
@@ -366,7 +368,8 @@ class WrenchChannel(SensorChannel):
         if "nan" in active:
             six = _NAN
         if arrives := self._arrives(time_s, active):
-            self._send(arrives[0], arrives[1], status, six)
+            row = (self.sequence, *arrives, status, six, math.nan)
+            self.pending.append(new(ForceSample, row))
 
     def _cut_across(self, active: dict[str, float], values: list[float]) -> None:
         """Faults that leave the component along the axis what it is."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from stepload.errors import DomainError
 from stepload.rig.world import WorldSpec
-from stepload_drivers.sim.channels import ArmChannel, Channel, GaugeChannel, SixArmChannel
+from stepload_drivers.sim.channels import ArmChannel, Channel, GaugeChannel
 from stepload_drivers.sim.faults import ARM, Schedule, check_kinds
 from stepload_drivers.sim.force_channels import (
     ForceChannel,
@@ -65,14 +65,9 @@ class World:
         arm_offset_n = float(chance.normal()) * spec.arm_force_noise_n
         gauge_zero_m = float(chance.uniform(-_GAUGE_ZERO_M, _GAUGE_ZERO_M))
         second_offset_n = float(chance.normal()) * 3.0 * spec.second_force_noise_n
-        arm_faults = Schedule(spec.faults, kinds=ARM)
-        self.arm: ArmChannel
-        if isinstance(self.plant, SixPlant):
-            self.arm = SixArmChannel(
-                self.plant, spec, force_offset_n=arm_offset_n, faults=arm_faults
-            )
-        else:
-            self.arm = ArmChannel(self.plant, spec, force_offset_n=arm_offset_n, faults=arm_faults)
+        self.arm = ArmChannel(
+            self.plant, spec, force_offset_n=arm_offset_n, faults=Schedule(spec.faults, kinds=ARM)
+        )
         self.force = self._sensor(main_sensor(spec))
         self.second_force: Channel | None = None
         if spec.second_force_rate_hz > 0.0:

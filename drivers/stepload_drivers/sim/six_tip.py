@@ -83,7 +83,10 @@ class SixTip:
             held.lightest,
             held.heaviest,
         )
-        self._free = held.apart
+        a, b, c, d = held.apart
+        self._free = [
+            (*one, *two) for p, q in ((a, b), (c, d)) for one, two in zip(p, q, strict=True)
+        ]
         self._step_s = self._sub_s = step_s
         self._swing, self._error_factor = swing_rad, error_factor
         omega2 = held.stiffest / held.lightest
@@ -141,13 +144,16 @@ class SixTip:
             at, speed = (d1 + g1 * h, d2 + g2 * h, d3 + g3 * h), moving
         else:
             u1, u2, u3, w1, w2, w3 = x1 - d1, x2 - d2, x3 - d3, v1 - g1, v2 - g2, v3 - g3
-            (a, b, c, d) = self._free
-            moved = []
-            for one, other in ((a, b), (c, d)):
-                for (p, q, r), (s, t, u) in zip(one, other, strict=True):
-                    moved.append(p * u1 + q * u2 + r * u3 + s * w1 + t * w2 + u * w3)
-            u1, u2, u3, w1, w2, w3 = moved
-            if max(map(abs, moved[:3])) < _STILL_M and max(map(abs, moved[3:])) < _STILL_M_S:
+            u1, u2, u3, w1, w2, w3 = [
+                p * u1 + q * u2 + r * u3 + s * w1 + t * w2 + u * w3
+                for p, q, r, s, t, u in self._free
+            ]
+            if (
+                -_STILL_M_S < w1 < _STILL_M_S
+                and -_STILL_M < u1 < _STILL_M
+                and max(abs(u2), abs(u3)) < _STILL_M
+                and max(abs(w2), abs(w3)) < _STILL_M_S
+            ):
                 u1 = u2 = u3 = w1 = w2 = w3 = 0.0
             at = (d1 + g1 * h + u1, d2 + g2 * h + u2, d3 + g3 * h + u3)
             speed = (g1 + w1, g2 + w2, g3 + w3)
