@@ -67,6 +67,11 @@ class Drive:
         gap, way = self.target_m - self.follower_m, self.speed_m_s * self._step_s
         return -_THERE_M < gap < _THERE_M and -_THERE_M < way < _THERE_M
 
+    @property
+    def stands(self) -> bool:
+        """Whether its next step changes nothing."""
+        return self.speed_m_s == 0.0 and self.there
+
     def hold(self) -> None:
         """Brake: stand here."""
         self.follower_m = self.target_m = self.position_m

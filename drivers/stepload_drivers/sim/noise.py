@@ -1,7 +1,4 @@
-"""Seeded noise as plain floats, and the smooth error of a position over travel.
-
-Endless generators live here: this module is not compiled, which would make lists of them.
-"""
+"""Seeded noise as plain floats, and the smooth error of a position over travel."""
 
 from __future__ import annotations
 

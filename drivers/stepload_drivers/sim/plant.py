@@ -46,7 +46,8 @@ class BasePlant:
         self.time_s = 0.0
         self._steps = 0
         self.force_n = self.last_force_n = self.peak_n = 0.0
-        self.braked = False
+        self.braked = self._idle = False
+        """`_idle`: the last step changed nothing, nor will the next without a command."""
         self._axis = Drive(spec, step_s)
         self._law, self._creep = contact_of(spec)
         self._give = path_give(spec)
@@ -111,7 +112,7 @@ class Plant(BasePlant):
     ) -> None:
         super().__init__(spec, step_s=step_s)
         self.tip_m = self.tip_speed = self._tangent = 0.0
-        self._resting = self._idle = False
+        self._resting = False
         self.sub_steps = 0
         self._evaluate = self._law.evaluate
         self._slow = self._creep is not None or self._moves
@@ -185,8 +186,7 @@ class Plant(BasePlant):
         due = bool(axis.commands) and axis.take_commands(self.time_s)
         if due or not self._idle:
             drive, actual = axis.position_m, 0.0
-            stands = axis.there
-            if not stands and self.braked:
+            if self.braked and not axis.there:
                 axis.hold()
             else:
                 actual = axis.advance(self._stiffness * (drive - self.tip_m))
@@ -196,7 +196,7 @@ class Plant(BasePlant):
                 if actual or not self._resting:
                     self._press(drive, actual, h)
                 still = self._resting
-            self._idle = stands and still and not self._slow
+            self._idle = still and not self._slow and axis.stands
         self._steps = steps = self._steps + 1
         self.time_s = steps * h
         if self._slow:

@@ -91,10 +91,18 @@ class SixPlant(BasePlant):
     def step(self) -> None:
         """Go on by `step_s`: what moves by itself, the drives at constant speed, then the tip."""
         self.last_load, self.last_force_n = self.load, self.force_n
-        time_s, tip = self.time_s, self.tip
-        if self._axis.commands:
-            self._axis.take_commands(time_s)
-        for drive in self._across:
+        time_s = self.time_s
+        one, other = self._across
+        waiting = self._axis.commands or one.commands or other.commands
+        if waiting or not self._idle or self.braked or time_s >= self._slippery.next_s:
+            self._move(time_s)
+        self._steps = steps = self._steps + 1
+        self.time_s = steps * self.step_s
+
+    def _move(self, time_s: float) -> None:
+        axial, (one, other), tip = self._axis, self._across, self.tip
+        axial.take_commands(time_s)
+        for drive in (one, other):
             if drive.commands:
                 self._shifted = drive.take_commands(time_s) or self._shifted
         if time_s >= self._slippery.next_s:
@@ -109,8 +117,10 @@ class SixPlant(BasePlant):
             tip.yielded()
         if tip.step(before, moving, self._steep * nearer_m_s):
             self._take_load()
-        self._steps = steps = self._steps + 1
-        self.time_s = steps * self.step_s
+            self._idle = False
+        else:
+            stand = axial.stands and one.stands and other.stands
+            self._idle = stand and not self._moves and self._creep is None
 
     def _take_load(self) -> None:
         tip = self.tip

@@ -36,7 +36,7 @@ _SHORTEST_S = 1e-8
 _STILL_M, _STILL_M_S = 1e-18, 1e-15
 _ZERO: Vector3 = (0.0, 0.0, 0.0)
 
-End = tuple[float, float, Rubbing, float]
+End = tuple[float, float, Rubbing, float, float]
 
 
 class SixTip:
@@ -125,10 +125,10 @@ class SixTip:
             if still and self.at == drive and self.speed == _ZERO:
                 return False
             self._fly(drive, moving, nearer_m_s)
-        elif still and self.resting:
+            return True
+        if still and self.resting:
             return False
-        else:
-            self._press(drive, moving, nearer_m_s)
+        self._press(drive, moving, nearer_m_s)
         return True
 
     def _fly(self, drive: Vector3, moving: Vector3, nearer_m_s: float) -> None:
@@ -263,14 +263,16 @@ class SixTip:
         return self._ratio * (self._exponent * force_n / (depth_m - self._law.residual_m))
 
     def _end(self, move: Vector3, come: float) -> End:
-        """Normal force, its tangent, friction and depth after a move."""
+        """Normal force, its tangent, friction, depth and clinging stiffness after a move."""
         depth_m = self.at[2] + move[2] - self.surface_m + come
         force, tangent = self._evaluate(depth_m)
         if force <= 0.0:
-            return force, tangent, CLEAN, depth_m
-        most = (self._kinetic if self.rubbing[2] else self._static) * force
-        stiffness = self._clings, self._clinging(force, depth_m)
-        return force, tangent, rub(self.rubbing, move[0], move[1], stiffness, most), depth_m
+            return force, tangent, CLEAN, depth_m, 0.0
+        before = self.rubbing
+        most = (self._kinetic if before[2] else self._static) * force
+        clings = self._clinging(force, depth_m)
+        rubbing = rub(before, move[0], move[1], (self._clings, clings), most)
+        return force, tangent, rubbing, depth_m, clings
 
     def _take(
         self,
@@ -282,8 +284,7 @@ class SixTip:
         ringing: float,
     ) -> None:
         """Go on to the end of a sub-step; `ringing` is the swinging force that it stepped over."""
-        force, self._tangent, rubbing, depth_m = end
-        self._clings = self._clinging(force, depth_m)
+        force, self._tangent, rubbing, depth_m, self._clings = end
         if force > 0.0:
             friction = math.sqrt(rubbing[0] * rubbing[0] + rubbing[1] * rubbing[1])
             self._note(self._most(speed[2] + nearer, nearer, dt, force) + ringing, friction)

@@ -195,11 +195,13 @@ class Springs:
         """
         (s11, s12, s13), (_, s22, s23), (_, _, s33) = self._stiffness
         k11, k12, k22, k13, k23, kn = follow
-        whole = (
-            (s11 + k11, s12 + k12, s13 + k13),
-            (s12 + k12, s22 + k22, s23 + k23),
-            (s13, s23, s33 + kn),
-        )
+        a11, a12, a13 = s11 + k11, s12 + k12, s13 + k13
+        a21, a22, a23 = s12 + k12, s22 + k22, s23 + k23
+        a31, a32, a33 = s13, s23, s33 + kn
+        c11, c21, c31 = a22 * a33 - a23 * a32, a23 * a31 - a21 * a33, a21 * a32 - a22 * a31
+        c12, c22, c32 = a13 * a32 - a12 * a33, a11 * a33 - a13 * a31, a12 * a31 - a11 * a32
+        c13, c23, c33 = a12 * a23 - a13 * a22, a13 * a21 - a11 * a23, a11 * a22 - a12 * a21
+        scale = 1.0 / (a11 * c11 + a12 * c21 + a13 * c31)
         (y1, y2, y3), (v1, v2, v3), (l1, l2, l3) = tip
         g1, g2, g3 = moving
         w1, w2, w3 = v1, v2, v3
@@ -207,8 +209,9 @@ class Springs:
             f1 = s11 * g1 + s12 * g2 + s13 * g3 - k13 * nearer
             f2 = s12 * g1 + s22 * g2 + s23 * g3 - k23 * nearer
             f3 = s13 * g1 + s23 * g2 + s33 * g3 - kn * nearer
-            q1, q2, q3 = solved(whole, (f1, f2, f3))
-            w1, w2, w3 = v1 - q1, v2 - q2, v3 - q3
+            w1 = v1 - scale * (c11 * f1 + c12 * f2 + c13 * f3)
+            w2 = v2 - scale * (c21 * f1 + c22 * f2 + c23 * f3)
+            w3 = v3 - scale * (c31 * f1 + c32 * f2 + c33 * f3)
         beta = self._damping_s
         h1 = y1 + beta * (g1 - v1 + w1)
         h2 = y2 + beta * (g2 - v2 + w2)
@@ -216,7 +219,9 @@ class Springs:
         r1 = s11 * h1 + s12 * h2 + s13 * h3 - l1
         r2 = s12 * h1 + s22 * h2 + s23 * h3 - l2
         r3 = s13 * h1 + s23 * h2 + s33 * h3 - l3
-        u1, u2, u3 = solved(whole, (r1, r2, r3))
+        u1 = scale * (c11 * r1 + c12 * r2 + c13 * r3)
+        u2 = scale * (c21 * r1 + c22 * r2 + c23 * r3)
+        u3 = scale * (c31 * r1 + c32 * r2 + c33 * r3)
         b1, b2, b3 = k11 * u1 + k12 * u2 + k13 * u3, k12 * u1 + k22 * u2 + k23 * u3, kn * u3
         z1, z2, z3 = k11 * w1 + k12 * w2 + k13 * w3, k12 * w1 + k22 * w2 + k23 * w3, kn * w3
         slow2 = self._mass[2][2] / (s33 + kn)
