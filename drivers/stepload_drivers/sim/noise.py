@@ -1,4 +1,7 @@
-"""Seeded noise as plain floats, and the smooth error of a position over travel."""
+"""Seeded noise as plain floats, and the smooth error of a position over travel.
+
+Endless generators.
+"""
 
 from __future__ import annotations
 
