@@ -15,7 +15,7 @@ import pytest
 from six_rigs import SURFACE_M, go, plant, rig
 
 from stepload.rig.mount import Mount
-from stepload_drivers.sim.frames import rows
+from stepload_drivers.sim.springs import rows
 from stepload_verify.trials.friction_bias import ARMS, TOOL_M, TWISTS, tip_compliance
 
 mujoco = pytest.importorskip("mujoco")

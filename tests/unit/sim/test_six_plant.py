@@ -17,9 +17,7 @@ from stepload.contact.lateral import left_of_limit
 from stepload.errors import DomainError
 from stepload.rig.mount import Mount
 from stepload.rig.world import WorldFault
-from stepload_drivers.sim.contact import contact_of
-from stepload_drivers.sim.drift_and_creep import plant_of
-from stepload_drivers.sim.lateral_derating import lateral_derating
+from stepload_drivers.sim.friction import lateral_derating
 from stepload_drivers.sim.plant import Plant
 from stepload_drivers.sim.simulation import World
 from stepload_drivers.sim.six_plant import SixPlant
@@ -354,7 +352,7 @@ SLOW = [
 @pytest.mark.parametrize("truth", SLOW, ids=["drift", "creep", "plate"])
 def test_what_moves_by_itself_does_so_with_six_axes_too(truth):
     spec = rig(3.49e6, 6.57e8, **truth)
-    one, expected = pressed(spec, lambda spec: plant_of(spec, contact_of(spec), step_s=1e-3))
+    one, expected = pressed(spec, lambda spec: Plant(spec, step_s=1e-3))
     six, forces = pressed(spec, lambda spec: plant(spec, Mount(springs(3.49e6))))
     assert forces[300::100] == pytest.approx(expected[300::100], rel=5e-3, abs=0.05)
     assert six.closed_m == pytest.approx(one.closed_m, abs=2e-8)

@@ -25,10 +25,9 @@ from numpy.typing import NDArray
 
 from stepload.rig.mount import Matrix3, Mount
 from stepload.rig.world import PayloadTruth, WorldSpec
-from stepload_drivers.sim.contact import contact_of
-from stepload_drivers.sim.frames import rows
 from stepload_drivers.sim.live import DEFAULT_SPEC
 from stepload_drivers.sim.six_plant import SixPlant
+from stepload_drivers.sim.springs import rows
 
 FloatArray = NDArray[np.float64]
 
@@ -118,7 +117,7 @@ def press(compliance: Matrix3, friction: float, k: float, n: float, top_n: float
         max_push_n=1e6,
     )
     mount = Mount(compliance, friction_static=friction, friction_kinetic=friction)
-    plant = SixPlant(spec, mount, contact_of(spec), step_s=1e-3)
+    plant = SixPlant(spec, mount, step_s=1e-3)
     per_step_m = top_n * (1.0 / stiffness + (top_n / k) ** (1.0 / n) / top_n) / STEPS
     target_m = SURFACE_M - per_step_m
     plant.command(0.0, target_m)
