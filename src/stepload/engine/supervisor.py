@@ -1,18 +1,8 @@
-"""Says stop, and nothing else: rules R1–R14 and the in-contact speed cap.
+"""Says stop, and nothing else, by the rules of `stepload.engine.rules`.
 
 A function of its own state, the samples and the limits; it reads no clock and touches no device, so
 the same code judges a dry run, hardware and a recording. It is asked at arming, in every tick, and
 when data are missing. The first cause is latched.
-
-R1  force above the limit                      R6  travel without an answer in force
-R2  predicted peak force above the limit       R7  position away from the model of the arm
-R3  no new sample in time                      R8  end of the search distance
-R4  sample not finite, frozen, out of range    R9  force jump without motion
-    or flagged by the device                   R10 sequence or device clock out of order
-R5  the two force channels disagree                or stamps of the future
-R11 force grows the wrong way in an approach   R12 dragged across the pressing axis
-R13 a component of the wrench near its rating  R14 touched beside the pressing axis
-CAP faster than a hidden hard stop would allow
 
 R1 and R2 judge both force channels, and the magnitude of each: a sensor with the wrong sign must
 stop a run too.
