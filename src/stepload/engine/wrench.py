@@ -78,18 +78,17 @@ class WrenchRules:
         counted = share if share < largest else largest
         worse = counted * (counted + 2.0 * limits.lateral_askew)
         allowed_n = limits.allowed_n * (1.0 - limits.lateral_weakening * worse)
-        for along_n in (force_n, predicted_n):
-            whole_n = math.hypot(along_n, across_n)
-            if whole_n > allowed_n:
-                word = "is" if along_n == force_n else "would be"
-                return self._found(
-                    "R12", whole_n, allowed_n, "N",
-                    f"{by}the whole force {word} {whole_n:.4g} N, and with "
-                    f"{percent(share, 2)} of it across"
-                    f" the axis only {allowed_n:.4g} N are allowed: a payload that is dragged"
-                    " sideways yields earlier",
-                )  # fmt: skip
-        return None
+        word, whole_n = "is", math.hypot(force_n, across_n)
+        if not whole_n > allowed_n:
+            word, whole_n = "would be", math.hypot(predicted_n, across_n)
+        if not whole_n > allowed_n:
+            return None
+        return self._found(
+            "R12", whole_n, allowed_n, "N",
+            f"{by}the whole force {word} {whole_n:.4g} N, and with {percent(share, 2)} of it across"
+            f" the axis only {allowed_n:.4g} N are allowed: a payload that is dragged sideways"
+            " yields earlier",
+        )  # fmt: skip
 
     def judge_centre(self, watch: ForceWatch, smooth_n: float) -> Breach | None:
         """R14: where the plate is touched, by the torques about the sensor's origin.

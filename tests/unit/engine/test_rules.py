@@ -1,4 +1,4 @@
-"""The table of rules: its page, its thresholds, and margins that show no room where there is none."""
+"""The table of rules: page and thresholds; margins show no room where there is none."""
 
 from __future__ import annotations
 
