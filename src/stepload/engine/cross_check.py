@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections import deque
 
-
 RATE_SIGMAS = 4.0
 """Standard deviations of the rate's own noise that count as no rise."""
 

@@ -226,7 +226,8 @@ class ForceWatch(_StreamWatch):
         disorder = breach = None
         last, held, scale_n = self._sequence, self.wrench, self._full_scale_n
         index, sign, i, j = self._index, self._sign, self._i, self._j
-        for sequence, device_s, receive_s, status, wrench, _ in samples:
+        for sample in samples:
+            sequence, device_s, receive_s, status, wrench, _ = sample
             if sequence <= last:
                 disorder = disorder or self._disorder(sequence, last)
             last = sequence
@@ -258,26 +259,22 @@ class ForceWatch(_StreamWatch):
                     " full scale",
                 )  # fmt: skip
         self._sequence = last
+        zero, smooth_i, smooth_j = self._zero, self._smooth_i, self._smooth_j
         if breach is None:
-            force_i, force_j, torque_i, torque_j = (
-                wrench[i],
-                wrench[j],
-                wrench[3 + i],
-                wrench[3 + j],
-            )
-            if self._smooth_i != self._smooth_i:
-                self.smooth_n, self._smooth_i, self._smooth_j = raw_n, force_i, force_j
+            force_i, force_j = wrench[i], wrench[j]
+            torque_i, torque_j = wrench[i + 3], wrench[j + 3]
+            if smooth_i != smooth_i:
+                self.smooth_n, smooth_i, smooth_j = raw_n, force_i, force_j
                 self._torque_i, self._torque_j = torque_i, torque_j
             self.smooth_n += ACROSS_ALPHA * (raw_n - self.smooth_n)
-            self._smooth_i += ACROSS_ALPHA * (force_i - self._smooth_i)
-            self._smooth_j += ACROSS_ALPHA * (force_j - self._smooth_j)
+            self._smooth_i = smooth_i = smooth_i + ACROSS_ALPHA * (force_i - smooth_i)
+            self._smooth_j = smooth_j = smooth_j + ACROSS_ALPHA * (force_j - smooth_j)
             self._torque_i += ACROSS_ALPHA * (torque_i - self._torque_i)
             self._torque_j += ACROSS_ALPHA * (torque_j - self._torque_j)
-        zero = self._zero
-        zero_i, zero_j, smooth_i = zero[i], zero[j], self._smooth_i
+        zero_i, zero_j = zero[i], zero[j]
         self.across_n = hypot(held[i] - zero_i, held[j] - zero_j)
         if smooth_i == smooth_i:
-            self.smooth_across_n = hypot(smooth_i - zero_i, self._smooth_j - zero_j)
+            self.smooth_across_n = hypot(smooth_i - zero_i, smooth_j - zero_j)
         return self._timed(device_s, receive_s, now_s, disorder or breach)
 
     def _judge_across(self, wrench: Sequence[float], last: Sequence[float]) -> Breach | None:
@@ -370,7 +367,8 @@ class ArmWatch(_StreamWatch):
         self.fresh = True
         disorder = breach = None
         last, needs_force = self._sequence, self._needs_force
-        for sequence, device_s, receive_s, status, position_m, force_n, pose, wrench in samples:
+        for sample in samples:
+            sequence, device_s, receive_s, status, position_m, force_n, pose, wrench = sample
             if sequence <= last:
                 disorder = disorder or self._disorder(sequence, last)
             last = sequence
