@@ -1,4 +1,4 @@
-"""Comparison of the two force channels (R5).
+"""The second force channel: its filtered force, and its comparison with the main one (R5).
 
 The channels have different delays and periods: while the force moves, their readings in one tick
 are not of the same moment. But over the last `skew_s`, which covers delays and periods, both have

@@ -1,6 +1,6 @@
 """Rule R6: the arm presses on, and the force does not respond as the softest payload would.
 
-Independent of the step controller's travel limit (`engine.anchor`), with its own filters.
+Independent of the step controller's travel limit (`engine.travel_limit`), with its own filters.
 """
 
 from __future__ import annotations

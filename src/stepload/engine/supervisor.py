@@ -16,9 +16,8 @@ from collections.abc import Sequence
 from stepload.engine.cross_check import CrossCheck, SecondFilter, filter_times
 from stepload.engine.force_response import ForceResponseWatch
 from stepload.engine.motion import SEARCHING, MotionWatch
-from stepload.engine.overload import OverloadWatch
 from stepload.engine.watch import ArmWatch, Breach, ForceWatch, Found
-from stepload.engine.wrench import WrenchRules
+from stepload.engine.wrench import OverloadWatch, WrenchRules
 from stepload.envelope.lateral import arm_error_n
 from stepload.envelope.limits import RunLimits
 from stepload.record.outcome import Cause

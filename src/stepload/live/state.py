@@ -11,10 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from stepload.engine.order import PHASES
-from stepload.engine.replay import Replayer, group_by_tick
-from stepload.engine.replayed import changed_limits, limits_from, zero_of
+from stepload.engine.replay import Replayer, changed_limits, group_by_tick, limits_from, zero_of
 from stepload.engine.rules import RULES, margins
+from stepload.engine.sequence import PHASES
 from stepload.engine.watch import wrench_axis
 from stepload.record.reader import Event
 from stepload.record.rows import ArmColumns, ForceColumns, Phase, TickColumns, TickRow, rows_of
