@@ -4,8 +4,8 @@
 tangent compliance; c is a lower confidence bound of it. F_level rises along a ramp of the plan's
 load rate, so that what is measured on the way is close to static. With one force channel a travel
 limit bounds the target by what the force has *proved* so far (`engine.travel_limit`); with two the
-other channel stops the run. Nor may the target run so far ahead of an arm that does not follow that a
-sudden catch-up would bring the true force above F_c.
+other channel stops the run. Nor may the target run so far ahead of an arm that does not follow that
+a sudden catch-up would bring the true force above F_c.
 """
 
 from __future__ import annotations
