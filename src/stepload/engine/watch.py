@@ -275,6 +275,12 @@ class ForceWatch(_StreamWatch):
         self.across_n = hypot(held[i] - zero_i, held[j] - zero_j)
         if smooth_i == smooth_i:
             self.smooth_across_n = hypot(smooth_i - zero_i, smooth_j - zero_j)
+        away_s, clock_s = receive_s - device_s - self._offset_s, self._clock_s
+        if receive_s - now_s <= AHEAD_S and -clock_s < away_s < clock_s:
+            self.receive_s = receive_s
+            self._offset_s += CLOCK_TRACKING * away_s
+            self._late = 0
+            return disorder or breach
         return self._timed(device_s, receive_s, now_s, disorder or breach)
 
     def _judge_across(self, wrench: Sequence[float], last: Sequence[float]) -> Breach | None:
@@ -396,6 +402,12 @@ class ArmWatch(_StreamWatch):
             breach = breach or self.found(
                 "R4", float("nan"), 0.0, "N", "arm force: it is not finite across the press"
             )
+        away_s, clock_s = receive_s - device_s - self._offset_s, self._clock_s
+        if receive_s - now_s <= AHEAD_S and -clock_s < away_s < clock_s:
+            self.receive_s = receive_s
+            self._offset_s += CLOCK_TRACKING * away_s
+            self._late = 0
+            return disorder or breach
         return self._timed(device_s, receive_s, now_s, disorder or breach)
 
     def _judge_force(self, force_n: float) -> Breach | None:
