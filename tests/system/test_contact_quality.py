@@ -12,7 +12,7 @@ import pytest
 from real_runs import CYCLES, in_process
 
 import stepload
-from stepload.estimators.contact_quality import ContactQuality
+from stepload.identification.contact_quality import ContactQuality
 
 PLAN = CYCLES.replace(
     "profile: stvf",
