@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from real_runs import in_process
 
-from stepload.engine import replayed
+from stepload.engine import replay
 from stepload.errors import BadInputError
 from stepload.record.reader import Event, read_recording
 
@@ -57,7 +57,7 @@ def test_any_threshold_can_be_another(finished: Path, limit: str, rule: str) -> 
 def test_a_limit_that_is_none_is_refused(finished: Path, limit: str, told: str) -> None:
     name, _, value = limit.partition("=")
     with pytest.raises(BadInputError) as caught:
-        replayed.replay_file(finished, {name: value})
+        replay.replay_file(finished, {name: value})
     assert told in f"{caught.value}"
 
 
@@ -68,9 +68,9 @@ def test_what_the_order_of_the_run_ended_is_told_where_no_rule_trips(
     start_s = float(recording.ticks.time_s[0])
     end = Event(start_s + 2.0, "trip", {"rule": "old_zero", "message": "the zero is \x1btoo old"})
     ended = replace(recording, events=(*recording.events, end))
-    assert replayed.replay_file(finished).notes == ()
-    monkeypatch.setattr(replayed, "read_recording", lambda _: ended)
-    [note] = replayed.replay_file(finished).notes
+    assert replay.replay_file(finished).notes == ()
+    monkeypatch.setattr(replay, "read_recording", lambda _: ended)
+    [note] = replay.replay_file(finished).notes
     assert note.startswith("the run itself was ended by old_zero at 2.000 s: the zero is ")
     assert "\x1b" not in note
 
@@ -86,7 +86,7 @@ def test_replay_of_a_part_says_so(finished: Path, tmp_path: Path) -> None:
     for size in sizes:  # the tick topic is there, and no tick yet
         none.write_bytes(data[:size])
         try:
-            replayed.replay_file(none)
+            replay.replay_file(none)
         except BadInputError as error:
             if "not one tick" in error.message:
                 return
@@ -94,11 +94,11 @@ def test_replay_of_a_part_says_so(finished: Path, tmp_path: Path) -> None:
 
 
 def test_limits_of_anybody_take_no_memory(finished: Path) -> None:
-    honest = read_recording(finished).attachments[replayed.FILE]
-    assert replayed.limits_from({replayed.FILE: honest}).command_delay_s < 1.0
+    honest = read_recording(finished).attachments[replay.FILE]
+    assert replay.limits_from({replay.FILE: honest}).command_delay_s < 1.0
     forged = json.dumps(json.loads(honest) | {"command_delay_s": 1e6}).encode()
     with pytest.raises(BadInputError, match=r"limits\.json in the record is damaged"):
-        replayed.limits_from({replayed.FILE: forged})
+        replay.limits_from({replay.FILE: forged})
 
 
 def test_recover_says_by_its_exit_code_what_it_did(finished: Path, tmp_path: Path) -> None:

@@ -110,9 +110,9 @@ def layout(
 
     Example: stepload layout stepload-layout.json
     """
-    from importlib import resources
+    from stepload.live.state import layout as made
 
-    text = (resources.files("stepload.live") / "layout.json").read_text()
+    text = made()
     try:
         with file.open("x", encoding="utf-8") as out:
             out.write(text)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import stepload
-from stepload.engine.replayed import limits_from
+from stepload.engine.replay import limits_from
 from stepload.errors import BadInputError
 from stepload.record.plain import plain
 from stepload.results.analyse import Evaluation

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from run_plans import limits_for, stvf_plan
 
-from stepload.engine.replayed import FILE, _others, limits_from, limits_to_bytes
+from stepload.engine.replay import FILE, _others, limits_from, limits_to_bytes
 from stepload.errors import BadInputError
 
 LIMITS = limits_for(stvf_plan())

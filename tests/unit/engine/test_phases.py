@@ -13,8 +13,8 @@ from run_bench import bench_for, run
 from run_plans import stvf_plan
 from tilted_plans import tilted_plan
 
-from stepload.engine.order import PHASES, RunOrder
 from stepload.engine.phases import Exit, May, phase
+from stepload.engine.sequence import PHASES, RunSequence
 from stepload.plan.model import Nulling, Plan
 from stepload.record.rows import Phase, TickRow
 
@@ -112,7 +112,7 @@ def test_a_sequence_that_ends_without_an_end_of_the_run_is_an_error() -> None:
     stage.course.fail("drift", 1.0, 0.5, "N", "")
     stage.ticks()
     stage = Stage()
-    RunOrder(stage.course, lambda _: None, 0, lambda _: None)  # type: ignore[arg-type,return-value]
+    RunSequence(stage.course, lambda _: None, 0, lambda _: None)  # type: ignore[arg-type,return-value]
     stage.course.finish()
     stage.course.sequence = iter(())
     stage.ticks()

@@ -12,7 +12,7 @@ import pytest
 from run_plans import limits_for, stvf_plan
 
 from stepload.contact.lateral import left_of_limit
-from stepload.engine.replayed import zero_of
+from stepload.engine.replay import zero_of
 from stepload.engine.supervisor import Supervisor
 from stepload.engine.tare import TareWindow
 from stepload.engine.watch import Breach, ForceWatch

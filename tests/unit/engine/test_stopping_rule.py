@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stepload.engine.enough import SURE, FarEnough, Verdict, judge, nearest
+from stepload.engine.stopping_rule import SURE, StoppingRule, Verdict, judge, nearest
 from stepload.envelope.until import Need, Until
 from stepload.identification.conditions import Conditions, Sources
 from stepload.plan.checks import LEAST_LEVELS
@@ -59,9 +59,9 @@ def test_after_the_last_level_there_is_none_left() -> None:
     assert nearest(ladder(), 5, 0.0) is None
 
 
-def far_enough(stiffness: float | None = K_S) -> FarEnough:
+def far_enough(stiffness: float | None = K_S) -> StoppingRule:
     conditions = Conditions(Sources(stiffness), 300.0, 3.0, 1e-6)
-    return FarEnough(Until(0.1, tuple(ladder()), conditions))
+    return StoppingRule(Until(0.1, tuple(ladder()), conditions))
 
 
 def test_the_deformation_is_the_payloads_between_a_tenth_of_the_level_and_the_level() -> None:
