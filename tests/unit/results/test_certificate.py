@@ -103,8 +103,10 @@ def test_a_row_for_every_load_level(healthy: Document) -> None:
 def test_a_level_loaded_again_is_compared_at_the_same_force() -> None:
     def level(cycle: int, step: int, force_n: float, deformation_m: float) -> Level:
         return Level(
-            cycle, step, True, 100.0 * step, 0.0, 1.0, True, force_n, deformation_m, 0.0, 0.0, 9
-        )
+            cycle=cycle, step=step, loading=True, level_n=100.0 * step, start_s=0.0, end_s=1.0,
+            settled=True, force_n=force_n, deformation_m=deformation_m, force_change_n=0.0,
+            creep_m=0.0, samples=9,
+        )  # fmt: skip
 
     first = [level(1, 1, 100.0, 10e-6), level(1, 2, 200.0, 20e-6)]
     stiffer = [level(2, 1, 102.0, 10.2e-6), level(2, 2, 199.0, 19.4e-6)]

@@ -1,0 +1,191 @@
+"""Figures of results, each declared once as a field of a `Row`: an object in JSON and its schema, a
+line of a table for people. ::
+
+    peak_force_n: float | None = figure("Largest measured force.", "peak force")
+    n: Annotated[float, form(".3f")] = figure("Exponent.", "n")
+
+The key ends with the unit, from which the format for people follows; a function in the annotation
+gives another. A figure with a heading is a column, in the order of the class.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import AliasPath, BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
+from pydantic.fields import FieldInfo
+from pydantic.json_schema import GenerateJsonSchema
+
+from stepload.results.model import NOTHING, Table
+from stepload.units import format_quantity
+
+Show = Callable[[Any], str]
+"""From a value to the text that people read."""
+
+
+OrNan = Annotated[float, WithJsonSchema({"type": ["number", "null"]})]
+"""A number that may be NaN or infinite, which is null in JSON."""
+
+
+class Row(BaseModel):
+    """An object of results, made from the attributes of another object or from a mapping."""
+
+    model_config = ConfigDict(
+        from_attributes=True,
+        frozen=True,
+        defer_build=True,
+        validate_by_name=True,
+        validate_by_alias=True,
+        serialize_by_alias=True,
+    )
+
+
+def figure(meaning: str, heading: str = "", *, at: str = "", optional: bool = False) -> Any:
+    """A figure in JSON.
+
+    Args:
+        meaning: its description in the schema; the unit is added.
+        heading: of its column; "": for programs only.
+        at: where it stands in the object that a row is made from, "fit.n"; its key by default.
+        optional: whether it may be left out.
+    """
+    path: Any = AliasPath(*at.split(".")) if at else None
+    default: Any = None if optional else ...
+    return Field(default, description=meaning, title=heading or None, validation_alias=path)
+
+
+def column(heading: str, at: str = "") -> Any:
+    """A figure for people only."""
+    path: Any = AliasPath(*at.split(".")) if at else None
+    return Field(None, title=heading, validation_alias=path, exclude=True)
+
+
+def part(name: str) -> BeforeValidator:
+    """In an annotation: an attribute of what stands there; null where nothing does."""
+    return BeforeValidator(lambda whole: None if whole is None else getattr(whole, name))
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """In an annotation: the text for people, from the whole row."""
+
+    text: Show
+
+
+def quantity(unit: str) -> Show:
+    """Shows a number of an SI unit with a prefix that suits it."""
+    return lambda value: format_quantity(value, unit)
+
+
+def form(spec: str) -> Show:
+    """Shows a number in a Python format."""
+    return lambda value: format(value, spec)
+
+
+def interval(unit: str) -> Show:
+    """Shows two numbers of one SI unit as an interval, see `ends`."""
+    return lambda ends: in_one_unit(ends, unit)[1]
+
+
+def in_one_unit(ends: Sequence[float], unit: str, value: float = math.nan) -> tuple[str, str]:
+    """A value and its interval as text; with one prefix all have the same number of decimals, and
+    the interval names the unit once."""
+    texts = [format_quantity(each, unit) for each in (*ends, value) if not math.isnan(each)]
+    parts = [text.partition(" ") for text in texts]
+    if len({of for _, _, of in parts}) == 1:
+        places = max(len(digits.partition(".")[2]) for digits, _, _ in parts)
+        if all(digits.replace(".", "").lstrip("-").isdigit() for digits, _, _ in parts):
+            parts = [(f"{float(digits):.{places}f}", " ", of) for digits, _, of in parts]
+    texts = ["".join(part) for part in parts]
+    (low, _, of), (high, _, other) = parts[:2]
+    shown = f"[{low}, {high}] {of}" if of == other else f"[{texts[0]}, {texts[1]}]"
+    return (texts[2] if len(texts) > 2 else NOTHING), shown
+
+
+_UNITS = {
+    "n_per_m": "N/m", "n_s_per_m": "N s/m", "m_per_s": "m/s", "m_s": "m/s", "n": "N", "m": "m",
+    "s": "s", "j": "J", "us": "µs",
+}  # fmt: skip
+_SUFFIX = re.compile(f"_({'|'.join(_UNITS)})$")
+
+
+def unit_of(key: str) -> str:
+    """The unit that a key ends with: "N" of "force_n"; "" for a plain number."""
+    found = _SUFFIX.search(key)
+    return _UNITS[found[1]] if found else ""
+
+
+def data(kind: type[Row], item: Any) -> dict[str, Any]:
+    """The object of `item` for JSON; what it does not have is left out where it may be."""
+    return kind.model_validate(item).model_dump(exclude_unset=True)
+
+
+def _text(row: Row, key: str, field: FieldInfo) -> str:
+    for each in field.metadata:
+        if isinstance(each, Cell):
+            return each.text(row)
+    value = getattr(row, key)
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return NOTHING
+    for each in field.metadata:
+        if callable(each):
+            return str(each(value))
+    unit = unit_of(key)
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if unit and isinstance(value, tuple):
+        return interval(unit)(value)
+    return quantity(unit)(value) if unit and isinstance(value, float) else str(value)
+
+
+def cells(kind: type[Row], item: Any) -> list[tuple[str, str]]:
+    """Heading and text of every figure of `item` that has a heading."""
+    row = kind.model_validate(item)
+    return [(x.title, _text(row, key, x)) for key, x in kind.model_fields.items() if x.title]
+
+
+def table(
+    title: str,
+    kind: type[Row],
+    items: Iterable[Any],
+    notes: Sequence[str] = (),
+    *,
+    page_only: bool = False,
+    empty: bool = True,
+) -> Table:
+    """The table of `items`: one row each, one column for every figure that has a heading.
+
+    Where not `empty`, a column that has a text in no row is left out.
+    """
+    rows = [[text for _, text in cells(kind, item)] for item in items]
+    columns = [each.title for each in kind.model_fields.values() if each.title]
+    if not empty:
+        kept = [any(row[at] not in ("", NOTHING) for row in rows) for at in range(len(columns))]
+        columns = [each for each, keep in zip(columns, kept, strict=True) if keep]
+        rows = [[each for each, keep in zip(row, kept, strict=True) if keep] for row in rows]
+    return Table(title, columns, rows, notes, page_only)
+
+
+class _Schema(GenerateJsonSchema):
+    """Without the titles that pydantic makes up."""
+
+    def field_title_should_be_set(self, schema: Any) -> bool:
+        return False
+
+
+def schema_of(kind: type[Row], name: str, required: Iterable[str] | None = None) -> dict[str, Any]:
+    """JSON Schema (2020-12) of a document; `required`: its keys that no document lacks."""
+    made = kind.model_json_schema(mode="serialization", schema_generator=_Schema)
+    for each in (made, *made.get("$defs", {}).values()):
+        for key, declared in each.get("properties", {}).items():
+            declared.pop("default", None)
+            if unit := unit_of(key):
+                declared["description"] = f"{declared.get('description', '')} In {unit}.".strip()
+    if required is not None:
+        made["required"] = list(required)
+    head = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    return head | {"$id": f"urn:stepload:{name}:1"} | made
