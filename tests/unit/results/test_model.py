@@ -162,3 +162,13 @@ def test_the_verdict_stands_below_the_details(capsys: pytest.CaptureFixture[str]
     assert "Behind" not in text
     assert text.splitlines()[1:4] == ["  a", "  b", "  c"]
     assert text.index("SOUND ") < text.index("tangent")
+
+
+def test_a_table_that_is_too_wide_is_turned(capsys: pytest.CaptureFixture[str]) -> None:
+    columns = [f"figure {at} of a run" for at in range(6)]
+    out = Output(as_json=False)
+    out._columns = 80
+    out.table("runs", columns, [[f"{at}.5 N [1, 2]" for at in range(6)]])
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split("  ")[0].strip() for line in lines[2:] if "of a run" in line] == columns
+    assert all(any(f"{at}.5 N [1, 2]" in line for line in lines) for at in range(6))
