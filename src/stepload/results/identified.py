@@ -271,14 +271,14 @@ class Identified(Row):
     )
     headline: QuantityRow | None = figure("The result: the chord stiffness.")
     quantities: Mapping[str, QuantityRow] = figure("Every stiffness by kind.")
-    exponent: ExponentRow | None = figure("The exponent.", at="evidence.exponent", optional=True)
+    exponent: ExponentRow | None = figure("The exponent.", at="evidence.exponent", default=None)
     inelastic: InelasticRow | None = figure("What is not elastic.", at="evidence")
     narrowing: tuple[NarrowingRow, ...] = figure("What narrows the headline most.")
-    laws: tuple[Law, ...] = figure("Laws that were tried.", at="evidence.laws", optional=True)
+    laws: tuple[Law, ...] = figure("Laws that were tried.", at="evidence.laws", default=None)
     drift_m_per_s: float | None = figure(
-        "Drift of the position.", at="evidence.drift_m_per_s", optional=True
+        "Drift of the position.", at="evidence.drift_m_per_s", default=None
     )
-    remarks: tuple[str, ...] = figure("On the evidence.", at="evidence.notes", optional=True)
+    remarks: tuple[str, ...] = figure("On the evidence.", at="evidence.notes", default=None)
 
 
 def identification_data(found: Identification) -> dict[str, Any]:

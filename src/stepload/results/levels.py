@@ -37,24 +37,24 @@ class Level(Row):
     loading: Annotated[bool, lambda up: "up" if up else "down"] = figure("On the way up.", "way")
     level_n: float = figure("Force aimed at.", "load level")
     start_s: float = figure("Begin of the hold on the run's clock.")
+    end_s: Annotated[float, Cell(lambda row: f"{row.end_s - row.start_s:.1f} s")] = figure(
+        "End of the hold.", "held for"
+    )
+    settled: Annotated[bool, lambda rest: "yes" if rest else "NO"] = figure(
+        "Whether the level was reached, and the force came to rest in the time it had.", "settled"
+    )
     force_n: Annotated[OrNan, form(".1f")] = figure(
         "Mean contact force; null where the record has no sample of the hold.", "force [N]"
     )
     deformation_m: Annotated[OrNan, lambda m: f"{1e6 * m:.2f}"] = figure(
         "Mean deformation, the deflection of the system taken out.", "deformation [µm]"
     )
+    force_change_n: Annotated[OrNan, form("+.2f")] = figure(
+        "Change of the force from the first tenth of the hold to the last.", "change of force [N]"
+    )
     creep_m: Annotated[OrNan, micrometres] = figure(
         "Change of the deformation from the first tenth of the hold to the last.",
         "creep in the hold [µm]",
-    )
-    settled: Annotated[bool, lambda rest: "yes" if rest else "NO"] = figure(
-        "Whether the level was reached, and the force came to rest in the time it had.", "settled"
-    )
-    end_s: Annotated[float, Cell(lambda row: f"{row.end_s - row.start_s:.1f} s")] = figure(
-        "End of the hold.", "held for"
-    )
-    force_change_n: Annotated[OrNan, form("+.2f")] = figure(
-        "Change of the force from the first tenth of the hold to the last.", "change of force [N]"
     )
     samples: int = figure("Samples in the means.")
 
@@ -126,6 +126,10 @@ def changes_again(levels: Sequence[Level]) -> list[tuple[Level, float | None]]:
     return rows
 
 
+def _on_sheet(what: str) -> tuple[str, ...]:
+    return ("load level", "settled", "force [N]", f"{what} [µm]", "creep in the hold [µm]")
+
+
 def sheet_table(
     levels: Sequence[Level],
     touches: Sequence[TouchPoint],
@@ -146,7 +150,8 @@ def sheet_table(
         notes.append(f"{loose} of {len(rows)} levels did not settle in the time that they had.")
     notes.append(touch_repeatability(touches, resolution_m))
     every = hold_table([level for level, _ in shown], what)
-    columns, lines = every.columns[3:8], [row[3:8] for row in every.rows]
+    kept = [place for place, name in enumerate(every.columns) if name in _on_sheet(what)]
+    columns, *lines = ([row[place] for place in kept] for row in (every.columns, *every.rows))
     if any(again is not None for _, again in rows):
         last = max(each.cycle for each in levels if each.loading)
         columns = [*columns, f"cycle {last} less cycle 1 [µm]"]

@@ -18,6 +18,11 @@ def finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
+def number_or_nan(value: object) -> float:
+    """A number of a record, whose content is not trusted; NaN where it is none."""
+    return float(value) if isinstance(value, int | float) else math.nan
+
+
 @dataclass(frozen=True, slots=True)
 class Table:
     """A table for people; `notes` stand below.

@@ -135,7 +135,7 @@ class Preflight(Row):
     expected: QuantityRow | None = figure("The result that is expected.")
     schedule: tuple[StageRow, ...] = figure("Stages of the run.", at="envelope.stages")
     duration_s: float | None = figure("Of the run.")
-    until: UntilRow = figure("Where the plan has procedure.until.", optional=True)
+    until: UntilRow = figure("Where the plan has procedure.until.", default=None)
     limits: tuple[LimitTerm, ...] = figure("Thresholds of the supervisor; none where refused.")
 
 

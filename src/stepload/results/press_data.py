@@ -21,6 +21,7 @@ from stepload.record.align import Aligned, ChannelClock, align
 from stepload.record.lag import Lag, measure_lag
 from stepload.record.reader import Event, Recording
 from stepload.record.rows import Phase
+from stepload.results.model import number_or_nan
 from stepload.results.rows import Row, figure
 
 WRONG_READINGS = {
@@ -145,11 +146,6 @@ def event_number(event: Event, key: str) -> float:
         raise BadInputError(
             f"event {event.kind!r} at {event.time_s:.3f} s has no number {key!r}"
         ) from None
-
-
-def number_or_nan(value: object) -> float:
-    """A number of a record, whose content is not trusted; NaN where it is none."""
-    return float(value) if isinstance(value, int | float) else math.nan
 
 
 def _touches(recording: Recording) -> tuple[TouchPoint, ...]:

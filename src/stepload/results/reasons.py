@@ -12,7 +12,8 @@ from stepload.evidence.identification import Identification
 from stepload.evidence.quantity import ResultVerdict
 from stepload.record.reader import Event
 from stepload.results.analyse import Evaluation
-from stepload.results.press_data import LOADING, UNLOADING, PressData, event_number, number_or_nan
+from stepload.results.model import number_or_nan
+from stepload.results.press_data import LOADING, UNLOADING, PressData, event_number
 from stepload.results.rows import Row, figure
 from stepload.units import beside_limit, format_quantity
 

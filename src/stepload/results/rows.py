@@ -44,24 +44,26 @@ class Row(BaseModel):
     )
 
 
-def figure(meaning: str, heading: str = "", *, at: str = "", optional: bool = False) -> Any:
+def figure(meaning: str, heading: str = "", *, at: str = "", default: Any = ...) -> Any:
     """A figure in JSON.
 
     Args:
         meaning: its description in the schema; the unit is added.
         heading: of its column; "": for programs only.
         at: where it stands in the object that a row is made from, "fit.n"; its key by default.
-        optional: whether it may be left out.
+        default: its value where nothing is there.
     """
-    path: Any = AliasPath(*at.split(".")) if at else None
-    default: Any = None if optional else ...
-    return Field(default, description=meaning, title=heading or None, validation_alias=path)
+    return Field(default, description=meaning, title=heading or None, validation_alias=_path(at))
 
 
-def column(heading: str, at: str = "") -> Any:
+def column(heading: str) -> Any:
     """A figure for people only."""
-    path: Any = AliasPath(*at.split(".")) if at else None
-    return Field(None, title=heading, validation_alias=path, exclude=True)
+    return Field(None, title=heading, exclude=True)
+
+
+def _path(at: str) -> AliasPath | None:
+    names = [int(name) if name.isdigit() else name for name in at.split(".")]
+    return AliasPath(*names) if at else None  # type: ignore[arg-type]
 
 
 def part(name: str) -> BeforeValidator:

@@ -84,7 +84,7 @@ def test_a_row_for_every_load_level(healthy: Document) -> None:
     levels = sheet_of(healthy).levels
     assert levels is not None
     assert [row[0] for row in levels.rows] == [f"{50 * i} N" for i in range(1, 7)]
-    force, deformation, creep, settled, again = list(levels.rows[5])[1:]
+    settled, force, deformation, creep, again = list(levels.rows[5])[1:]
     assert float(force) == pytest.approx(300.0, abs=0.2)
     assert float(deformation) == pytest.approx(59.3 + 1.0, abs=0.6)  # by theory, half of the creep
     assert float(creep) == pytest.approx(1.8, abs=0.4)  # first tenth to last
