@@ -89,23 +89,24 @@ def form(spec: str) -> Show:
 
 
 def interval(unit: str) -> Show:
-    """Shows two numbers of one SI unit as an interval, see `ends`."""
+    """Shows two numbers of one SI unit as an interval."""
     return lambda ends: in_one_unit(ends, unit)[1]
 
 
 def in_one_unit(ends: Sequence[float], unit: str, value: float = math.nan) -> tuple[str, str]:
-    """A value and its interval as text; with one prefix all have the same number of decimals, and
-    the interval names the unit once."""
-    texts = [format_quantity(each, unit) for each in (*ends, value) if not math.isnan(each)]
-    parts = [text.partition(" ") for text in texts]
-    if len({of for _, _, of in parts}) == 1:
-        places = max(len(digits.partition(".")[2]) for digits, _, _ in parts)
-        if all(digits.replace(".", "").lstrip("-").isdigit() for digits, _, _ in parts):
-            parts = [(f"{float(digits):.{places}f}", " ", of) for digits, _, of in parts]
-    texts = ["".join(part) for part in parts]
-    (low, _, of), (high, _, other) = parts[:2]
-    shown = f"[{low}, {high}] {of}" if of == other else f"[{texts[0]}, {texts[1]}]"
-    return (texts[2] if len(texts) > 2 else NOTHING), shown
+    """A value and its interval as text; those of one prefix have the same number of decimals, and
+    an interval of one prefix names its unit once."""
+    numbers = (*ends, ends[0] if math.isnan(value) else value)
+    low, high, of_value = shown = [format_quantity(each, unit).split(" ", 1) for each in numbers]
+    for prefix in {of for _, of in shown}:
+        alike = [each for each in shown if each[1] == prefix]
+        places = max(len(digits.partition(".")[2]) for digits, _ in alike)
+        if all(digits.strip("-").replace(".", "").isdigit() for digits, _ in alike):
+            for each in alike:
+                each[0] = f"{float(each[0]):.{places}f}"
+    one = f"[{low[0]}, {high[0]}] {high[1]}"
+    both = one if low[1] == high[1] else f"[{' '.join(low)}, {' '.join(high)}]"
+    return NOTHING if math.isnan(value) else " ".join(of_value), both
 
 
 _UNITS = {
@@ -157,18 +158,10 @@ def table(
     notes: Sequence[str] = (),
     *,
     page_only: bool = False,
-    empty: bool = True,
 ) -> Table:
-    """The table of `items`: one row each, one column for every figure that has a heading.
-
-    Where not `empty`, a column that has a text in no row is left out.
-    """
+    """The table of `items`: one row each, one column for every figure that has a heading."""
     rows = [[text for _, text in cells(kind, item)] for item in items]
     columns = [each.title for each in kind.model_fields.values() if each.title]
-    if not empty:
-        kept = [any(row[at] not in ("", NOTHING) for row in rows) for at in range(len(columns))]
-        columns = [each for each, keep in zip(columns, kept, strict=True) if keep]
-        rows = [[each for each, keep in zip(row, kept, strict=True) if keep] for row in rows]
     return Table(title, columns, rows, notes, page_only)
 
 

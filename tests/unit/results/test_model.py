@@ -89,7 +89,9 @@ def test_a_schema_has_what_programs_get_with_its_unit() -> None:
         (5.2e6, (4.94e6, 5.48e6), ("5.20 MN/m", "[4.94, 5.48] MN/m")),
         (5.2e6, (4e6, 6e6), ("5.2 MN/m", "[4.0, 6.0] MN/m")),
         (5.2e6, (0.94e6, 9.5e6), ("5.2 MN/m", "[940 kN/m, 9.5 MN/m]")),
-        (math.nan, (1e6, 2e6), (NOTHING, "[1, 2] MN/m")),
+        (0.97e6, (1e6, 1.25e6), ("970 kN/m", "[1.00, 1.25] MN/m")),
+        (5.2e6, (0.94e6, 9.55e6), ("5.20 MN/m", "[940 kN/m, 9.55 MN/m]")),
+        (math.nan, (1e6, 2.5e6), (NOTHING, "[1.0, 2.5] MN/m")),
     ],
 )
 def test_a_value_has_the_decimals_of_its_interval(
