@@ -11,7 +11,7 @@ import pytest
 from real_runs import CYCLES, in_process
 
 import stepload
-from stepload.estimators.contact_quality import ContactQuality
+from stepload.identification.contact_quality import ContactQuality
 from stepload.results.run_results import results_schema
 
 PLAN = CYCLES.replace(

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from stepload.errors import BadInputError, ExitCode
-from stepload.estimators.fit import Flag
 from stepload.explain.codes import explained, explanations, glossary, page, thresholds_called
+from stepload.identification.fit import Flag
 from stepload.results.identified import SIGNS
 from stepload.rig.faults import FaultCode
 

@@ -182,7 +182,7 @@ def _unread(path: Path, problem: str) -> RunRow:
 def _told(summary: Summary) -> RunRow:
     began, results = summary.metadata, summary.results or {}
     fits = results.get("fits")
-    fit = fits.get(str(results.get("believe"))) if isinstance(fits, dict) else None
+    fit = fits.get(str(results.get("selected"))) if isinstance(fits, dict) else None
     return RunRow.model_validate(
         {
             "metadata": began,

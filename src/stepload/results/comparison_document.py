@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import BeforeValidator
 
 import stepload
-from stepload.evidence.difference import Agreement, Difference
+from stepload.identification.difference import Agreement, Difference
 from stepload.results import figures
 from stepload.results.certificate import few, shared_facts
 from stepload.results.comparison import Comparison
@@ -130,7 +130,7 @@ class ComparedRow(Row):
     specimen: str | None = figure("Which piece.")
     payload: str | None = figure("Name of the payload.")
     rig: str | None = figure("Name of the rig.")
-    believe: str = figure("Which of the fits is the one to use.")
+    selected: str = figure("Which of the fits is the one to use.")
     fits: Mapping[str, FitRow] = figure("By the name of the estimator.")
     interval_secant_n_per_m: tuple[float, float] | None = figure("95 % interval of its secant.")
 
@@ -280,7 +280,7 @@ def _chords(found: Comparison) -> list[Figure]:
 
 
 def _laws(found: Comparison) -> str:
-    """Measured points with the believed laws, and an imported curve as larger points."""
+    """Measured points with the selected fits, and an imported curve as larger points."""
     lines = list[figures.Line]()
     total = sum(each.found.force_n.size for each in found.runs)
     for index, each in enumerate(found.runs):
@@ -316,7 +316,7 @@ def comparison_data(found: Comparison) -> dict[str, Any]:
                 "name": each.run.name,
                 "path": each.run.path,
                 **{key: each.run.metadata.get(key) for key in keys},
-                "believe": each.found.believe,
+                "selected": each.found.selected,
                 "fits": {row.name: row for row in reported_fits(each.found)},
                 "interval_secant_n_per_m": each.found.interval_secant_n_per_m,
             }
@@ -372,7 +372,7 @@ def _sheet(found: Comparison, reasons: Sequence[str]) -> Certificate:
         tables=[first_rows(each) for each in tables],
         figure=Figure(
             "laws", "Force against deformation",
-            f"What was measured, each from its fitted zero, and the believed laws{imported}",
+            f"What was measured, each from its fitted zero, and the selected fits{imported}",
             "force over deformation of every run with its law", partial(_laws, found),
         ),
         remarks=few(reasons),

@@ -8,9 +8,9 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator
 
-from stepload.estimators.contact_quality import ContactQuality
-from stepload.estimators.fit import Missing
-from stepload.evidence.identification import REPORTED, Identification
+from stepload.identification.contact_quality import ContactQuality
+from stepload.identification.fit import Missing
+from stepload.identification.identify import REPORTED, Identification
 from stepload.results.rows import Cell, Row, column, data, figure, form, in_one_unit, quantity
 from stepload.units import percent
 
@@ -158,7 +158,7 @@ class DoubtRow(Row):
 class FitRow(Row):
     """One estimator's fit of F = K δⁿ."""
 
-    name: Annotated[str, Cell(lambda row: f"{row.name} *" if row.believed else row.name)] = column(
+    name: Annotated[str, Cell(lambda row: f"{row.name} *" if row.selected else row.name)] = column(
         "fit"
     )
     k: Annotated[float | None, form(".3g")] = figure("K in N/mⁿ.", "K [N/mⁿ]")
@@ -171,15 +171,15 @@ class FitRow(Row):
     force_rms_n: float | None = figure("Root mean square of the residual force.", "rms residual")
     points: int = figure("Samples that were fitted.")
     doubts: tuple[DoubtRow, ...] = figure("What speaks against this fit.")
-    believed: bool = column("")
+    selected: bool = column("")
 
 
 def reported_fits(found: Identification) -> list[FitRow]:
-    """The fits that a table shows: those of the paper, and the believed one."""
-    names = dict.fromkeys((*REPORTED, found.believe))
+    """The fits that a table shows: those of the paper, and the selected one."""
+    names = dict.fromkeys((*REPORTED, found.selected))
     return [
         FitRow.model_validate(found.fits[name]).model_copy(
-            update={"name": name, "believed": name == found.believe}
+            update={"name": name, "selected": name == found.selected}
         )
         for name in names
         if name in found.fits
@@ -248,21 +248,19 @@ class Identified(Row):
     fits: Mapping[str, FitRow] = figure(
         "By the name of the estimator; docs/identify.md lists them."
     )
-    believe: str = figure("Which of the fits is the one to use.")
+    selected: str = figure("Which of the fits is the one to use.")
     why: tuple[str, ...] = figure("Why that one.")
     comparable_with_paper: bool = figure("Whether the zero may be taken as the paper takes it.")
     interval_secant_n_per_m: Pair | None = figure(
-        "95 % interval of the secant of the believed fit."
+        "95 % interval of the secant of the selected fit."
     )
     peak_force_n: float | None = figure("Largest measured contact force.")
-    k_max_n_per_m: float | None = figure(
-        "Stiffest contact that could have been identified (34).", at="judgement.k_max_n_per_m"
-    )
+    k_max_n_per_m: float | None = figure("Stiffest contact that could have been identified (34).")
     verdict: str = figure(
         'identified, marginal, not identifiable; "system stiffness measured"; or the status where'
-        " nothing was identified.", at="judgement.verdict",
+        " nothing was identified.", 
     )  # fmt: skip
-    reasons: tuple[str, ...] = figure("Why, and what a reader must know.", at="judgement.reasons")
+    reasons: tuple[str, ...] = figure("Why, and what a reader must know.")
     laws_chosen: tuple[str, ...] = figure(
         "Laws that the plan or the caller allows; empty: all.", at="conditions.laws"
     )
@@ -271,14 +269,14 @@ class Identified(Row):
     )
     headline: QuantityRow | None = figure("The result: the chord stiffness.")
     quantities: Mapping[str, QuantityRow] = figure("Every stiffness by kind.")
-    exponent: ExponentRow | None = figure("The exponent.", at="evidence.exponent", default=None)
-    inelastic: InelasticRow | None = figure("What is not elastic.", at="evidence")
+    exponent: ExponentRow | None = figure("The exponent.", at="judgement.exponent", default=None)
+    inelastic: InelasticRow | None = figure("What is not elastic.", at="judgement")
     narrowing: tuple[NarrowingRow, ...] = figure("What narrows the headline most.")
-    laws: tuple[Law, ...] = figure("Laws that were tried.", at="evidence.laws", default=None)
+    laws: tuple[Law, ...] = figure("Laws that were tried.", at="judgement.laws", default=None)
     drift_m_per_s: float | None = figure(
-        "Drift of the position.", at="evidence.drift_m_per_s", default=None
+        "Drift of the position.", at="judgement.drift_m_per_s", default=None
     )
-    remarks: tuple[str, ...] = figure("On the evidence.", at="evidence.notes", default=None)
+    remarks: tuple[str, ...] = figure("On the evidence.", at="judgement.notes", default=None)
 
 
 def identification_data(found: Identification) -> dict[str, Any]:

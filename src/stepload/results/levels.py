@@ -9,8 +9,8 @@ from typing import Annotated
 
 import numpy as np
 
-from stepload.estimators.conditions import Conditions
-from stepload.estimators.fit import FloatArray
+from stepload.identification.conditions import Conditions
+from stepload.identification.fit import FloatArray
 from stepload.record.reader import Event
 from stepload.results.model import NOTHING, Table
 from stepload.results.press_data import HOLDS, PressData, TouchPoint, event_number

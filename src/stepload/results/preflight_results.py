@@ -10,10 +10,10 @@ from stepload.envelope.press import Term
 from stepload.envelope.reason import PlanVerdict
 from stepload.envelope.theory import chance_of_yield
 from stepload.envelope.until import MARGIN, Until
-from stepload.evidence.quantity import Quantity
+from stepload.identification.quantity import Quantity
 from stepload.results.identified import QuantityRow
 from stepload.results.model import Table
-from stepload.results.preflight import planned_of
+from stepload.results.preflight import expected_of
 from stepload.results.rows import Cell, Row, column, data, figure, part, quantity, schema_of, table
 from stepload.results.run_results import ElasticLimit
 from stepload.units import format_quantity as f
@@ -154,14 +154,14 @@ class _Told(NamedTuple):
 
 def preflight_data(envelope: Envelope) -> dict[str, Any]:
     """The JSON object of a preflight."""
-    planned = planned_of(envelope) if envelope.stages else None
+    expected = expected_of(envelope) if envelope.stages else None
     top_n = max(envelope.plan.procedure.top_force_n, envelope.force_limit_n)
     refused = envelope.verdict is PlanVerdict.REFUSED
     limits = None if refused else envelope.limits
     made = data(Preflight, _Told(
         envelope,
         chance_of_yield(envelope.plan.payload, envelope.theory, top_n),
-        planned[1] if planned else None,
+        expected.chord if expected else None,
         envelope.duration_s if envelope.stages else None,
         limits.terms if limits else (),
     ))  # fmt: skip

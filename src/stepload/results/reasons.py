@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from stepload.envelope.domains import beyond_range, payload_doubts
-from stepload.evidence.identification import Identification
-from stepload.evidence.quantity import ResultVerdict
+from stepload.identification.identify import Identification
+from stepload.identification.quantity import ResultVerdict
 from stepload.record.reader import Event
 from stepload.results.analyse import Evaluation
 from stepload.results.model import number_or_nan
@@ -93,7 +93,7 @@ def levels(events: Sequence[Event]) -> tuple[str, ...]:
 def reasons_of(run: Evaluation) -> list[str]:
     """All remarks on the result but the problem that left it out, doubts first."""
     found, events = run.identification, run.recording.events
-    reasons = [*found.judgement.reasons] if found is not None else []
+    reasons = [*found.reasons] if found is not None else []
     if (until := loaded(events, found)) is not None:
         reasons.append(until.text)
     if run.data is not None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from stepload.envelope.envelope import Envelope
 from stepload.errors import DeviceError
-from stepload.estimators.fit import FloatArray
+from stepload.identification.fit import FloatArray
 from stepload.plan.driver_options import read_options
 from stepload.plan.hazards import HAZARDS, PAGE
 from stepload.plan.problems import PlanError
@@ -116,7 +116,7 @@ def refuse_faults(bench: Bench) -> None:
     """
     for device in (bench.arm, *bench.sensors.values()):
         if (fault := device.fault()) is not None:
-            raise DeviceError(fault.message, code=fault.code, hint=fault.hint)
+            raise fault.error()
 
 
 def options_of(group: str, driver: str, values: Mapping[str, Value]) -> dict[str, object]:

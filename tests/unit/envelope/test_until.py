@@ -11,7 +11,7 @@ import pytest
 from stepload.envelope.envelope import Envelope, derive, envelope_of
 from stepload.envelope.reason import PlanVerdict, Severity
 from stepload.envelope.until import MARGIN, Need, Until, until_of
-from stepload.estimators.smooth import NORMAL_95
+from stepload.identification.smooth import NORMAL_95
 from stepload.plan.checks import LEAST_LEVELS
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan

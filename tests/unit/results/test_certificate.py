@@ -212,7 +212,8 @@ def test_a_system_stiffness_that_is_not_the_plans_is_not_told_as_the_plans(
             system_stiffness_n_per_m=stiffness, system_stiffness_sigma_n_per_m=1e5,
         )  # fmt: skip
         conditions = replace(found.conditions, sources=sources)
-        facts = dict(rig_facts(envelope, run.recording, replace(found, conditions=conditions)))
+        other = replace(found, run=replace(found.run, conditions=conditions))
+        facts = dict(rig_facts(envelope, run.recording, other))
         assert facts["K_s"].startswith(told)
         assert "not by the plan" in facts["K_s from"]
 
@@ -223,7 +224,8 @@ def test_an_elastic_limit_that_is_not_the_plans_is_told_on_the_sheet(envelope: E
     assert found is not None
     plans = specimen_facts(envelope, run.recording, found)
     assert plans == specimen_facts(envelope, run.recording)
-    other = replace(found, conditions=replace(found.conditions, elastic_limit_n=200.0))
+    conditions = replace(found.conditions, elastic_limit_n=200.0)
+    other = replace(found, run=replace(found.run, conditions=conditions))
     document = run_document(replace(run, identification=other))
     told = dict(sheet_of(document).facts[0])["Elastic limit F_c"]
     assert told.startswith("200 N, taken for this result; by the plan ")

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from long_ones import long
 from matplotlib.figure import Figure
 
-from stepload.evidence.identification import REPORTED
+from stepload.identification.identify import REPORTED
 from stepload.record.rows import Phase
 from stepload.results import figures, run_figures
 
@@ -97,7 +97,7 @@ def test_a_fit_whose_force_falls_as_it_is_pressed_is_not_drawn() -> None:
         return SimpleNamespace(k=1e6, n=n, zero_m=0.0)
 
     found: Any = SimpleNamespace(
-        fits={REPORTED[0]: fit(-5.9), REPORTED[1]: fit(1.4)}, believe="joint", fit=fit(0.7)
+        fits={REPORTED[0]: fit(-5.9), REPORTED[1]: fit(1.4)}, selected="joint", fit=fit(0.7)
     )
     laws = run_figures._laws(found)
     assert set(laws) == {REPORTED[1], "joint"}

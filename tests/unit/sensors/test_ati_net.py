@@ -8,7 +8,7 @@ from ati_page import PAGE
 from driver_time import Clock
 from read_sensor import connect, look, read
 
-from stepload.errors import BadInputError, DeviceError
+from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
 from stepload.rig.samples import Status
 from stepload_drivers import stream as stream_module
@@ -230,28 +230,3 @@ def test_close_stops_the_stream(sensor, device):
 def test_bias_is_one_request(sensor, device):
     assert sensor.bias(1.0) is True
     assert device.asked[-1] == request(Command.BIAS)
-
-
-def test_a_box_without_pages_takes_its_counts_from_the_plan(device, clock):
-    device.page = "never asked"
-    sensor = AtiNet(host=HOST, counts_per_newton=1e4, counts_per_newton_metre=1e5, rate=1000.0)
-    connect(sensor)
-    (sample,) = look(sensor, clock)
-    assert sample.wrench[2] == pytest.approx(-3000.0, abs=0.1)
-    assert sample.wrench[5] == pytest.approx(3e-5)
-    read(sensor, clock, 1.0)
-    assert fault(sensor) is None
-
-
-@pytest.mark.parametrize(
-    "options",
-    [
-        {"counts_per_newton": 1e4},
-        {"counts_per_newton": 1e4, "counts_per_newton_metre": 1e5},
-        {"counts_per_newton": 1e4, "counts_per_newton_metre": 1e5, "rate": 500.0,
-         "serial_number": "FT1"},
-    ],
-)  # fmt: skip
-def test_half_a_scale_is_refused(options):
-    with pytest.raises(BadInputError, match="ati_net"):
-        AtiNet(host=HOST, **options)

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stepload_drivers.bota import codec, dialogue
+from stepload_drivers.bota import codec
+from stepload_drivers.bota import sensor as dialogue
 from stepload_drivers.bota.codec import Decoder, DeviceClock, Frame
 from stepload_verify.emulators.bota import encode
 

@@ -8,8 +8,13 @@ from hypothesis import strategies as st
 
 from stepload.errors import BadInputError
 from stepload_drivers.gauge.sensor import DEFAULT_PATTERN as GAUGE_PATTERN
-from stepload_drivers.line.codec import MAX_LINE_BYTES, LineDecoder, escaped_bytes
-from stepload_drivers.line.pattern import line_pattern, number_of
+from stepload_drivers.line.codec import (
+    MAX_LINE_BYTES,
+    LineDecoder,
+    escaped_bytes,
+    line_pattern,
+    number_of,
+)
 
 
 def decoder(scale=1.0, terminator=b"\r", number=None, begin=True):

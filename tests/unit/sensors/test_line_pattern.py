@@ -5,8 +5,8 @@ import pytest
 from stepload.errors import BadInputError
 from stepload_drivers.gauge.sensor import DEFAULT_PATTERN as GAUGE_PATTERN
 from stepload_drivers.gauge.sensor import GaugeSerial
+from stepload_drivers.line.codec import line_pattern, number_of
 from stepload_drivers.line.force import DEFAULT_PATTERN, LineSerial
-from stepload_drivers.line.pattern import line_pattern, number_of
 
 SOUND = {
     DEFAULT_PATTERN: "-1.25",

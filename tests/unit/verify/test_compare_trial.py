@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stepload.evidence.difference import Agreement, difference
+from stepload.identification.difference import Agreement, difference
 from stepload_verify.trials import compare
 from stepload_verify.trials.compare import World, _groups, tally
 

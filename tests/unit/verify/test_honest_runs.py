@@ -10,7 +10,7 @@ from long_ones import long
 from scipy.integrate import solve_ivp
 
 from stepload.errors import BadInputError
-from stepload.evidence.answer import weigh
+from stepload.identification.verdict import judge
 from stepload.record.rows import Phase
 from stepload.results.press_data import LOADING
 from stepload.results.run_data import pressed
@@ -260,7 +260,7 @@ def test_a_lead_is_left_in_a_record_and_told_by_the_rate():
     data, conditions = record(clean(make(ALL, "sphere", 3), damping_s=0.1))
     assert data.lag.lag_s < -0.01
     assert data.lag_corrected_s == 0.0
-    found = weigh(pressed(data, conditions))
+    found = judge(pressed(data, conditions))
     rate = found.inelastic.of("rate")
     assert rate is not None
     assert rate.shown_m > 0.0

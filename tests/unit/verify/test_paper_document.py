@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stepload.estimators.ls import rs_btls
+from stepload.identification.ls import rs_btls
 from stepload_verify.paper import arithmetic, document, fitted, laws, printed, rigs
 from stepload_verify.paper.bands import Tally, band, tally
 from stepload_verify.paper.rows import Row

@@ -12,7 +12,7 @@ from stepload.rig.world import load_world
 
 NOT_DECIDING = ("campaign.py", "digest.py", "replay.py", "summary.py", "without.py")
 """Files of this package that only order, store and count runs."""
-DECIDING = ("contact", "engine", "envelope", "estimators", "evidence", "plan", "rig")
+DECIDING = ("contact", "engine", "envelope", "identification", "plan", "rig")
 """Packages of stepload whose code determines the result of a simulated run."""
 
 

@@ -6,7 +6,7 @@ import ipaddress
 import sys
 from collections.abc import Callable, Mapping, Sequence
 
-from stepload_drivers.priority import prefer_this_thread
+from stepload_drivers.streamed import prefer_this_thread
 from stepload_verify.emulators.tool import Tool
 from stepload_verify.emulators.ur_axis import Axis, FreeAirAxis
 from stepload_verify.emulators.ur_controller import UrController

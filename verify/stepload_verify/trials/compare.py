@@ -4,7 +4,7 @@ Quasi-static: a payload F = K δ^1.5 is pressed to 300 N through a system whose 
 off, with a force gain 0.5 % off and a smooth error of travel of 0.54 µm that belongs to the place
 of the travel; a tenth of its variance does not repeat. Every run has its own noise (0.2 µm, 0.7 N),
 quanta (2 µm, 1.5 N) and surface (± 1 µm). Of every run the chord of its loading goes through
-`stepload.evidence.difference`.
+`stepload.identification.difference`.
 
 Required: the interval covers the true ratio in at least 93 of 100 (of 1,000 trials the count has a
 standard deviation of 0.7), equal payloads are called different in at most 7 of 100, and a payload
@@ -23,14 +23,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stepload.estimators.conditions import Conditions
-from stepload.estimators.fit import FloatArray
-from stepload.estimators.sources import Sources
-from stepload.evidence.difference import Agreement, Difference, Measured, difference
-from stepload.evidence.loops import Track
-from stepload.evidence.origin import REPEATS, Origin
-from stepload.evidence.reading import branch_chord, read_of
-from stepload.evidence.run_data import RunData
+from stepload.identification.conditions import Conditions, Sources
+from stepload.identification.difference import Agreement, Difference, Measured, difference
+from stepload.identification.fit import FloatArray
+from stepload.identification.loops import Track
+from stepload.identification.origin import REPEATS, Origin
+from stepload.identification.run_data import RunData
+from stepload.identification.verdict import judge
 
 N = 1.5
 K = 6.57e8
@@ -146,7 +145,7 @@ def press(
     loading = Track(np.linspace(0.0, TIME_S, POINTS)[touch:], read, travel - travel[0], held)
     told = Conditions(SOURCES, TOP_N, TOUCH_N, SOURCES.position_resolution_m)
     run = RunData([(1, loading, None)], told, between_n=CHORD_N)
-    figure = branch_chord(run, read_of(run), "loading")
+    figure = judge(run, laws=False).headline
     assert figure is not None
     return Measured(
         run=rig.name,

@@ -25,9 +25,9 @@ from math import radians
 import numpy as np
 
 from stepload.errors import SteploadError
-from stepload.estimators.conditions import Conditions
-from stepload.estimators.lateral_effect import Across
-from stepload.evidence.quantity import Quantity
+from stepload.identification.conditions import Conditions
+from stepload.identification.lateral_coupling import Across
+from stepload.identification.quantity import Quantity
 from stepload.results.analyse import identify_payload
 from stepload.results.calibration import from_system_runs
 from stepload.results.press_data import PressData

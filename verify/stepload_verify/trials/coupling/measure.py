@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from stepload.envelope.conditions import ARM_MISALIGNMENT_RAD
-from stepload.estimators.conditions import Conditions
-from stepload.estimators.lateral_effect import Across
-from stepload.estimators.sources import Sources
+from stepload.identification.conditions import Conditions, Sources
+from stepload.identification.lateral_coupling import Across
 from stepload.plan.calibration import CalibrationRecord
 from stepload.record.lag import measure_lag
 from stepload.record.rows import Phase

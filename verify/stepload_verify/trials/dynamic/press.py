@@ -21,7 +21,7 @@ from stepload.engine.tick import Engine
 from stepload.envelope.envelope import Envelope
 from stepload.envelope.reason import PlanVerdict
 from stepload.errors import SteploadError
-from stepload.evidence.answer import weigh
+from stepload.identification.verdict import judge
 from stepload.record.outcome import RunOutcome
 from stepload.record.recorder import Recorder
 from stepload.results.conditions import Stated
@@ -83,7 +83,7 @@ def answered(record: Path, quick: bool) -> Mapping[str, Answer]:
     """
     if quick:
         saved = saved_run(record)
-        found = weigh(pressed(saved.data, saved.conditions))
+        found = judge(pressed(saved.data, saved.conditions))
         return {name: stated(each) for name, each in found.quantities.items()}
     identified, _ = identify_file(record, Stated())
     return {name: stated(each) for name, each in identified.quantities.items()}
