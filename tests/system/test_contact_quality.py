@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from importlib.resources import files
 from pathlib import Path
 
 import jsonschema
@@ -13,6 +12,7 @@ from real_runs import CYCLES, in_process
 
 import stepload
 from stepload.identification.contact_quality import ContactQuality
+from stepload.results.run_results import results_schema
 
 PLAN = CYCLES.replace(
     "profile: stvf",
@@ -31,7 +31,7 @@ def directory(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_results_hold_it_as_the_schema_says(directory: Path) -> None:
     told = json.loads((directory / "results.json").read_text())
-    schema = json.loads(files("stepload.results").joinpath("results.schema.json").read_text())
+    schema = results_schema()
     jsonschema.validate(told, schema)
     contact = told["contact"]
     assert contact["missing"] == ""

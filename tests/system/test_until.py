@@ -17,9 +17,9 @@ from stepload.plan.load import load_plan
 from stepload.record.reader import Recording, read_recording
 from stepload.record.rows import Phase
 from stepload.results.analyse import whole_cycles
-from stepload.results.provenance import schema_text
 from stepload.results.reasons import loaded
 from stepload.results.run_record import evaluation_of
+from stepload.results.run_results import results_schema
 from stepload.session.experiment import Finished, run_plan
 from stepload.session.resume import resumable
 
@@ -173,7 +173,7 @@ def test_results_are_of_their_schema_and_the_report_says_it(
 ) -> None:
     run: Ran = request.getfixturevalue(name)
     written = json.loads((run.finished.directory / "results.json").read_text())
-    jsonschema.validate(written, json.loads(schema_text()))
+    jsonschema.validate(written, results_schema())
     assert written["until"]["level_n"] == run.until["level_n"]
     assert "of 300 N" in (run.finished.directory / "report.html").read_text()
 

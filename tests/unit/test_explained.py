@@ -10,7 +10,7 @@ import pytest
 from stepload.errors import BadInputError, ExitCode
 from stepload.explain.codes import explained, explanations, glossary, page, thresholds_called
 from stepload.identification.fit import Flag
-from stepload.results.fields import SIGNS
+from stepload.results.identified import SIGNS
 from stepload.rig.faults import FaultCode
 
 ROOT = Path(__file__).parents[2]

@@ -11,10 +11,10 @@ from evaluated_runs import pressed as pressed_run
 from stepload.record.lag import Lag
 from stepload.record.reader import Event
 from stepload.record.rows import Phase
-from stepload.results.data import run_data
 from stepload.results.press_data import PressData
 from stepload.results.reasons import levels, unseen
 from stepload.results.run_document import run_document
+from stepload.results.run_results import run_data
 
 
 def pressed(*branches: tuple[Phase, int, float]) -> PressData:

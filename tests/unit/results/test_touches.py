@@ -10,7 +10,14 @@ from stepload.results.press_data import TouchPoint
 
 def told(*positions_m: float) -> str:
     touches = [
-        TouchPoint(float(i), at_m, 5.0, 1, "again" if i else "first")
+        TouchPoint(
+            time_s=float(i),
+            position_m=at_m,
+            force_n=5.0,
+            cycle=1,
+            purpose="again" if i else "first",
+            travel_m=0.0,
+        )
         for i, at_m in enumerate(positions_m)
     ]
     return touch_repeatability(touches, math.nan)

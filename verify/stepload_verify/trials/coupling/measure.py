@@ -66,8 +66,10 @@ def pressed(bench: Bench, contact: Contact, rng: np.random.Generator) -> PressDa
     begins = [int(np.flatnonzero((cycles == c) & ~free)[0]) for c in (1, 2)]
     travel = travel - travel[begins[0]]
     touches = tuple(
-        TouchPoint(float(time_s[i]), float(travel[i]), float(measured_n[i, 2]), c, purpose,
-                   float(travel[i]))
+        TouchPoint(
+            time_s=float(time_s[i]), position_m=float(travel[i]), force_n=float(measured_n[i, 2]),
+            cycle=c, purpose=purpose, travel_m=float(travel[i]),
+        )
         for i, c, purpose in zip(begins, (1, 2), ("first", "cycle"), strict=True)
     )  # fmt: skip
     return PressData(
