@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 import typer
+from stepload_verify.trials.dynamic import press
 
 from stepload.plan.load import load_plan
 from stepload_verify.campaign import single
@@ -20,7 +21,6 @@ from stepload_verify.campaign_verb import campaign
 from stepload_verify.falsify.scene_file import text_of
 from stepload_verify.falsify_verb import falsify
 from stepload_verify.trials import wrong_signs
-from stepload_verify.trials.dynamic import press
 
 ROOT = Path(__file__).parents[3]
 CAMPAIGN = ROOT / "procedures/campaign.yaml"

@@ -1,4 +1,4 @@
-"""The worlds that thresholds may be tuned on; `held_out` has others.
+"""The worlds.
 
 Each makes a case from a seed. What is ideal obeys a power law, or a roughness that is declared,
 and its errors have the declared sizes; what is spoiled violates what its name says.
