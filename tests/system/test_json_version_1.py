@@ -163,18 +163,6 @@ def test_the_object_of_a_verb_stays_what_it_was(name: str, found: dict[str, Any]
     assert differences(name, expected, found[name]) == []
 
 
-@pytest.mark.long
-def test_the_object_of_a_run_is_that_of_a_process_too(
-    found: dict[str, Any], place: Path, tmp_path: Path
-) -> None:
-    words = ("run", place / "two.yaml", "--dry-run", "--quiet", "--seed", 2, "--out", "two")
-    done = stepload(*words, "--json", cwd=tmp_path)
-    assert done.stdout.count("\n") == 1, done.stderr
-    of_the_process = masked("run_again", json.loads(done.stdout))
-    assert differences("run_again", found["run_again"], of_the_process) == []
-    assert "<figure" in (tmp_path / "two" / "report.html").read_text()
-
-
 def test_no_verb_is_forgotten(found: dict[str, Any]) -> None:
     assert {path.stem for path in EXPECTED.glob("*.json")} == found.keys()
 

@@ -11,7 +11,6 @@ from typing import Any
 
 import pytest
 import typer
-from stepload_verify.trials.dynamic import press
 
 from stepload.plan.load import load_plan
 from stepload_verify.campaign import single
@@ -87,9 +86,6 @@ def test_a_replay_of_a_scene_prints_no_figure(
 
 
 def test_a_run_of_a_trial_has_no_result_either(monkeypatch: pytest.MonkeyPatch) -> None:
-    for module, name in ((wrong_signs, "run_loop"), (press, "run")):
-        monkeypatch.setattr(module, name, interrupted(lambda *_, **__: (None, 0.0, None)))
+    monkeypatch.setattr(wrong_signs, "run_loop", interrupted(lambda *_, **__: None))
     with pytest.raises(KeyboardInterrupt):
         wrong_signs.run(next(wrong_signs.cases()))
-    with pytest.raises(KeyboardInterrupt):
-        press.judged("as-declared", 3)

@@ -75,32 +75,6 @@ def test_stop_is_proven_in_motion_and_the_arm_can_be_used_afterwards(
     assert arm.fault() is None
 
 
-def test_a_program_that_ur_rtde_sees_late_is_waited_for(start_emulator, make_arm):
-    """Its two connections are read one after the other, further apart where the host stalls."""
-    emulator = start_emulator()
-    arm = make_arm(emulator.host)
-    arm.open(15.0)
-    emulator.command("control-late 0.05")
-    assert arm.prove_stop(0.001, 0.01, 10.0).stop_s > 0.15
-    assert emulator.state()["watchdog_hz"] == 5.0
-    assert arm.fault() is None
-
-
-def test_open_with_clients_that_are_served_one_by_one_tells_how_the_arm_is_set(
-    start_emulator, make_arm
-):
-    emulator = start_emulator(commands=["gap 0.002", "gap-jitter 0.001"])
-    options = {"tcp_offset": (0, 0, 0.1), "payload_mass": 1.2, "payload_cog": (0, 0, 0.05)}
-    arm = make_arm(emulator.host, prove_watchdog=True, **options)
-    arm.open(15.0)
-    configuration = arm.configuration()
-    assert len(configuration.joints_rad) == 6
-    assert configuration.tcp_offset == (0, 0, 0.1, 0, 0, 0)
-    assert (configuration.payload_kg, configuration.payload_cog_m) == (1.2, (0, 0, 0.05))
-    assert configuration.speed_fraction == 1.0
-    assert arm.fault() is None
-
-
 def test_idle_arm_is_kept_alive_by_the_child_alone(start_emulator, make_arm):
     emulator = start_emulator()
     arm = make_arm(emulator.host, watchdog=20.0)

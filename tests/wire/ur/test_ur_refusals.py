@@ -40,20 +40,6 @@ def test_open_refuses(start_emulator, make_arm, emulation, options, code, says):
     assert emulator.state()["uploads"] == 0
 
 
-def test_nobody_at_the_address(make_arm, free_host):
-    arm = make_arm(free_host)
-    with pytest.raises(DeviceError) as caught:
-        arm.open(2.0)
-    assert caught.value.code == FaultCode.NOT_CONNECTED
-
-
-def test_registers_of_a_fieldbus_are_avoided_with_upper_registers(start_emulator, make_arm):
-    emulator = start_emulator(commands=["claim 0 23"])
-    arm = make_arm(emulator.host, upper_registers=True)
-    arm.open(15.0)
-    assert emulator.state()["watchdog_hz"] == 5.0
-
-
 def test_a_second_arm_is_refused_and_the_first_unharmed(start_emulator, make_arm, follow, after):
     emulator = start_emulator()
     first = make_arm(emulator.host)
