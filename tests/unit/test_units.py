@@ -12,11 +12,8 @@ from stepload.units import (
     MAX_TEXT,
     QuantityError,
     beside_limit,
-    change,
-    changes,
     format_quantity,
     parse_quantity,
-    percent,
 )
 
 
@@ -164,12 +161,6 @@ def test_any_text_is_a_finite_number_or_a_quantity_error(text: str, unit: str) -
     assert "expected" in hint
 
 
-def test_a_share_is_told_without_noise() -> None:
-    assert [percent(each) for each in (0.2, 1.0 / 60.0, 1.0 / 21.3, 1e-3, 12.345, math.inf)] == [
-        "20 %", "1.67 %", "4.69 %", "0.1 %", "1230 %", "inf %",
-    ]  # fmt: skip
-
-
 @pytest.mark.parametrize(("share", "limit", "told"), [
     (0.176, 0.2, ("17.6 %", "20 %")),
     (0.048, 1.0 / 21.3, ("4.8 %", "4.69 %")),
@@ -185,18 +176,3 @@ def test_what_is_beyond_a_limit_is_told_as_beyond_it(
     share: float, limit: float, told: tuple[str, str]
 ) -> None:
     assert beside_limit(share, limit) == told
-
-
-def test_a_length_or_a_number_beyond_a_limit_is_told_as_beyond_it() -> None:
-    assert beside_limit(-1.0004e-6, 1e-6, "m") == ("-1.0004 µm", "1 µm")
-    assert beside_limit(1e-6, 1e-6, "m") == ("1 µm", "1 µm")
-    assert beside_limit(5.994, 5.99, "") == ("5.994", "5.99")
-    assert beside_limit(0.050005, 0.05) == ("5.0005 %", "5 %")
-    above, limit = beside_limit(math.nextafter(0.05, 1.0), 0.05)
-    assert above != limit
-
-
-def test_a_change_is_a_percentage_up_to_twice_and_a_ratio_beyond() -> None:
-    said = [change(x) for x in (0.051, -0.0047, 1.0, 1.01, -0.5, -0.51, 0.0)]
-    assert said == ["+5.1 %", "-0.47 %", "+100 %", "× 2.01", "-50 %", "× 0.49", "+0 %"]
-    assert changes((-0.6, 0.1)) == "[× 0.4, +10 %]"

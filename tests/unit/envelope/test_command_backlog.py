@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from stepload.envelope.command_backlog import (
     catch_up_force,
-    catch_up_speed,
     largest_catch_up,
     sudden_step,
 )
@@ -57,11 +56,6 @@ def peak_force(numbers: PressRig, travel_m: float, tangent: float, gap_m: float)
     return peak
 
 
-def test_a_slow_servo_catches_up_slowly() -> None:
-    assert catch_up_speed(rig(), 1e-5) == pytest.approx(math.sqrt(0.65 * 1e-5))
-    assert catch_up_speed(rig(lag_s=0.02), 1e-5) == pytest.approx(1e-5 / 0.02)
-
-
 @pytest.mark.parametrize("force_n", [1.0, 90.0, 2000.0])
 def test_the_largest_step_spends_the_whole_force(force_n: float) -> None:
     travel_m = largest_catch_up(rig(), force_n, 1e7)
@@ -106,7 +100,3 @@ def test_a_sudden_step_in_contact_adds_no_more_than_was_allowed(
         force, numbers.stiffness_n_per_m, numbers.damping_n_s_per_m, acceleration, lag
     )
     assert peak_force(numbers, travel, 10.0**exponent, -1.0) <= force
-
-
-def test_no_force_left_is_no_step() -> None:
-    assert sudden_step(0.0, 1e6, 0.0, 1.0, 0.0) == sudden_step(-5.0, 1e6, 1e3, 1.0, 0.01) == 0.0

@@ -42,11 +42,6 @@ def test_a_disk_is_faster_than_a_run_and_has_room_for_two(tmp_path, monkeypatch,
     assert disk_lines(tmp_path, monkeypatch, room=times)["disk space"] is mark
 
 
-def test_a_sync_of_seconds_fails(tmp_path, monkeypatch):
-    assert disk_lines(tmp_path, monkeypatch, sync_s=1.0)["disk sync"] is Mark.WARN
-    assert disk_lines(tmp_path, monkeypatch, sync_s=5.0)["disk sync"] is Mark.FAIL
-
-
 def test_a_disk_that_cannot_be_written_fails(tmp_path, monkeypatch):
     def full(directory):
         raise OSError(28, "no space left")

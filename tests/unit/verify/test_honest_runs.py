@@ -7,17 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from long_ones import long
-from scipy.integrate import solve_ivp
 
 from stepload.errors import BadInputError
-from stepload.evidence.answer import weigh
 from stepload.record.rows import Phase
 from stepload.results.press_data import LOADING
-from stepload.results.run_data import pressed
 from stepload_verify.trials.honest.answer import Answer, Outcome, Scored, answer, judged
 from stepload_verify.trials.honest.contact import Creep, nothing, press, settled
 from stepload_verify.trials.honest.course import HOLDS, course
-from stepload_verify.trials.honest.errors import exponential, squared
 from stepload_verify.trials.honest.measure import record
 from stepload_verify.trials.honest.score import row, verdict, worst
 from stepload_verify.trials.honest.worlds import IDEAL, KNOWN, make
@@ -70,26 +66,6 @@ def test_every_world_makes_the_same_finite_record_again(name):
     loading = first.branch(LOADING, cycle=1)
     assert first.force_n[loading].max() == pytest.approx(conditions.secant_force_n, rel=0.25)
     assert first.travel_m[first.phase == Phase.TARE].max() < 0.0
-
-
-@pytest.mark.long
-def test_late_deformation_is_that_of_the_differential_equation():
-    tau_s, part = 4.0, 0.2
-    case = clean(make(KNOWN, "sphere", 5), creep=Creep((part,), (tau_s,)), held_force=True)
-    run = course(case.procedure, np.random.default_rng(0))
-    pressed = press(case.contact, run, 1e-3)
-    force = run.forces()
-
-    def rate(at, late):
-        return (part * case.law.deformation(np.interp(at, run.time_s, force)) - late) / tau_s
-
-    until = float(run.time_s[-1]) / 2
-    times = np.linspace(0.0, until, 300)
-    found = solve_ivp(rate, (0.0, until), [0.0], t_eval=times, max_step=0.02, rtol=1e-8)
-    prompt = case.law.deformation(force) + case.contact.system(force) - run.gap * 1e-3
-    late = np.interp(times, run.time_s, pressed.travel_m - prompt)
-    assert late == pytest.approx(found.y[0], abs=0.01 * part * case.rig.depth_m)
-    assert late.max() > 0.5 * part * case.rig.depth_m
 
 
 def test_a_damped_body_is_behind_in_the_ramp_and_at_its_law_in_the_hold():
@@ -147,17 +123,6 @@ def test_what_has_yielded_stays_and_is_loaded_again_along_its_unloading():
     first, again = first_m - first_n / stiffness, again_m - again_n / stiffness
     assert again[-1] == pytest.approx(first[-1], abs=1e-3 * case.rig.depth_m)
     assert again[0] > first[0] + 0.002 * case.rig.depth_m
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("length", [0.05, 0.3])
-def test_a_smooth_error_has_its_variance_and_correlation(length):
-    at = np.array([0.3, 0.3 + length])
-    for make_curve, expected in ((squared, np.exp(-0.5)), (exponential, np.exp(-1.0))):
-        rng = np.random.default_rng(1)
-        drawn = np.array([make_curve(length, rng)(at) for _ in range(1500)])
-        covariance = drawn.T @ drawn / len(drawn)
-        assert covariance == pytest.approx(np.array([[1, expected], [expected, 1]]), abs=0.12)
 
 
 @pytest.mark.parametrize("name", ["sphere", *long(name for name in IDEAL if name != "sphere")])
@@ -235,15 +200,6 @@ def test_a_contact_that_has_settled_follows_its_settled_law(of_force):
     assert path > 1.05 * prompt
 
 
-@pytest.mark.parametrize(
-    ("low", "high", "true"),
-    [(0.7, 0.85, False), (0.7, 0.95, True), (0.92, 0.95, True), (1.1, 1.2, False)],
-)
-def test_between_the_prompt_and_the_settled_stiffness_all_is_true(low, high, true):
-    scored = Scored("chord", Answer(0.5 * (low + high), low, high, 0.1, 1.0, "x"), 1.0, 0.9)
-    assert scored.true == true
-
-
 def test_what_leaves_no_trace_counts_in_the_total_alone():
     good = [outcome(True, (0.9, 1.1, "identified", 1.0)) for _ in range(200)]
     bad = [
@@ -253,15 +209,3 @@ def test_what_leaves_no_trace_counts_in_the_total_alone():
     assert verdict([*good, *bad], "chord").met
     assert not verdict([*good, *[replace(each, unseen=False) for each in bad]], "chord").met
     assert not verdict([*good, *bad, *bad], "chord").met
-
-
-def test_a_lead_is_left_in_a_record_and_told_by_the_rate():
-    data, conditions = record(clean(make(KNOWN, "sphere", 3), damping_s=0.1))
-    assert data.lag.lag_s < -0.01
-    assert data.lag_corrected_s == 0.0
-    found = weigh(pressed(data, conditions))
-    rate = found.inelastic.of("rate")
-    assert rate is not None
-    assert rate.shown_m > 0.0
-    lines = {line.source: line.relative for line in found.headline.lines}
-    assert lines.get("zero of force", 0.0) < 0.01
