@@ -46,17 +46,6 @@ def test_a_flat_plate_is_told_and_the_run_goes_on(flat: tuple[Bench, Engine, Any
     assert bench.peak_n < bench.limits.force_limit_n
 
 
-def test_touches_on_the_circle_are_none_of_a_cycle(flat: tuple[Bench, Engine, Any]) -> None:
-    _, engine, rows = flat
-    told = found(engine, "circle_touch")
-    assert [data["cycle"] for data in told] == [0] * 4
-    assert {touch.cycle for touch in engine.course.touches} == {1}
-    assert [touch.purpose for touch in engine.course.touches] == ["first", "again", "last"]
-    assert all(row.cycle == 1 for row in rows if row.phase in (Phase.LOAD, Phase.HOLD))
-    radii = [math.hypot(*data["shift_m"]) for data in told]
-    assert radii == pytest.approx([0.0, RADIUS_M, RADIUS_M, RADIUS_M])
-
-
 def test_the_arm_goes_sideways_only_away_from_every_surface_seen() -> None:
     bench = bench_for(tilted_plan(1.5, -2.0))
     six, aligning = bench.rig.world.plant, bench.engine.course  # type: ignore[attr-defined]
@@ -180,16 +169,6 @@ def test_a_surface_that_is_higher_at_one_touch_is_named() -> None:
     assert bench.engine.cause.rule == "uneven"
     assert bench.engine.course.levels_done == 0
     assert bench.peak_n < bench.limits.force_limit_n
-
-
-def test_an_arm_that_ignores_the_shift_is_named() -> None:
-    bench = bench_for(tilted_plan())
-    command = bench.rig.arm.command
-    bench.rig.arm.command = lambda position_m, _shift_m=None: command(position_m)  # type: ignore[method-assign]
-    engine = run(bench)
-    assert engine.cause is not None
-    assert engine.cause.rule == "shift"
-    assert "its pose says 0 mm" in engine.cause.message
 
 
 def test_something_in_the_way_ends_the_shift() -> None:

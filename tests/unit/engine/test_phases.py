@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from course_feed import Stage
 from run_bench import bench_for, run
 from run_plans import stvf_plan
 from tilted_plans import tilted_plan
 
-from stepload.engine.order import PHASES, RunOrder
-from stepload.engine.phases import Exit, May, phase
+from stepload.engine.order import PHASES
+from stepload.engine.phases import May
 from stepload.plan.model import Nulling, Plan
 from stepload.record.rows import Phase, TickRow
 
@@ -87,32 +85,3 @@ def test_no_phase_commands_what_the_table_does_not_allow(plan: Plan) -> None:
     if plan.procedure.nulling:
         assert {Phase.ALIGN, Phase.NULLING} <= set(found)
         assert found[Phase.NULLING] == {"across"}
-
-
-def test_an_exit_that_is_not_stated_is_an_error() -> None:
-    stated = PHASES[Phase.DWELL]
-
-    @phase(Phase.DWELL, stated.entry, stated.may, *stated.exits)
-    def other() -> Generator[None, None, Exit | None]:
-        yield
-        return Exit.CONTACT
-
-    stage = Stage()
-    stage.begin(other())
-    with pytest.raises(RuntimeError, match="DWELL"):
-        stage.ticks()
-
-
-def test_a_sequence_that_ends_without_an_end_of_the_run_is_an_error() -> None:
-    """Nobody would move the arm any more; the loop makes the rig safe."""
-    stage = Stage()
-    stage.course.sequence = iter(())
-    with pytest.raises(RuntimeError):
-        stage.ticks()
-    stage.course.fail("drift", 1.0, 0.5, "N", "")
-    stage.ticks()
-    stage = Stage()
-    RunOrder(stage.course, lambda _: None, 0, lambda _: None)  # type: ignore[arg-type,return-value]
-    stage.course.finish()
-    stage.course.sequence = iter(())
-    stage.ticks()

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from stepload.errors import BadInputError
-from stepload.estimators.decide import decide, undetermined
+from stepload.estimators.decide import decide
 from stepload.estimators.fit import Doubt, Fit, Flag
 
 
@@ -59,13 +58,6 @@ def test_unusable_joint_fit_falls_back_to_the_paper(flag: Flag) -> None:
     assert f"joint: {flag}" in decision.why[0]
 
 
-def test_nothing_usable_is_said_so() -> None:
-    broken = fit("rs_btls", flag=Flag.ILL_CONDITIONED)
-    decision = decide(table(broken))
-    assert decision.believe == "rs_btls"
-    assert any("believe none of them" in reason for reason in decision.why)
-
-
 def test_agreeing_fits_compare_with_the_paper() -> None:
     joint = fit("joint", n=1.33, zero_m=0.1e-6, sigma_n=0.01)
     decision = decide(table(PAPER, joint))
@@ -73,17 +65,6 @@ def test_agreeing_fits_compare_with_the_paper() -> None:
     rough = decide(table(PAPER, joint), roughness_m=7.5e-6)
     assert not rough.comparable_with_paper
     assert "roughness (7.5 µm)" in rough.why[-1]
-
-
-def test_without_a_known_sigma_there_is_no_doubt() -> None:
-    assert all(not each.doubts for each in decide(table(PAPER, JOINT)).fits.values())
-
-
-def test_undetermined_exponent_in_the_words_of_a_user() -> None:
-    (doubt,) = undetermined(1.5, 0.0770)
-    assert doubt.message == "this run cannot tell n = 1.3 from 1.7"
-    assert undetermined(1.5, 0.0760) == ()
-    assert undetermined(1.5, None) == ()
 
 
 def test_covariance_of_the_residuals_stands_in() -> None:
@@ -94,13 +75,3 @@ def test_covariance_of_the_residuals_stands_in() -> None:
     assert (
         decide(table(PAPER, joint), covariance=np.diag([0.0, 1e-4, 0.0])).fits["joint"].doubts == ()
     )
-
-
-def test_no_fit_at_all_is_refused() -> None:
-    with pytest.raises(BadInputError, match="no fit"):
-        decide({})
-
-
-def test_wound_up_recursive_fit_is_not_believed() -> None:
-    decision = decide(table(fit("rs_rtls", flag=Flag.HOLD_WINDUP)))
-    assert any("believe none of them" in reason for reason in decision.why)

@@ -6,18 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pressed_runs import there_and_back
 
 from stepload.errors import DomainError
-from stepload.estimators.conditions import Conditions
 from stepload.estimators.deflection import DeflectionTable
 from stepload.estimators.fit import Fit
 from stepload.estimators.inverse_law import joint
 from stepload.estimators.selection import select
 from stepload.estimators.smooth import smooth_lengths
 from stepload.estimators.sources import Sources
-from stepload.evidence.identification import identify
-from stepload.evidence.quantity import ResultVerdict
 
 KS, K, N = 3.49e6, 6.57e8, 1.5
 FORCE = np.linspace(3.0, 300.0, 400)
@@ -48,11 +44,6 @@ def test_beyond_its_rows_it_goes_straight_on_and_that_is_a_doubt() -> None:
     assert TABLE.at(np.array([400.0]))[0] == pytest.approx(TABLE.deflection_m[-1] + 100.0 * last)
     assert TABLE.beyond(310.0) == ""
     assert "ends at 300 N, the data reach 320 N" in TABLE.beyond(320.0)
-
-
-def test_a_table_that_begins_late_is_a_doubt_and_a_held_level_is_not() -> None:
-    assert TABLE.beyond(100.0) == TABLE.beyond(99.0) == ""  # planned, and as a level is held
-    assert "begins at 25 N, above a quarter of the 95 N" in TABLE.beyond(95.0)
 
 
 @pytest.mark.parametrize(
@@ -89,32 +80,6 @@ def sources(**more: object) -> Sources:
         stated, deflection_force_n=TABLE.force_n, deflection_m=TABLE.deflection_m,
         deflection_sigma_m=TABLE.sigma_m,
     )  # fmt: skip
-
-
-def rows_of(stated: Sources) -> tuple[tuple[float, ...], ...]:
-    return stated.deflection_force_n, stated.deflection_m, stated.deflection_sigma_m
-
-
-def test_data_beyond_the_table_are_a_line() -> None:
-    deep = (FORCE / K) ** (1.0 / N)
-    given = Conditions(sources(), 300.0, 0.0, 2e-6)
-    selected = select(deep, FORCE)
-    travel = deep + TABLE.at(FORCE)
-    whole = identify(selected, given, there_and_back(FORCE, travel, given))
-    assert whole.judgement.verdict is ResultVerdict.IDENTIFIED, whole.judgement.reasons
-    cut = replace(
-        given.sources, deflection_force_n=TABLE.force_n[:-2], deflection_m=TABLE.deflection_m[:-2],
-        deflection_sigma_m=TABLE.sigma_m[:-2],
-    )  # fmt: skip
-    less = replace(given, sources=cut)
-    short = identify(selected, less, there_and_back(FORCE, travel, less))
-    assert whole.headline is not None
-    assert short.headline is not None
-    assert short.headline.half_width > whole.headline.half_width
-    assert not DeflectionTable(*rows_of(given.sources)).unseen_sigma_at(FORCE).any()
-    unseen = DeflectionTable(*rows_of(cut)).unseen_sigma_at(np.array([200.0, 300.0]))
-    assert unseen[0] == 0.0
-    assert unseen[1] > 0.05 * 100.0 / KS * 0.9
 
 
 def test_a_length_that_is_not_known_is_carried_as_a_range() -> None:

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import html
 import json
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import pytest
 
 from stepload.results.model import (
-    NOTHING,
     Document,
     Field,
     Table,
     Verdict,
-    by_name,
     data,
     interval,
     named,
@@ -52,19 +50,6 @@ def document(*tables: Table, text: str = "Two springs") -> Document:
 def shown(document: Document, capsys: pytest.CaptureFixture[str]) -> str:
     Output(as_json=False).show(document)
     return capsys.readouterr().out
-
-
-def test_programs_get_what_has_a_key_and_people_what_has_a_label() -> None:
-    assert data(FIELDS, SOFT) == {"stiffness_n_per_m": 2.5e3, "ends_m": (1e-3, 2e-3), "turns": 7}
-    assert TABLE.columns == ["stiffness", "ends", "turns / 3"]
-    assert TABLE.rows == [["2.5 kN/m", "[1, 2] mm", "2.33"], ["1 MN/m", NOTHING, "1.00"]]
-
-
-def test_fields_of_a_part_are_none_where_the_part_is_missing() -> None:
-    fields: list[Field[tuple[str, Spring | None]]] = by_name("name", FIELDS)
-    rows = table("", fields, [("soft", SOFT), ("none", None)]).rows
-    assert rows == [["soft", "2.5 kN/m", "[1, 2] mm", "2.33"], ["none", *[NOTHING] * 3]]
-    assert data(fields, ("none", None)) == dict.fromkeys(("stiffness_n_per_m", "ends_m", "turns"))
 
 
 def test_terminal_and_page_show_the_same_cells_and_notes(
@@ -117,16 +102,3 @@ def test_with_json_one_object_goes_out_and_text_to_the_other_stream(
     assert json.loads(told.out) == {
         "stiffness_n_per_m": 1e6, "ends_m": None, "turns": 3, "nothing": None,
     }  # fmt: skip
-
-
-def test_the_verdict_stands_below_the_details(capsys: pytest.CaptureFixture[str]) -> None:
-    behind = Table("Behind", ("which",), [["others"]])
-    found = replace(document(behind), brief=["  tangent   8 MN/m"], doubts=list("abcd"))
-    Output(as_json=False).show(found)
-    text = capsys.readouterr().out
-    assert text.index("Behind") < text.index("SOUND ") < text.index("tangent")
-    Output(as_json=False).show(found, details=False)
-    text = capsys.readouterr().out
-    assert "Behind" not in text
-    assert text.splitlines()[1:4] == ["  a", "  b", "  c"]
-    assert text.index("SOUND ") < text.index("tangent")

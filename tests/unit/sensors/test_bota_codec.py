@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stepload_drivers.bota import codec, dialogue
+from stepload_drivers.bota import codec
 from stepload_drivers.bota.codec import Decoder, DeviceClock, Frame
 from stepload_verify.emulators.bota import encode
 
@@ -26,10 +26,6 @@ def bitwise_crc(data):
     return crc ^ 0xFFFF
 
 
-def test_crc_check_value():
-    assert codec.crc_x25(b"123456789") == 0x906E
-
-
 @settings(max_examples=200, deadline=None)
 @given(st.binary(max_size=64))
 def test_crc_is_the_bitwise_one(data):
@@ -39,11 +35,6 @@ def test_crc_is_the_bitwise_one(data):
 def test_vendor_frame_both_ways():
     assert codec.decode(VECTOR) == FRAME
     assert encode(FRAME) == VECTOR
-
-
-def test_settings_are_the_vendors_text():
-    assert dialogue.communication_command(codec.BAUD_CODES[460800]) == "c,0,1,0,4"
-    assert dialogue.filter_command(codec.SINC_OF_RATE[1000.0], fir=False) == "f,51,0,0,1"
 
 
 @pytest.mark.parametrize(("rate_hz", "sinc"), sorted(codec.SINC_OF_RATE.items()))
