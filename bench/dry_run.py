@@ -130,9 +130,6 @@ def main() -> int:
             "loop MB",
             "runner MB",
         )
-        import stepload
-
-        print("engine:", "compiled" if stepload.compiled_modules else "Python's source")
         print(" ".join(f"{name:>10}" for name in names), " writer MB")
         for one in done:
             virtual_s = one["virtual_s"]

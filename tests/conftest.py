@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import gc
 import os
-import sys
 import threading
 import time
 from collections.abc import Iterator
-from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
-from types import ModuleType
-from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -19,9 +15,6 @@ from hypothesis import settings
 pytest_plugins = ["pytester", "realtime"]
 
 GRACE_S = 3.0
-
-# Tests see the Python source, where parts can be replaced; the Makefile says which do not.
-os.environ.setdefault("STEPLOAD_PURE", "1")
 
 # The same examples every time, so that a test fails because of a change and not by chance;
 # `make fuzz` looks at others.
@@ -38,31 +31,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.get_closest_marker("realtime") and not item.nodeid.startswith(CLOCK):
             raise pytest.UsageError(f"{item.nodeid} is realtime, and not in {' or '.join(CLOCK)}")
-
-
-def _compiled_home(target: Any) -> str:
-    """The compiled module of the project that a module or a class belongs to, "" where none."""
-    name = target.__name__ if isinstance(target, ModuleType) else getattr(target, "__module__", "")
-    file = getattr(sys.modules.get(name), "__file__", None) or ""
-    ours = name.split(".")[0] in ("stepload", "stepload_drivers")
-    return name if ours and file.endswith(EXTENSION_SUFFIXES[0]) else ""
-
-
-@pytest.fixture(autouse=True, scope="session")
-def _no_stand_in_goes_unseen() -> Iterator[None]:
-    """Fail a test that replaces a part of a compiled module: machine code goes past stand-ins."""
-    plain = pytest.MonkeyPatch.setattr
-
-    def setattr_(self: pytest.MonkeyPatch, target: Any, *rest: Any, **options: Any) -> None:
-        home = target.rpartition(".")[0] if isinstance(target, str) else target
-        home = sys.modules.get(home) if isinstance(home, str) else home
-        if found := _compiled_home(home if isinstance(home, (ModuleType, type)) else type(home)):
-            pytest.fail(f"{found} is compiled and would not see a stand-in: test it on its source")
-        plain(self, target, *rest, **options)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pytest.MonkeyPatch, "setattr", setattr_)
-        yield
 
 
 def _children() -> set[int]:

@@ -2,6 +2,4 @@
 
 import logging
 
-import stepload as stepload  # says first which of their modules are compiled
-
 logging.getLogger(__name__).addHandler(logging.NullHandler())

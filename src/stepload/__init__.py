@@ -5,14 +5,8 @@ loaded when they are first used: `import stepload` alone costs next to nothing.
 """
 
 from importlib import import_module
-from pathlib import Path
-
-from stepload.compiled import use
 
 __version__ = "1.0.0"
-
-compiled_modules = use(Path(__file__).parents[2])
-"""How many modules run as machine code here; 0 where all run as Python."""
 
 _FROM = {
     "Identified": "stepload.calls",

@@ -9,4 +9,3 @@ from stepload.data.table import Table as Table
 from stepload.plan.load import load_plan as load_plan
 
 __version__: str
-compiled_modules: int

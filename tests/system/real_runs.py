@@ -172,7 +172,7 @@ class StageServer:
             self._process = subprocess.Popen(
                 [sys.executable, str(HERE / "staged.py"), "serve", str(answer.fileno())],
                 pass_fds=(answer.fileno(),),
-                env={**ENVIRONMENT, "STEPLOAD_PURE": "1"},  # directions replace parts of the engine
+                env=ENVIRONMENT,
             )
 
     def fork(self, directions: dict[str, Any], arguments: tuple[object, ...], say: int) -> Forked:

@@ -1,6 +1,6 @@
 """Seeded noise as plain floats, and the smooth error of a position over travel.
 
-Endless generators live here: this module is not compiled, which would make lists of them.
+Endless generators.
 """
 
 from __future__ import annotations

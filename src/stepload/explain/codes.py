@@ -65,6 +65,7 @@ def explained(code: str) -> tuple[Explanation, ...]:
         found = keys_called(wanted) + thresholds_called(wanted) + words_called(wanted)
     if not found:
         known = sorted({each.code for each in explanations()})
+        known += [name.casefold().replace(" ", "_") for names, _, _ in words() for name in names]
         near = difflib.get_close_matches(wanted, known, n=3, cutoff=0.5)
         near += [each for each in known if wanted in each and each not in near]
         hint = f"perhaps {', '.join(near[:5])}" if near else "`stepload explain` lists them all"

@@ -108,7 +108,7 @@ def _stamped_rate_hz(samples: list[Sample]) -> float:
 
 
 def _require_types(sample: Sample) -> None:
-    """The promised types: the compiled engine takes no others."""
+    """The promised types."""
     for name, value in zip(sample._fields, sample, strict=True):
         if name in WHOLE:
             right = isinstance(value, int)

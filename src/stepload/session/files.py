@@ -82,7 +82,6 @@ def metadata(plan: Plan, *, dry_run: bool, seed: int | None, started: datetime) 
         "seed": "" if seed is None else str(seed),
         "stepload": stepload.__version__,
         "python": platform.python_version(),
-        "engine": "compiled" if stepload.compiled_modules else "python",
         "system": f"{platform.system()} {platform.machine()}",
         "host": platform.node(),
         "operator": plan.record.operator,
