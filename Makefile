@@ -20,7 +20,7 @@ export OMP_NUM_THREADS := 1
 export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: help long demo demo-wire test lint types imports virtual realtime \
-  test-under-load mutants installed dist wire campaign bench benches fuzz docs paper clean
+  mutants installed dist wire campaign bench benches fuzz docs paper clean
 
 help: ## Show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -70,9 +70,6 @@ realtime: $(KEPT) ## Drivers and their emulators, then what a meter of the host'
 	$(BIN)/pytest $(CLOCK) -m 'patient and not long' -n $(CORES) $(BESIDE)
 	$(BIN)/pytest $(CLOCK) -m 'realtime and not patient and not long' -n $(shell expr 2 \* $(CORES)) \
 	  --dist worksteal
-
-test-under-load: $(READY) ## Both of these, ten times beside busy loops and ten times with stops
-	$(BIN)/python tests/helpers/under_load.py --runs 10 -- $(MAKE) --no-print-directory virtual realtime
 
 mutants: $(READY) ## Every operator of mutmut on the safety rooms; a test must fail each time (long)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[mutants]'

@@ -89,7 +89,7 @@ def test_nothing_goes_back_beyond_the_free_way_before_the_first_touch(make: Any)
 
 @pytest.mark.parametrize("draws", [2, *long([12])])
 def test_a_drawn_search_of_wrong_ways_back_stays_below_the_limit(draws: int) -> None:
-    """`wrong_signs --back 1000` in short."""
+    """`wrong_signs 1000` in short."""
     chance = Random(5)
     for _ in range(draws):
         one = draw_back(chance)

@@ -17,7 +17,6 @@ from stepload_verify.campaign import single
 from stepload_verify.campaign.scenario import draw
 from stepload_verify.campaign.single import run_scenario
 from stepload_verify.campaign_verb import campaign
-from stepload_verify.trials import wrong_signs
 
 ROOT = Path(__file__).parents[3]
 CAMPAIGN = ROOT / "procedures/campaign.yaml"
@@ -69,9 +68,3 @@ def test_a_replay_of_a_campaign_prints_no_figure(
         campaign(CAMPAIGN, 1, replay="one-0")
     assert left.value.exit_code == 130
     assert capsys.readouterr() == ("", "interrupted: that run has no result\n")
-
-
-def test_a_run_of_a_trial_has_no_result_either(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(wrong_signs, "run_loop", interrupted(lambda *_, **__: None))
-    with pytest.raises(KeyboardInterrupt):
-        wrong_signs.run(next(wrong_signs.cases()))
