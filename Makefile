@@ -7,9 +7,8 @@ KEPT   := $(VENV)/.bytecode
 
 CORES := $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
 
-# One test at a time on each core and one more, for many of them wait (those that wait
-# longest come first). Twice as many as cores took a fifth more of the processors' time.
-WORKERS ?= $(shell expr $(CORES) + 1)
+# One test at a time on each core and two more, for many of them wait.
+WORKERS ?= $(shell expr $(CORES) + 2)
 BESIDE  := --dist loadfile --no-loadscope-reorder
 
 # Wide matrices are not what this project computes; one BLAS thread is faster and repeatable.
@@ -63,11 +62,10 @@ imports: $(READY)
 CLOCK  := tests/wire tests/contract
 
 virtual: $(KEPT) ## The tests that no clock on the wall can fail
-	$(BIN)/pytest tests --ignore=tests/contract -m 'not realtime and not long' -n $(WORKERS) $(BESIDE)
+	$(BIN)/pytest tests -m 'not realtime and not long' -n $(WORKERS) $(BESIDE)
 
-realtime: $(KEPT) ## Drivers and their emulators, then what a meter of the host's stalls stands beside
-	$(BIN)/pytest tests/contract -m 'not realtime and not long' -n $(CORES) --dist worksteal
-	$(BIN)/pytest $(CLOCK) -m 'patient and not long' -n $(CORES) $(BESIDE)
+realtime: $(KEPT) ## What a meter of the host's stalls stands beside
+	$(BIN)/pytest $(CLOCK) -m 'patient and not long' -n $(shell expr $(CORES) + 1) --dist worksteal
 	$(BIN)/pytest $(CLOCK) -m 'realtime and not patient and not long' -n $(shell expr 2 \* $(CORES)) \
 	  --dist worksteal
 

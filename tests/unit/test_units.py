@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from stepload.units import (
@@ -136,7 +136,6 @@ _UNITS = ["m", "N", "Pa", "N/m", "N s/m", "Hz", "s", "m/s", "m/s^2"]
 _UNITS += ["kg", "N/s", "rad", "%", "degC", "K", "1/K"]
 
 
-@settings(max_examples=150, deadline=None)
 @given(st.floats(1e-12, 1e15), st.sampled_from(_UNITS), st.integers(2, 12), st.booleans())
 def test_what_is_shown_can_be_read_back(
     size: float, unit: str, digits: int, negative: bool
@@ -146,7 +145,6 @@ def test_what_is_shown_can_be_read_back(
     assert parse_quantity(shown, unit) == pytest.approx(value, rel=0.51 * 10.0 ** (1 - digits))
 
 
-@settings(max_examples=150, deadline=None)
 @given(
     st.text(max_size=80) | st.from_regex(r"[-+]?[0-9.eE]{1,12} ?[µumkMGNPasHzg/ ^²%]{0,8}"),
     st.sampled_from(_UNITS),

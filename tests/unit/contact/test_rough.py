@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from stepload.contact.rough import P0_BRANCH, RoughSphere
@@ -11,7 +11,6 @@ from stepload.errors import DomainError
 
 K = 6.57e8
 contacts = st.builds(RoughSphere, st.just(K), st.floats(1e-8, 3e-5), st.floats(1.0, 1e4))
-quick = settings(max_examples=50, deadline=None)
 
 
 def force_at(contact: RoughSphere, p0: float) -> float:
@@ -28,13 +27,11 @@ def printed(contact: RoughSphere, force_n: float) -> float:
     return smooth_m * (0.5 * a**2 + 8 * p0 * a / (math.pi**2 * (4.79 - 3.17 * p0**3.13)))
 
 
-@quick
 @given(contacts, st.floats(1e-2, 1e4))
 def test_equals_the_printed_equations(contact: RoughSphere, force_n: float) -> None:
     assert contact.deformation(force_n) == pytest.approx(printed(contact, force_n), rel=1e-11)
 
 
-@quick
 @given(contacts, st.floats(0.011, 0.99), st.floats(1.0001, 1.5))
 def test_deformation_rises_except_across_the_branch(
     contact: RoughSphere, p0: float, factor: float

@@ -6,7 +6,7 @@ import random
 import statistics
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from stepload.engine.cross_check import CrossCheck
@@ -18,7 +18,6 @@ def check() -> CrossCheck:
     return CrossCheck(PERIOD_S, SKEW_S, filter_s=PERIOD_S, noise_n=(0.0, 0.0))
 
 
-@settings(max_examples=60, deadline=None)
 @given(
     force_n=st.lists(st.floats(0.0, 500.0), min_size=20, max_size=60),
     main_late=st.integers(0, 5),
@@ -88,7 +87,6 @@ def test_noise_is_no_difference() -> None:
     assert max(found) < 4.0
 
 
-@settings(max_examples=60, deadline=None)
 @given(force_n=st.lists(st.floats(-500.0, 500.0), min_size=20, max_size=60))
 def test_the_difference_is_the_gap_between_the_last_readings(force_n: list[float]) -> None:
     """Extremes that leave the range are forgotten, whichever way the force goes."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from stepload.envelope.command_backlog import (
@@ -72,7 +72,6 @@ _PLANT = {
 }
 
 
-@settings(deadline=None, max_examples=40)
 @given(**_PLANT, travel_exponent=st.floats(-6.5, -3.5), gap_share=st.floats(0.0, 1.0))
 @example(5.25, 0.59, 6.544, 9.1056, 0.0124, 0.0286, -5.541, 0.1534)
 @example(3.39, 1.2, 5.25, 9.06, 0.011, 0.03, -6.0, 0.5)
@@ -86,7 +85,6 @@ def test_no_simulated_catch_up_comes_above_the_bound(
     assert peak <= catch_up_force(numbers, travel, tangent)
 
 
-@settings(deadline=None, max_examples=40)
 @given(**_PLANT, force=st.floats(1.0, 1000.0))
 @example(2.0, 1.0, 6.544, 8.2773, 1.0, 0.0, 2.0)
 @example(50.6, 0.593, 6.544, 9.4362, 1.37, 0.0, 8.2)

@@ -5,13 +5,12 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from stepload.estimators.fit import Fit, Flag, FloatArray
 from stepload.estimators.ls import log_ls, log_tls, mixed_ls_tls, rs_btls
 
-quick = settings(max_examples=30, deadline=None)
 ALL = (log_ls, log_tls, rs_btls, mixed_ls_tls)
 
 
@@ -36,7 +35,6 @@ stiffnesses = st.floats(1e6, 1e14)
 exponents = st.floats(1.0, 2.5)
 
 
-@quick
 @given(seeds, stiffnesses, exponents)
 def test_rs_btls_is_the_smallest_singular_vector(seed: int, k: float, n: float) -> None:
     x, y = noisy(seed, k, n)
@@ -46,7 +44,6 @@ def test_rs_btls_is_the_smallest_singular_vector(seed: int, k: float, n: float) 
     assert math.log(fit.k) == pytest.approx(log_k, rel=1e-11)
 
 
-@quick
 @given(seeds, stiffnesses, exponents)
 def test_log_tls_is_the_unscaled_singular_vector(seed: int, k: float, n: float) -> None:
     x, y = noisy(seed, k, n)
@@ -56,7 +53,6 @@ def test_log_tls_is_the_unscaled_singular_vector(seed: int, k: float, n: float) 
     assert math.log(fit.k) == pytest.approx(log_k, rel=1e-11)
 
 
-@quick
 @given(seeds, stiffnesses, exponents)
 def test_log_ls_is_a_straight_line_with_its_covariance(seed: int, k: float, n: float) -> None:
     x, y = noisy(seed, k, n)
@@ -69,7 +65,6 @@ def test_log_ls_is_a_straight_line_with_its_covariance(seed: int, k: float, n: f
     assert not fit.covariance[2].any()
 
 
-@quick
 @given(seeds, stiffnesses, exponents)
 def test_mixed_fit_eliminates_the_exact_column_first(seed: int, k: float, n: float) -> None:
     """QR against the exact column, then total least squares of what is left."""
@@ -99,7 +94,6 @@ def test_three_column_fits_minimise_what_they_say(estimator: Callable[..., Fit])
             assert cost(math.log(fit.k) + step_k, fit.n + step_n) >= least
 
 
-@quick
 @given(seeds, st.sampled_from([1e-3, 1e3, 1e6]))
 def test_units_matter_only_where_documented(seed: int, unit: float) -> None:
     x, y = noisy(seed, 6.57e8, 1.5)
@@ -108,7 +102,6 @@ def test_units_matter_only_where_documented(seed: int, unit: float) -> None:
     assert rs_btls(x * unit, y).n != pytest.approx(rs_btls(x, y).n, rel=1e-9)
 
 
-@quick
 @given(stiffnesses, exponents)
 def test_exact_data_give_the_exact_law(k: float, n: float) -> None:
     force_n = np.linspace(1.0, 300.0, 50)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from stepload.estimators.fit import FloatArray
@@ -36,7 +36,6 @@ def test_samples_are_spread_over_the_time_of_a_bin() -> None:
     assert abs(held[0] - (1000 - held[-1])) <= 1
 
 
-@settings(max_examples=40, deadline=None)
 @given(st.lists(st.floats(-10.0, 400.0), max_size=200), st.integers(1, 500))
 def test_indices_are_rising_and_no_bin_is_empty(forces: list[float], count: int) -> None:
     force_n = np.array(forces)

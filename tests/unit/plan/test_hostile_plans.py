@@ -24,9 +24,7 @@ HOSTILE = [
     "50 %", "💥", "\ud7ff", "\\", "a: " * 30, "[" * 60, "{a: " * 60,
 ]  # fmt: skip
 
-SLOW = settings(
-    max_examples=50, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+SLOW = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 def plan_or_error(path: Path, content: bytes) -> None:

@@ -130,9 +130,7 @@ def test_lateral_forces_are_kept(tmp_path: Path) -> None:
     assert got.force_n == pytest.approx([0.0, 1.0, 2.0])
 
 
-@settings(
-    max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.binary(max_size=200), st.booleans())
 def test_any_bytes_are_read_or_refused(tmp_path: Path, data: bytes, with_header: bool) -> None:
     path = tmp_path / "any.csv"

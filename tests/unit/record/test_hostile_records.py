@@ -26,9 +26,7 @@ def hostile(write_record: Callable[..., Path], tmp_path: Path) -> Path:
     return write_record("honest.mcap", chunks=3)
 
 
-@settings(
-    max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     changes=st.lists(
         st.tuples(st.floats(0.0, 1.0, exclude_max=True), st.binary(min_size=1, max_size=9)),
@@ -65,7 +63,6 @@ def test_mutated_files_are_read_or_refused(
         assert recovered.counts.get("/force", 0) >= len(got.force.sequence)
 
 
-@settings(max_examples=300, deadline=None)
 @given(st.binary(max_size=400))
 def test_chunk_content_of_any_bytes_adds_up_or_fails(raw: bytes) -> None:
     end = 0

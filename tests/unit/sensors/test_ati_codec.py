@@ -3,7 +3,7 @@
 import struct
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from stepload_drivers.ati import codec
@@ -59,7 +59,6 @@ def test_saturation_is_the_end_stop_itself():
     assert not codec.saturated((0, 0, 32766, -32767, 0, 0))
 
 
-@settings(max_examples=100, deadline=None)
 @given(st.integers(0, 0xFFFF), st.lists(st.integers(-32768, 32767), min_size=6, max_size=6))
 def test_gauge_frames_are_read_back(status, counts):
     assert codec.gauges(*gauge_frames(status, counts)) == (status, tuple(counts))

@@ -1,6 +1,6 @@
 """Which answer belongs to which question, whatever is late or lost."""
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from stepload_drivers.ati.poller import ANSWER_S, SILENCE_S, Poller
@@ -76,7 +76,6 @@ def test_after_a_time_out_nothing_is_asked_until_silence():
     assert (poller.timeouts, poller.late, poller.resyncs) == (1, 1, 1)
 
 
-@settings(max_examples=80, deadline=None)
 @given(
     st.lists(
         st.tuples(st.integers(0x1F0, 0x20F), st.binary(max_size=8), st.floats(0.0, 0.02)),

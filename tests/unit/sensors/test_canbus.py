@@ -6,7 +6,7 @@ import time
 import tty
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from stepload_drivers.canbus import MAX_BATCH, CanLink, FastSlcan, slcan_frame
@@ -25,7 +25,6 @@ def test_frames_with_and_without_time_stamp(line, expected):
     assert slcan_frame(line) == expected
 
 
-@settings(max_examples=150, deadline=None)
 @given(st.text(max_size=40))
 def test_any_text_is_a_frame_or_none(line):
     frame = slcan_frame(line)

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from stepload_drivers.gauge.sensor import DEFAULT_PATTERN as GAUGE_PATTERN
@@ -61,7 +61,6 @@ def test_a_line_without_end_is_given_up_with_all_that_belongs_to_it():
     assert lines.damaged == 1
 
 
-@settings(max_examples=80, deadline=None)
 @given(st.lists(st.binary(max_size=60), max_size=10))
 def test_random_bytes_give_only_finite_readings(pieces):
     lines = decoder(number=float, begin=False)
@@ -69,7 +68,6 @@ def test_random_bytes_give_only_finite_readings(pieces):
         assert all(map(math.isfinite, lines.feed(piece)))
 
 
-@settings(max_examples=100, deadline=None)
 @given(st.lists(st.integers(-99999, 99999), max_size=8), st.data())
 def test_any_cutting_of_the_stream_gives_every_reading_once(numbers, data):
     stream, lines, got = b"".join(b"%+06d\r" % n for n in numbers), decoder(), []

@@ -1,7 +1,7 @@
 """RFT messages against the vendor's own encoder, and against damage."""
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from stepload_drivers.canframe import CanFrame
@@ -74,7 +74,6 @@ def test_halves_that_a_stall_of_the_host_drew_apart_belong_together():
 payloads = st.binary(min_size=16, max_size=16)
 
 
-@settings(max_examples=100, deadline=None)
 @given(st.lists(payloads, max_size=8), st.lists(st.integers(1, 40), max_size=20))
 def test_any_cutting_of_the_stream_gives_every_payload_once(sent, cuts):
     stream = b"".join(map(codec.uart_frame, sent))
@@ -87,14 +86,12 @@ def test_any_cutting_of_the_stream_gives_every_payload_once(sent, cuts):
     assert decoder.damaged == 0
 
 
-@settings(max_examples=200, deadline=None)
 @given(st.binary(max_size=400))
 def test_random_bytes_give_only_frames_that_add_up(data):
     for payload in UartDecoder().feed(data):
         assert codec.uart_frame(payload) in data
 
 
-@settings(max_examples=100, deadline=None)
 @given(payloads, st.integers(0, 151), payloads)
 def test_one_flipped_bit_costs_one_frame(first, bit, second):
     damaged = bytearray(codec.uart_frame(first))

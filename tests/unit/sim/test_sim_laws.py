@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from stepload.contact import power_law
@@ -40,7 +40,6 @@ def travel(law: ContactLaw, start_m: float, end_m: float, parts: int = 4000) -> 
     return work
 
 
-@settings(max_examples=50, deadline=None)
 @given(k=st.floats(1e4, 1e12), n=st.floats(1.0, 3.0), deformation_m=st.floats(1e-8, 1e-3))
 def test_smooth_law_is_the_power_law(k: float, n: float, deformation_m: float) -> None:
     law, power = contact_law(replace(SPHERE, k=k, n=n)), power_law.ContactLaw(k, n, "")
@@ -55,7 +54,6 @@ def test_rough_law_inverts_the_rough_sphere(force_n: float) -> None:
     assert contact_law(ROUGH).evaluate(deformation_m)[0] == pytest.approx(force_n, rel=2e-3)
 
 
-@settings(max_examples=50, deadline=None)
 @given(x=st.floats(0.01, 100.0))
 def test_elastic_plastic_loading_is_the_continuous_theory(x: float) -> None:
     theory = ElasticPlasticSphere.from_law(PLASTIC.k, PLASTIC.elastic_limit_n)

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from stepload.engine.first_loading import true_deformation, true_secant
@@ -82,7 +82,6 @@ def test_a_rough_payload_is_touched_at_its_highest_asperities() -> None:
         true_deformation(ROUGH, -1.0)
 
 
-@settings(max_examples=40, deadline=None)
 @given(stiffness=st.floats(1e5, 1e9), depth_m=st.floats(1e-7, 5e-5), force_n=st.floats(0.5, 500.0))
 def test_a_pad_of_any_stiffness(stiffness: float, depth_m: float, force_n: float) -> None:
     payload = replace(SPHERE, pad_stiffness_n_per_m=stiffness, pad_depth_m=depth_m)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from stepload_drivers.ur.frames import (
@@ -18,7 +18,6 @@ FRAMES = st.lists(
 )
 
 
-@settings(max_examples=60, deadline=None)
 @given(FRAMES, st.data())
 def test_frames_survive_any_split_of_the_stream(frames, data):
     stream = b"".join(encode(kind, payload) for kind, payload in frames)
@@ -30,7 +29,6 @@ def test_frames_survive_any_split_of_the_stream(frames, data):
     assert got == frames
 
 
-@settings(max_examples=150, deadline=None)
 @given(st.binary(max_size=200))
 def test_garbage_gives_frames_that_encode_back_or_a_frame_error(garbage):
     reader = FrameReader()

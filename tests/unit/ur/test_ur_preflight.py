@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
@@ -83,13 +83,11 @@ def test_options_that_cannot_be_used(options, says):
         Settings(**options)
 
 
-@settings(max_examples=100, deadline=None)
 @given(FLOAT, STATES)
 def test_samples_survive_the_way_between_processes(receive_time_s, state):
     assert wire.unpack_sample(wire.pack_sample(receive_time_s, state)) == (receive_time_s, state)
 
 
-@settings(max_examples=100, deadline=None)
 @given(st.binary(max_size=200))
 def test_other_messages_are_no_samples(message):
     with pytest.raises(ValueError, match="not a sample"):

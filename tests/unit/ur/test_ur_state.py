@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from stepload.rig.faults import FaultCode
@@ -71,7 +71,6 @@ def test_stops_are_told_apart(change, code):
     assert not can_move(state)
 
 
-@settings(max_examples=100, deadline=None)
 @given(UNIT, st.floats(-0.1, 0.1))
 def test_target_and_travel_are_inverse(vector, position_m):
     length = math.hypot(*vector)
@@ -87,7 +86,6 @@ def test_reaction_against_the_approach_is_pressing():
     assert pressing_wrench((0, 0, 20, 0, 0, 0), axes, "applied")[2] == -20
 
 
-@settings(max_examples=100, deadline=None)
 @given(UNIT, st.tuples(*[st.floats(-100, 100)] * 6))
 def test_a_wrench_keeps_its_size_in_any_pressing_frame(vector, wrench):
     length = math.hypot(*vector)
