@@ -19,7 +19,7 @@ PAYLOADS = ROOT / "procedures" / "payloads"
 SMOOTH = "simulation: {law: smooth}"
 QUICK = """
 procedure:
-  step: 60 N
+  step: 75 N
   top_force: 300 N
   hold: 0.3 s
   touches: 1
@@ -79,21 +79,9 @@ def system_runs(lab: Path) -> list[tuple[Path, Ran]]:
 
 
 @pytest.fixture(scope="module")
-def payload_runs(lab: Path) -> list[Path]:
-    """The plastic sphere pressed twice; the second time in two cycles."""
-    made = []
-    for seed, cycles in ((3, 1), (4, 2)):
-        plan = plan_file(
-            lab,
-            f"sphere-{seed}",
-            PAYLOADS / "plastic-sphere.yaml",
-            f"{{profile: stvf, {SMOOTH}}}",
-            cycles=cycles,
-        )
-        made.append(lab / f"sphere-run-{seed}")
-        ran = command("run", plan, "--dry-run", "--quiet", "--seed", seed, "--out", made[-1])
-        assert ran.code == 0, ran.text
-    return made
+def payload_runs(quick_run: Path, cycles_run: Path) -> list[Path]:
+    """The plastic sphere pressed in one cycle and in two."""
+    return [quick_run, cycles_run]
 
 
 def test_calibrate_writes_a_record_of_the_run(
@@ -120,10 +108,8 @@ def test_calibrate_writes_a_record_of_the_run(
 def test_several_runs_are_pooled(lab: Path, system_runs: list[tuple[Path, Ran]]) -> None:
     one, other = (directory for directory, _ in system_runs)
     pooled = lab / "pooled.json"
-    ran = command("calibrate", "--from", one, other / "run.mcap", "--record", pooled, drawn=True)
+    ran = command("calibrate", "--from", one, other / "run.mcap", "--record", pooled)
     assert ran.code == 0, ran.text
-    drawn = [*lab.glob("pooled*.html")]
-    assert [page.read_text().count("data:image/svg+xml") for page in drawn] == [4]
     record = read_calibration(lab / "pooled.json")
     single = [read_calibration(lab / f"flat-{seed}.json") for seed in (1, 2)]
     low, high = sorted(each.stiffness_n_per_m for each in single)
@@ -267,18 +253,12 @@ def test_a_curve_against_steel_is_corrected_for_the_modulus(
 def test_what_cannot_be_compared_is_refused(
     lab: Path, payload_runs: list[Path], system_runs: list[tuple[Path, Ran]]
 ) -> None:
-    curve = write_curve(lab / "curve.csv", 1.0)
     for arguments, said in (
         ((payload_runs[0],), "nothing to compare with"),
-        ((payload_runs[0], payload_runs[0]), "given twice"),
-        ((payload_runs[0], "vs"), "nothing to compare with"),
         ((payload_runs[0], "vs", "vs", payload_runs[1]), "a group of runs is empty"),
         ((*payload_runs, "--tolerance", "0 %"), "tolerance"),
-        ((*payload_runs, "--tolerance", "5 N"), "5 N"),
         ((payload_runs[0], system_runs[0][0]), "a system-stiffness run"),
         ((payload_runs[0], payload_runs[1], "--curve-plate", "200 GPa, 0.29"), "no --curve"),
-        ((payload_runs[0], "--curve", curve, "--curve-plate", "200 GPa"), "Poisson"),
-        ((payload_runs[0], lab / "nothing-there"), "nothing-there"),
     ):
         ran = command("compare", *arguments)
         assert ran.code == 2, ran.text
