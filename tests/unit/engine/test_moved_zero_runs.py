@@ -40,9 +40,8 @@ def count(engine: Engine, kind: str) -> int:
     return sum(name == kind for _, name, _ in engine.events)
 
 
-@pytest.mark.parametrize(
-    ("drift_n_per_s", "rule"), [pytest.param(0.1, "R6", marks=pytest.mark.long), (-0.1, "R11")]
-)
+@pytest.mark.long
+@pytest.mark.parametrize(("drift_n_per_s", "rule"), [(0.1, "R6"), (-0.1, "R11")])
 def test_a_run_with_a_moving_zero_and_a_long_way_completes(drift_n_per_s: float, rule: str) -> None:
     plan = long_way(max_drift_n=6.0, surface_distance_m=4.5e-3, retract_m=1.5e-4)
     spec = spec_for(plan, 4, force_drift_n_per_s=drift_n_per_s)
@@ -56,7 +55,7 @@ def test_a_run_with_a_moving_zero_and_a_long_way_completes(drift_n_per_s: float,
     assert engine.course.touches[0].position_m == pytest.approx(spec.surface_m, abs=1e-5)
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("sign", [1.0, *long([-1.0])])
 def test_a_zero_that_drifts_as_stated_stops_no_sound_run(sign: float) -> None:
     """By the end of the press it has moved by more than the plan's tolerance of R5."""
     plan = stvf_plan(**(SLOW | {"hold_s": 8.0, "max_drift_n": 1.0}))
@@ -70,6 +69,7 @@ def test_a_zero_that_drifts_as_stated_stops_no_sound_run(sign: float) -> None:
     assert abs(engine.course.zero_shift_n) > 1.5
 
 
+@pytest.mark.long
 def test_r11_leaves_room_for_the_stated_drift_beside_a_second_channel() -> None:
     """On the way that ends by R11 above, where the rig file states no drift."""
     plan = long_way(max_drift_n=6.0, surface_distance_m=4.5e-3, retract_m=1.5e-4)

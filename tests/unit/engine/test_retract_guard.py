@@ -52,7 +52,7 @@ def test_an_arm_that_is_turned_round_is_led_back_to_the_start(
     assert bench.peak_n < 0.8 * bench.limits.force_limit_n
 
 
-@pytest.mark.parametrize("make", [stvf_plan, ur_plan])
+@pytest.mark.parametrize("make", [ur_plan, *long([stvf_plan])])
 def test_an_arm_and_a_sensor_turned_round_touch_nothing(make: Any) -> None:
     plan = make(**QUICK, retract_m=1e-3)
     least_m = plan.procedure.surface_distance_m - plan.procedure.surface_uncertainty_m
