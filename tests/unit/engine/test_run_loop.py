@@ -209,10 +209,12 @@ CYCLE = [*UP, *UP, *DOWN, *OPENED]
             ["UNLOAD_HOLD", *OPENED, *AGAIN, *CYCLE, *LAST],
             marks=pytest.mark.long,
         ),
-        (Phase.UNLOAD_HOLD, 1, 1, [*OPENED, *AGAIN, *CYCLE, *LAST]),
+        pytest.param(
+            Phase.UNLOAD_HOLD, 1, 1, [*OPENED, *AGAIN, *CYCLE, *LAST], marks=pytest.mark.long
+        ),
         pytest.param(Phase.POST_TARE, 1, 1, [*AGAIN, *CYCLE, *LAST], marks=pytest.mark.long),
         (Phase.UNLOAD, 1, 2, ["UNLOAD_HOLD", *OPENED, "PAUSED", *ZERO, *LAST]),
-        (Phase.POST_TARE, 1, 2, ["PAUSED", *ZERO, *LAST]),
+        pytest.param(Phase.POST_TARE, 1, 2, ["PAUSED", *ZERO, *LAST], marks=pytest.mark.long),
     ],
     ids=lambda value: value.name if isinstance(value, Phase) else "",
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 import pytest
-from long_ones import long
+from long_ones import long, long_rows
 
 from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
@@ -38,21 +38,25 @@ def wait_until_still(emulator):
     ("commands", "codes"),
     [
         (["drop"], {FaultCode.NOT_CONNECTED}),
-        (RESET, {FaultCode.NOT_CONNECTED, FaultCode.DRIVER}),
-        (["refuse on"], {FaultCode.NOT_CONNECTED}),
         (["freeze on"], {FaultCode.STALE}),
-        (["repeat on"], {FaultCode.STALE}),
         (["blackhole on"], {FaultCode.STALE}),
         (["wrong-type on"], {FaultCode.STALE}),
         (["nan on"], {FaultCode.NOT_FINITE}),
-        (["random on"], UNTRUE),
         (["wrong-size receive"], {FaultCode.DRIVER}),
-        (["wrong-size control"], {FaultCode.NOT_CONNECTED}),
         (["protective-stop"], {FaultCode.PROTECTIVE_STOP}),
         (["emergency-stop"], {FaultCode.EMERGENCY_STOP}),
         (["safeguard on"], {FaultCode.SAFEGUARD_STOP}),
         (["kill-program"], {FaultCode.PROGRAM_STOPPED}),
         (["local on", "kill-program"], {FaultCode.NOT_REMOTE}),
+        *long_rows(
+            [
+                (RESET, {FaultCode.NOT_CONNECTED, FaultCode.DRIVER}),
+                (["refuse on"], {FaultCode.NOT_CONNECTED}),
+                (["repeat on"], {FaultCode.STALE}),
+                (["random on"], UNTRUE),
+                (["wrong-size control"], {FaultCode.NOT_CONNECTED}),
+            ]
+        ),
     ],
     ids=lambda value: ", ".join(sorted(value)) if isinstance(value, set) else value[0],
 )
@@ -102,7 +106,7 @@ def test_retract_goes_out_when_ur_rtde_is_gone(start_emulator, make_arm, follow,
         ("freeze on", FaultCode.NOT_CONNECTED),
         pytest.param("nan on", FaultCode.NOT_FINITE, marks=pytest.mark.long),
         pytest.param("random on", FaultCode.OUT_OF_RANGE, marks=pytest.mark.long),
-        ("wrong-type on", FaultCode.CORRUPT),
+        pytest.param("wrong-type on", FaultCode.CORRUPT, marks=pytest.mark.long),
     ],
 )
 def test_retract_without_data_is_carried_out_though_it_cannot_be_confirmed(
@@ -124,7 +128,7 @@ def test_retract_without_data_is_carried_out_though_it_cannot_be_confirmed(
     ("command", "code"),
     [
         ("protective-stop", FaultCode.PROTECTIVE_STOP),
-        ("emergency-stop", FaultCode.EMERGENCY_STOP),
+        pytest.param("emergency-stop", FaultCode.EMERGENCY_STOP, marks=pytest.mark.long),
         ("kill-program", FaultCode.PROGRAM_STOPPED),
     ],
 )
@@ -154,7 +158,7 @@ def test_releasing_a_safeguard_does_not_move_a_safe_arm(start_emulator, make_arm
     assert emulator.state()["runtime_state"] == 1
 
 
-@pytest.mark.parametrize("command", ["rate 50", "jitter 0.02"])
+@pytest.mark.parametrize("command", ["rate 50", *long(["jitter 0.02"])])
 def test_fewer_packages_are_counted_from_the_time_stamps(
     start_emulator, make_arm, follow, after, command
 ):

@@ -6,6 +6,7 @@ import statistics
 import time
 
 import pytest
+from long_ones import long_rows
 
 from stepload.rig.faults import FaultCode
 from stepload_drivers.ur.force import UrForce
@@ -44,10 +45,9 @@ def test_the_plate_pushes_the_tool_in_newton(start_emulator, make_sensor):
     ("command", "code"),
     [
         ("freeze on", FaultCode.STALE),
-        ("repeat on", FaultCode.STALE),
-        ("drop", FaultCode.NOT_CONNECTED),
         ("nan on", FaultCode.NOT_FINITE),
         ("emergency-stop", FaultCode.DEVICE_REPORTS),
+        *long_rows([("repeat on", FaultCode.STALE), ("drop", FaultCode.NOT_CONNECTED)]),
     ],
 )
 def test_faults_of_the_controller_are_faults_of_its_sensor(

@@ -6,6 +6,7 @@ import math
 import time
 
 import pytest
+from long_ones import long_rows
 
 
 def test_open_identifies_proves_the_watchdog_and_arms_it_again(start_emulator, make_arm):
@@ -104,13 +105,21 @@ def test_close_ends_the_program_and_open_works_again(start_emulator, make_arm):
     ("version", "period_s", "options"),
     [
         ((3, 15, 8, 0), 0.008, {}),
-        pytest.param((5, 4, 3, 0), 0.002, {}, marks=pytest.mark.long),
-        pytest.param((5, 23, 0, 0), 0.002, {}, marks=pytest.mark.long),
-        ((5, 12, 6, 0), 0.002, {"upper_registers": True}),
-        (
-            (5, 12, 6, 0),
-            0.002,
-            {"tcp_offset": [0, 0, 0.12], "payload_mass": 1.2, "payload_cog": [0, 0, 0.05]},
+        *long_rows(
+            [
+                ((5, 4, 3, 0), 0.002, {}),
+                ((5, 23, 0, 0), 0.002, {}),
+                ((5, 12, 6, 0), 0.002, {"upper_registers": True}),
+                (
+                    (5, 12, 6, 0),
+                    0.002,
+                    {
+                        "tcp_offset": [0, 0, 0.12],
+                        "payload_mass": 1.2,
+                        "payload_cog": [0, 0, 0.05],
+                    },
+                ),
+            ]
         ),
     ],
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from long_ones import long_rows
 
 from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
@@ -12,22 +13,20 @@ from stepload.rig.faults import FaultCode
     ("emulation", "options", "code", "says"),
     [
         ({"version": (3, 3, 0, 0)}, {}, FaultCode.UNSUPPORTED, "3.4"),
-        ({"version": (10, 7, 0, 0)}, {}, FaultCode.UNSUPPORTED, "PolyScope X"),
-        (
-            {"version": (5, 23, 0, 0)},
-            {"upper_registers": True},
-            FaultCode.UNSUPPORTED,
-            "upper_registers",
-        ),
         ({}, {"serial_number": "20009999999"}, FaultCode.WRONG_DEVICE, "20009999999"),
         ({"commands": ["local on"]}, {}, FaultCode.NOT_REMOTE, "local control"),
-        ({"commands": ["claim 0 23"]}, {}, FaultCode.REFUSED_COMMAND, "in use"),
         ({"commands": ["freeze on"]}, {}, FaultCode.NOT_CONNECTED, "no answer"),
-        ({"commands": ["blackhole on"]}, {}, FaultCode.NOT_CONNECTED, "no answer"),
         ({"commands": ["nan on"]}, {}, FaultCode.NOT_FINITE, "finite"),
         ({"commands": ["protective-stop"]}, {}, FaultCode.PROTECTIVE_STOP, "unlock"),
-        ({"commands": ["emergency-stop"]}, {}, FaultCode.EMERGENCY_STOP, "button"),
-        ({"commands": ["safeguard on"]}, {}, FaultCode.SAFEGUARD_STOP, "guard"),
+        *long_rows(
+            [
+                ({"version": (10, 7, 0, 0)}, {}, FaultCode.UNSUPPORTED, "PolyScope X"),
+                ({"commands": ["claim 0 23"]}, {}, FaultCode.REFUSED_COMMAND, "in use"),
+                ({"commands": ["blackhole on"]}, {}, FaultCode.NOT_CONNECTED, "no answer"),
+                ({"commands": ["emergency-stop"]}, {}, FaultCode.EMERGENCY_STOP, "button"),
+                ({"commands": ["safeguard on"]}, {}, FaultCode.SAFEGUARD_STOP, "guard"),
+            ]
+        ),
     ],
 )
 def test_open_refuses(start_emulator, make_arm, emulation, options, code, says):
