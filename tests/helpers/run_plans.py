@@ -93,7 +93,7 @@ def _procedure(**changes: Any) -> Procedure:
     values: dict[str, Any] = {
         "step_n": 50.0, "top_force_n": 300.0, "hold_s": 0.5, "unload": True, "cycles": 1,
         "lift_off": True, "unload_fraction": 0.05, "touch_force_n": 3.0, "touches": 2,
-        "surface_distance_m": 0.003, "surface_uncertainty_m": 0.0005, "search_distance_m": 0.002,
+        "surface_distance_m": 0.002, "surface_uncertainty_m": 0.0002, "search_distance_m": 0.002,
         "retract_m": 0.001, "tare_s": 0.5, "warm_up_s": 0.1, "max_drift_n": 1.0,
         "settle_timeout_s": 3.0,
         "load_rate_n_per_s": 1000.0,

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from long_ones import long
 
 from stepload.errors import DomainError, RefusedError
 from stepload.plan.load import load_plan
@@ -84,12 +85,13 @@ def test_each_fault_has_a_stratum_for_each_phase_and_rig_once() -> None:
 @pytest.mark.parametrize(
     "stratum",
     [
-        *(Stratum("one", 2, ("force_gain",), phase) for phase in PHASES[1:]),
         Stratum("one", 2, ("arm_turned",), START),
-        Stratum("one", 1, ("signal_int",), "hold"),
-        Stratum("six", 2, ("link_freeze",), "load"),
-        Stratum("six", 1, ("wrong_lever",), START),
         Stratum("one", 2, ("force_gain", "second_freeze"), ""),
+        Stratum("six", 2, ("link_freeze",), "load"),
+        *long(Stratum("one", 2, ("force_gain",), phase) for phase in PHASES[1:]),
+        *long(
+            [Stratum("one", 1, ("signal_int",), "hold"), Stratum("six", 1, ("wrong_lever",), START)]
+        ),
     ],
     ids=lambda stratum: stratum.name,
 )
@@ -138,7 +140,6 @@ def test_a_search_goes_on_where_it_was_left_and_ends_alike(tmp_path: Path) -> No
     first = falsify(what, strata_of[:1], pool=Pool(1), directory=tmp_path)
     rows = falsify(what, strata_of, pool=Pool(1), directory=tmp_path)
     assert first[0] in rows
-    assert falsify(what, strata_of[1:], pool=Pool(1))[0] in rows
     assert all(row.evaluations >= 2 for row in rows)
     assert len((tmp_path / FILES[1]).read_text().splitlines()) == 2
     least = max(row.j for row in rows if row.j is not None)
