@@ -185,7 +185,7 @@ def test_a_cycle_cut_short_by_a_pause_is_not_compared(
         ((Phase.HOLD, 1, 1), StopLevel.AFTER_STEP, []),
         pytest.param((Phase.HOLD, 1, 3), StopLevel.NOW, [], marks=pytest.mark.long),
         pytest.param((Phase.UNLOAD, 1, 1), StopLevel.NOW, [], marks=pytest.mark.long),
-        ((Phase.LOAD, 2, 3), StopLevel.AFTER_STEP, [1]),
+        pytest.param((Phase.LOAD, 2, 3), StopLevel.AFTER_STEP, [1], marks=pytest.mark.long),
         pytest.param((Phase.HOLD, 3, 3), StopLevel.NOW, [1, 2], marks=pytest.mark.long),
     ],
 )

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from real_runs import ROOT
+from real_runs import ROOT, leave_out_figures
 
 from stepload.cli.main import main
 from stepload.engine.first_loading import true_deformation, true_secant
@@ -131,7 +131,13 @@ def test_refused_plans_do_not_run(
     "name",
     [pytest.param(name, marks=pytest.mark.long) if name in LONG else name for name in RUNNING],
 )
-def test_the_others_run(name: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_the_others_run(
+    name: str,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    leave_out_figures(monkeypatch)
     path = PROCEDURES / f"{name}.yaml"
     if name not in ("plastic-sphere", "campaign"):  # one is as patient as it is meant to be
         path = _sooner(path, tmp_path / path.name)

@@ -112,6 +112,7 @@ def test_every_cycle_goes_to_the_same_level_and_none_above(soft: Ran) -> None:
     assert float(soft.recording.ticks.level_n[down].max()) == first[-2]
 
 
+@pytest.mark.long
 def test_a_stiff_payload_stops_as_soon_as_nothing_can_be_enough(stiff: Ran) -> None:
     data = stiff.finished.data
     assert (data["status"], data["cause"]["rule"]) == ("stopped", "until")

@@ -206,7 +206,7 @@ def test_force_that_does_not_fall_does_not_lead_the_arm_back_for_ever(make: Any)
     assert 0.9 < (touched_m - furthest_m) / plan.procedure.retract_m < 1.1
 
 
-@pytest.mark.parametrize("softness", [0.01, 1.0, 10.0])
+@pytest.mark.parametrize("softness", [10.0, *long((0.01, 1.0))])
 def test_a_frozen_position_on_a_stiff_rig_is_seen_within_two_steps(softness: float) -> None:
     plan = stvf_plan(**(QUICK | {"top_force_n": 300.0}))
     spec = spec_for(plan, 3)
