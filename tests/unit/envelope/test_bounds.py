@@ -388,7 +388,7 @@ def test_the_limits_of_a_run_are_made_of_the_plan() -> None:
     assert limits.full_scale_n == 1000.0
     assert limits.reaction_s == found.rig.reaction_s
     assert limits.jump_n == pytest.approx(10.0 * noise_n + 2.0 * 0.05)
-    assert limits.search_end_m == pytest.approx(0.003 - 0.0005 + 0.002)
+    assert limits.search_end_m == pytest.approx(0.002 - 0.0002 + 0.002)
     assert limits.still_m == pytest.approx(2.0 * (2e-6 + 6.0 * 3e-7))
     assert limits.band_n == pytest.approx(0.6)
     assert limits_for(with_force(noise_n=0.1)).band_n == 0.25
@@ -498,7 +498,7 @@ def test_a_refused_plan_is_shown_at_the_largest_safe_force() -> None:
 
 
 def test_the_schedule_adds_up() -> None:
-    plan = stvf_plan(cycles=2)
+    plan = stvf_plan(cycles=2, surface_distance_m=3e-3, surface_uncertainty_m=5e-4)
     procedure = plan.procedure
     limits = replace(
         limits_for(plan), fast_speed_m_s=0.01, guarded_speed_m_s=0.001, step_rate_per_s=10.0,

@@ -8,10 +8,10 @@ import pytest
 
 from stepload_drivers.ur import client
 from stepload_drivers.ur.configuration import ConfigurationClient
-from stepload_verify.emulators.ur_axis import FreeAirAxis
 from stepload_verify.emulators.ur_controller import UrController
 from stepload_verify.emulators.ur_robot import Robot
 from stepload_verify.emulators.ur_session import Session
+from stepload_verify.emulators.ur_world import FreeAirAxis
 
 HOST = "127.0.0.2"
 JOINTS = (0.0, -math.pi / 2, math.pi / 2, 0.0, -math.pi / 2, 0.0)

@@ -16,9 +16,9 @@ from stepload_drivers.ur.direct_stop import retract_script
 from stepload_drivers.ur.preflight import check_version
 from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import UrState
-from stepload_verify.emulators.ur_axis import FreeAirAxis
 from stepload_verify.emulators.ur_program import UserScript
 from stepload_verify.emulators.ur_robot import Robot
+from stepload_verify.emulators.ur_world import FreeAirAxis
 
 FLOAT = st.floats(allow_nan=False)
 INT = st.integers(-(2**31), 2**31 - 1)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from stepload_verify.emulators.ur_axis import FreeAirAxis
 from stepload_verify.emulators.ur_controller import UrController
 from stepload_verify.emulators.ur_robot import HOME, Robot
+from stepload_verify.emulators.ur_world import FreeAirAxis
 
 DOWN = (0.0, 0.0, -1.0)
 AT = (*HOME[:2], HOME[2] - 0.01, *HOME[3:])

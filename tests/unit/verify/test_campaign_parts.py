@@ -19,8 +19,6 @@ from stepload_verify.campaign import campaign as campaigns
 from stepload_verify.campaign import mishaps
 from stepload_verify.campaign.ablation import LAYERS, Ablation
 from stepload_verify.campaign.campaign import FILES, jobs_for
-from stepload_verify.campaign.digest import NOT_DECIDING, fingerprint
-from stepload_verify.campaign.healthy import healthy as healthy_plan
 from stepload_verify.campaign.mishaps import (
     BLIND,
     COMMON,
@@ -45,7 +43,8 @@ from stepload_verify.campaign.scenario import (
 from stepload_verify.campaign.single import run_scenario
 from stepload_verify.campaign.summary import groups, rate_bound, summary
 from stepload_verify.campaign.truth import MISTAKES, RIGID_STOP, Anomaly
-from stepload_verify.campaign.work import Work
+from stepload_verify.campaign.work import NOT_DECIDING, Work, fingerprint
+from stepload_verify.campaign.work import healthy as healthy_plan
 
 TEMPLATE = load_plan(Path(__file__).parents[3] / "procedures" / "campaign.yaml")
 ALL = kinds_from("all")

@@ -20,7 +20,7 @@ from stepload_verify.campaign.mishaps import FOR_GOOD_S
 from stepload_verify.campaign.scenario import Scenario
 from stepload_verify.falsify.falsify import FILES, TABLE, Search, falsify, stored_from
 from stepload_verify.falsify.hunt import Hunt, Row
-from stepload_verify.falsify.onset import Look, placed, starts_of
+from stepload_verify.falsify.onset import Look, Tape, placed, starts_of
 from stepload_verify.falsify.scene import Bench, length, rig_length
 from stepload_verify.falsify.scene_file import read_scene, text_of
 from stepload_verify.falsify.strata import (
@@ -32,7 +32,6 @@ from stepload_verify.falsify.strata import (
     phases_of,
     strata,
 )
-from stepload_verify.falsify.tape import Tape
 from stepload_verify.falsify.trial import judge
 
 ROOT = Path(__file__).parents[3]

@@ -17,8 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stepload_verify.trials.each import for_each
-from stepload_verify.trials.honest.answer import QUANTITIES, Outcome, evidence, judged
+from stepload_verify.trials.honest.answer import QUANTITIES, answer, evidence, judged
 from stepload_verify.trials.honest.score import report, verdict
 from stepload_verify.trials.honest.worlds import IDEAL, KNOWN, SPOILED, make
 
@@ -41,30 +40,20 @@ def mix(runs: int, seed: int) -> Iterator[tuple[str, int]]:
         yield world, seed * A_SEED + i
 
 
-def one(case: tuple[str, int]) -> Outcome:
-    """The outcome of a world and a seed."""
-    return judged(make(KNOWN, *case))
-
-
-def quickly(case: tuple[str, int]) -> Outcome:
-    """The outcome of a world and a seed, without the paper's fits."""
-    return judged(make(KNOWN, *case), evidence)
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry of the command."""
     parser = argparse.ArgumentParser(description="Must an answer called IDENTIFIED be true?")
     parser.add_argument("--runs", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--world", choices=sorted(KNOWN))
-    parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--quick", action="store_true", help="without the paper's fits")
     parser.add_argument("--json", type=Path, help="write every outcome there")
     told = parser.parse_args(arguments)
     cases = list(mix(told.runs, told.seed))
     if told.world:
         cases = [(told.world, told.seed * A_SEED + i) for i in range(told.runs)]
-    outcomes = for_each(quickly if told.quick else one, cases, told.processes)
+    ask = evidence if told.quick else answer
+    outcomes = [judged(make(KNOWN, *case), ask) for case in cases]
     print(report(outcomes))
     if told.json:
         told.json.write_text(json.dumps([asdict(each) for each in outcomes]))
