@@ -119,6 +119,7 @@ def test_a_force_beyond_the_limit_is_refused_by_preflight_whatever_the_ceiling_s
     assert found.refused >= len(room.STEPS) * len(room.HOLDS_S) * len(room.RAMPS_S)
 
 
+@pytest.mark.long
 def test_a_plan_on_an_arm_that_clings_takes_its_time(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -27,11 +27,15 @@ WITHIN = 0.1
 @pytest.mark.parametrize(
     "procedure",
     [
-        {"cycles": 1, "retract_m": 3e-3},
         {"cycles": 3, "retract_m": 2e-3, "unload": False},
-        {"cycles": 2, "lift_off": False},
+        *long(
+            [
+                {"cycles": 1, "retract_m": 3e-3},
+                {"cycles": 2, "lift_off": False},
+            ]
+        ),
     ],
-    ids=["far retract", "lift-off", "in contact"],
+    ids=["lift-off", "far retract", "in contact"],
 )
 def test_a_dry_run_takes_the_time_that_was_told(procedure: dict[str, Any]) -> None:
     plan = stvf_plan(**(QUICK | procedure))
@@ -42,7 +46,7 @@ def test_a_dry_run_takes_the_time_that_was_told(procedure: dict[str, Any]) -> No
     assert took_s == pytest.approx(envelope_for(plan, 727.0).duration_s, rel=WITHIN)
 
 
-@pytest.mark.parametrize("touches", [1, 3])
+@pytest.mark.parametrize("touches", [1, *long([3])])
 def test_a_short_free_way_costs_a_way_back_and_a_touch_that_are_counted(touches: int) -> None:
     short = {"surface_distance_m": 2e-5, "surface_uncertainty_m": 1e-5, "retract_m": 0.02}
     plan = ur_plan(**(QUICK | short | {"touches": touches, "search_distance_m": 2e-2}))

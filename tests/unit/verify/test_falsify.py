@@ -133,6 +133,7 @@ def test_faults_of_one_cause_are_moved_together() -> None:
         assert other.start_s == pytest.approx(one.start_s + 0.5)
 
 
+@pytest.mark.long
 def test_a_search_goes_on_where_it_was_left_and_ends_alike(tmp_path: Path) -> None:
     strata_of = [Stratum("one", 2, ("force_nan",), "free"), Stratum("one", 1, ("arm_nan",), "free")]
     what = Search(TEMPLATE, 2, 3)
