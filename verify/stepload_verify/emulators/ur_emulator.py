@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 
 from stepload_drivers.priority import prefer_this_thread
-from stepload_verify.emulators.tool import Tool
+from stepload_verify.emulators.physics import Tool
 from stepload_verify.emulators.ur_controller import UrController
 from stepload_verify.emulators.ur_robot import Robot
 from stepload_verify.emulators.ur_server import UrServer

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from stepload_verify.emulators.tool import Tool
+from stepload_verify.emulators.physics import Tool
 from stepload_verify.emulators.ur_world import Axis
 
 Vector = tuple[float, ...]

@@ -5,12 +5,31 @@ from __future__ import annotations
 import math
 import random
 import time
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple, Protocol
 
+from stepload.rig.mount import Mount, SensorMount
 from stepload.rig.samples import SixFloats
 from stepload_drivers.sim.live import DEFAULT_SPEC, LiveWorld
-from stepload_verify.emulators.mount_file import mount_from
+
+
+def mount_from(data: Mapping[str, Any]) -> Mount:
+    """What `dataclasses.asdict` and JSON made of a `Mount`.
+
+    Raises:
+        TypeError: an unknown field, or no mapping where one belongs.
+    """
+    told = {name: _frozen(value) for name, value in data.items()}
+    for name in ("sensor", "second_sensor"):
+        if name in told:
+            told[name] = SensorMount(**{k: _frozen(v) for k, v in dict(told[name]).items()})
+    return Mount(**told)
+
+
+def _frozen(value: Any) -> Any:
+    """Lists as tuples, at every depth."""
+    return tuple(map(_frozen, value)) if isinstance(value, list) else value
 
 
 class AxisState(NamedTuple):

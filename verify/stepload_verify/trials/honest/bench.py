@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -61,7 +60,3 @@ def main(arguments: Sequence[str] | None = None) -> int:
     wanted = [name for name in QUANTITIES[:2] if name in stated]
     met = bool(wanted) and all(verdict(outcomes, name).met for name in wanted)
     return 0 if met or told.world else 1
-
-
-if __name__ == "__main__":
-    sys.exit(main())
