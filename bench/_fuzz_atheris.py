@@ -14,10 +14,9 @@ with atheris.instrument_imports():
     from stepload_drivers.ati.poller import Poller
     from stepload_drivers.bota import codec as bota
     from stepload_drivers.canbus import slcan_frame
-    from stepload_drivers.canframe import CanFrame
-    from stepload_drivers.line.codec import LineDecoder
+    from stepload_drivers.framing import CanFrame, CanPairer
+    from stepload_drivers.line.codec import LineDecoder, line_pattern, number_of
     from stepload_drivers.line.force import DEFAULT_PATTERN
-    from stepload_drivers.line.pattern import line_pattern, number_of
     from stepload_drivers.robotous import codec as robotous
     from stepload_drivers.ur import frames as rtde
 
@@ -46,7 +45,7 @@ def one_input(data: bytes) -> None:
         raise AssertionError("a reading that is not finite")
     slcan_frame(data.decode("ascii", "replace"))
     _rtde(data)
-    poller, pairer, now_s = Poller(0x20, 1e-3, 1e-3), robotous.CanPairer(1, 2, 1e-3), 0.0
+    poller, pairer, now_s = Poller(0x20, 1e-3, 1e-3), CanPairer((1, 2), 1e-3), 0.0
     for start in range(0, len(data), 10):
         piece = data[start : start + 10]
         now_s += piece[0] * 1e-5

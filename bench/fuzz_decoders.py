@@ -21,13 +21,13 @@ from stepload_drivers.ati.box import read_box
 from stepload_drivers.ati.poller import Poller
 from stepload_drivers.bota import codec as bota
 from stepload_drivers.canbus import slcan_frame
-from stepload_drivers.canframe import CanFrame
-from stepload_drivers.line.codec import LineDecoder
+from stepload_drivers.framing import CanFrame, CanPairer
+from stepload_drivers.line.codec import LineDecoder, line_pattern, number_of
 from stepload_drivers.line.force import DEFAULT_PATTERN
-from stepload_drivers.line.pattern import line_pattern, number_of
 from stepload_drivers.robotous import codec as robotous
 from stepload_drivers.ur import frames as rtde
 from stepload_drivers.ur import state as ur
+from stepload_verify.emulators.ati_net import encode
 
 CHUNK = 50_000
 
@@ -41,7 +41,7 @@ def rft_uart(chance: random.Random, count: int) -> int:
 
 
 def rft_can(chance: random.Random, count: int) -> int:
-    pairer, time_s, found = robotous.CanPairer(1, 2, 1e-3), 0.0, 0
+    pairer, time_s, found = CanPairer((1, 2), 1e-3), 0.0, 0
     lengths = chance.choices((8, 8, 8, 7, 0), k=count)
     data = chance.randbytes(8)
     for length in lengths:
@@ -77,7 +77,7 @@ def rdt_records(chance: random.Random, count: int) -> int:
         data = chance.randbytes(length)
         record = rdt.decode(data)
         wrong += (record is None) == (length == 36)
-        wrong += record is not None and rdt.encode(record) != data
+        wrong += record is not None and encode(record) != data
     return wrong
 
 

@@ -38,6 +38,7 @@ class ArrivalCounter:
         self._windows = 0
         self._found = 0
         self._reference = (math.nan, 0)
+        self._last_s = -math.inf
         self._open_window(math.nan)
 
     def _open_window(self, time_s: float) -> None:
@@ -49,6 +50,13 @@ class ArrivalCounter:
     def skip(self, count: int) -> None:
         """Leave out samples that are known to be lost."""
         self._index += count
+
+    def stamped(self, count: int, arrival_s: float) -> tuple[int, list[float]]:
+        """`arrived`, and the times of the samples, which are spread back."""
+        lost = self.arrived(count, arrival_s)
+        times_s = spread_back(count, arrival_s, self.period_s, self._last_s)
+        self._last_s = arrival_s
+        return lost, times_s
 
     def arrived(self, count: int, time_s: float) -> int:
         """Note `count` samples taken off the wire at `time_s`.

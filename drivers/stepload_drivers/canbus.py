@@ -25,7 +25,8 @@ from stepload.declaration.sections import key
 from stepload.errors import BadInputError, DeviceError
 from stepload.rig.faults import FaultCode
 from stepload.rig.usb import MAX_LATENCY_MS, latency_timer_ms
-from stepload_drivers.canframe import CanFrame
+from stepload_drivers.framing import CanFrame
+from stepload_drivers.serialport import late_adapter
 
 Interface = Annotated[Verbatim, key("python-can interface: socketcan, slcan, socketcand, pcan, …")]
 Channel = Annotated[PathText, key("can0, /dev/ttyACM0, HOST:PORT/can0")]
@@ -98,14 +99,27 @@ class FastSlcan(slcanBus):
 
 
 class WatchedSocketcand(SocketCanDaemonBus):
-    """socketcand whose closed connection is an error instead of silence."""
+    """socketcand whose closed connection is an error instead of silence.
+
+    It also opens a bus on which a device sends already: frames may follow the server's answer at
+    once, which python-can 4.6 takes for a wrong answer.
+    """
+
+    @property
+    def _link(self) -> socket.socket:
+        link: socket.socket = getattr(self, "_SocketCanDaemonBus__socket")  # noqa: B009
+        return link
+
+    def _expect_msg(self, msg: str) -> None:
+        answer = self._link.recv(len(msg)).decode("ascii", "replace")
+        if answer != msg:
+            raise can.CanInitializationError(f"expected {msg!r}, got {answer!r}")
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
         message, filtered = super()._recv_internal(timeout)  # type: ignore[no-untyped-call]
         if message is None:
-            link: socket.socket = getattr(self, "_SocketCanDaemonBus__socket")  # noqa: B009
             with contextlib.suppress(BlockingIOError):
-                if link.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT) == b"":
+                if self._link.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT) == b"":
                     raise can.CanOperationError("the socketcand server closed the connection")
         return message, filtered
 
@@ -156,12 +170,7 @@ class CanLink:
         _log.debug("CAN bus %s open: %d bit/s", self.where, bitrate)
         if latency_ms is not None and latency_ms > MAX_LATENCY_MS:
             self.close()
-            raise DeviceError(
-                f"USB adapter of {channel} has a latency timer of {latency_ms} ms "
-                f"(limit {MAX_LATENCY_MS} ms): frames would come in bursts",
-                code=FaultCode.UNSUPPORTED,
-                hint="write 1 to its latency_timer below /sys/bus/usb-serial/devices",
-            )
+            raise late_adapter(channel, latency_ms)
 
     @property
     def damaged(self) -> int:

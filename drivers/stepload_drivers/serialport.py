@@ -22,6 +22,16 @@ Port = Annotated[PathText, key("serial port, e.g. /dev/serial/by-id/…")]
 _log = logging.getLogger(__name__)
 
 
+def late_adapter(path: str, latency_ms: int | None) -> DeviceError:
+    """The refusal of a USB adapter whose latency timer is too long."""
+    return DeviceError(
+        f"USB adapter of {path} has a latency timer of {latency_ms} ms "
+        f"(limit {MAX_LATENCY_MS} ms): samples would come in bursts",
+        code=FaultCode.UNSUPPORTED,
+        hint=f"echo 1 | sudo tee {USB_SERIAL}/{Path(path).resolve().name}/latency_timer",
+    )
+
+
 class SerialPort:
     """An exclusively opened serial port; its errors are `DeviceError`.
 
@@ -50,13 +60,7 @@ class SerialPort:
         _log.debug("%s open: %d Bd, latency timer %s ms", path, baud, self.latency_ms)
         if self.slow and refuse_latency:
             self.close()
-            name = Path(path).resolve().name
-            raise DeviceError(
-                f"USB adapter of {path} has a latency timer of {self.latency_ms} ms "
-                f"(limit {MAX_LATENCY_MS} ms): samples would come in bursts",
-                code=FaultCode.UNSUPPORTED,
-                hint=f"echo 1 | sudo tee {USB_SERIAL}/{name}/latency_timer",
-            )
+            raise late_adapter(path, self.latency_ms)
 
     def read(self, timeout_s: float = WAIT_S) -> bytes:
         """What has arrived; waits up to `timeout_s` for the first byte.

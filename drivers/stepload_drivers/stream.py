@@ -11,7 +11,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from stepload.errors import DeviceError
 from stepload.rig.device import Health
@@ -24,6 +24,10 @@ CORRUPT_SHARE = 0.02
 BACKLOG_S = 60.0
 FROZEN_COUNT = 25
 READER_S = 2.0
+CLOCK_SHARE = 0.01
+CLOCK_SLACK_S = 0.5
+JUMP_S = 2.0
+"""A step of the device's clock from one sample to the next that only a restart explains."""
 
 
 class Stream(Generic[Sample]):
@@ -192,11 +196,51 @@ class Stream(Generic[Sample]):
         """
         self._progress.wait(max(0.0, timeout_s))
         if self._fault is not None:
-            raise DeviceError(self._fault.message, code=self._fault.code, hint=self._fault.hint)
+            raise self._fault.error()
         if not self._received:
             raise DeviceError(
                 f"{self.name}: no good sample came in time "
                 f"(errors so far: {self._errors or 'none'})",
                 code=FaultCode.NOT_CONNECTED,
                 hint="check power, cable, bit rate and that nothing else reads the same port",
+            )
+
+
+class ClockWatch:
+    """Arrival times by the device's own clock, which is watched against the host's.
+
+    Latches `clock` when the two part by more than the slack and 1 % of the time.
+
+    Args:
+        slack_s: how late samples may come, at least 0.5 s.
+    """
+
+    def __init__(self, slack_s: float) -> None:
+        self._slack_s = max(CLOCK_SLACK_S, slack_s)
+        self._start: tuple[float, float] | None = None
+        self._last_s = -math.inf
+
+    def arrivals(
+        self, device_s: Sequence[float], arrival_s: float, stream: Stream[Any]
+    ) -> list[float]:
+        """When the samples of these device times, taken off the wire together, arrived.
+
+        Never before the sample before them, so that time does not go back.
+        """
+        self._compare(device_s[-1], arrival_s, stream)
+        times_s = [max(arrival_s - (device_s[-1] - at_s), self._last_s) for at_s in device_s]
+        self._last_s = times_s[-1]
+        return times_s
+
+    def _compare(self, device_s: float, host_s: float, stream: Stream[Any]) -> None:
+        if self._start is None:
+            self._start = (device_s, host_s)
+        device_s, host_s = device_s - self._start[0], host_s - self._start[1]
+        limit_s = self._slack_s + CLOCK_SHARE * host_s
+        if abs(device_s - host_s) > limit_s:
+            stream.latch(
+                FaultCode.CLOCK,
+                f"{stream.name}: its clock counts {device_s:.3f} s while the host counts "
+                f"{host_s:.3f} s (limit ± {limit_s:.3f} s)",
+                "the host reads too slowly, or the sensor's clock is wrong",
             )

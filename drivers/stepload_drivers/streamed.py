@@ -5,9 +5,11 @@ from __future__ import annotations
 import contextlib
 import logging
 import math
+import os
 import threading
 import time
 from abc import abstractmethod
+from collections.abc import Callable
 from operator import attrgetter
 from typing import Annotated, Any, ClassVar, Generic, TypeVar
 
@@ -16,12 +18,15 @@ from stepload.declaration.sections import key
 from stepload.errors import DeviceError
 from stepload.rig.device import Device, Health, Identity
 from stepload.rig.faults import Fault, FaultCode
-from stepload_drivers.priority import prefer_this_thread
 from stepload_drivers.stream import Stream
 
 Sample = TypeVar("Sample")
+Reply = TypeVar("Reply")
 
 STALE_S = 0.1
+REPLY_S = 0.5
+"""Time in s for an answer; it is asked before and after a run. A sensor takes some ms, a busy host
+more."""
 _log = logging.getLogger(__name__)
 MaxAge = Annotated[
     float, Setting("s", 0.02, 5.0), key("silence after which the sensor counts as dead")
@@ -57,6 +62,35 @@ class Deadline:
         return left_s
 
 
+def ask_twice(
+    log: logging.Logger,
+    name: str,
+    request: str,
+    deadline: Deadline,
+    exchange: Callable[[Deadline], Reply | None],
+    hint: str,
+) -> Reply:
+    """The reply to a request, which `exchange` sends; sent twice when the first goes unanswered.
+
+    Args:
+        exchange: sends the request and waits for its reply until the deadline it is given.
+
+    Raises:
+        DeviceError: no reply.
+    """
+    for _ in range(2):
+        wait = Deadline(min(REPLY_S, deadline.left_s(f"{name}: {request}")))
+        reply = exchange(wait)
+        log.debug("%s <- %s -> %s", name, request, "no answer" if reply is None else reply)
+        if reply is not None:
+            return reply
+    raise DeviceError(
+        f"{name} does not answer {request} within {REPLY_S:g} s",
+        code=FaultCode.NOT_CONNECTED,
+        hint=hint,
+    )
+
+
 def require_serial_number(name: str, found: str, expected: str) -> None:
     """Refuse another device than the rig file names; an empty `expected` takes any.
 
@@ -69,6 +103,15 @@ def require_serial_number(name: str, found: str, expected: str) -> None:
             code=FaultCode.WRONG_DEVICE,
             hint="connect the right device, or correct `serial_number` in the rig file",
         )
+
+
+def prefer_this_thread() -> None:
+    """First in, first out, at the lowest real-time priority; threads started later inherit it.
+
+    A thread that waits for its turn with the interpreter held makes the run's loop wait as well.
+    """
+    with contextlib.suppress(OSError):
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
 
 
 class Reader(threading.Thread):

@@ -73,25 +73,14 @@ def test_bias_is_the_devices_own_zero(emulated, name):
         assert abs(statistics.fmean(s.wrench[2] for s in pair.samples)) < 0.3
 
 
-def test_rft_overload_counters_are_compared_at_the_end(emulated):
-    with emulated("robotous_uart", peak_n=0.0) as pair:
-        pair.run(0.05)
-        pair.driver._stream.latch = lambda *_: None  # the run goes on in spite of the overload
-        pair.emulator.board.switch_on("overrange", 2.0)
-        pair.run(0.05)
-        pair.emulator.board.clear()
-        pair.run(0.05)
-        pair.driver.close()
-        assert pair.driver.health().errors == {"overload_events": 1}
-
-
-def test_rft_that_still_streams_from_last_time_is_opened(emulated):
-    with emulated("robotous_uart") as pair:
+@pytest.mark.parametrize(("name", "device"), [("robotous_uart", {}), ("robotous_can", TCP)])
+def test_rft_that_still_streams_from_last_time_is_opened(emulated, name, device):
+    with emulated(name, device=device) as pair:
         pair.driver._link.close()  # as if the program had been killed: no stop is sent
         pair.driver._link = None
         pair.driver.close()
         assert pair.emulator.device.period_s is not None
-        again = RobotousUart(port=pair.emulator.address)
+        again = type(pair.driver)(**driver_options(pair.emulator))
         try:
             assert again.open(2.0).model == "RFT64-SB01"
         finally:

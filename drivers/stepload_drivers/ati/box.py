@@ -8,9 +8,8 @@ import logging
 import math
 import re
 import socket
-import threading
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from stepload.errors import DeviceError
@@ -55,21 +54,16 @@ def fetch(host: str, port: int, name: str, deadline: Deadline) -> str:
     Raises:
         DeviceError: no answer, or something other than the page.
     """
-    what = f"{name}: its page"
-    link = http.client.HTTPConnection(host, port, timeout=deadline.left_s(what))
+    link = http.client.HTTPConnection(host, port, timeout=deadline.left_s(f"{name}: its page"))
     try:
-        link.connect()
-        with _cut_off(link.sock, deadline.left_s(what)):
-            link.request("GET", PAGE)
-            answer = link.getresponse()
-            text = answer.read(MOST_BYTES).decode("utf-8", "replace")
-        deadline.left_s(what)
+        link.request("GET", PAGE)
+        answer = link.getresponse()
+        text = answer.read(MOST_BYTES).decode("utf-8", "replace")
         status = answer.status
         _log.debug("http://%s:%d%s -> %d, %s", host, port, PAGE, status, text)
         if answer.length:  # cut short, or more than any device has to say
             raise http.client.IncompleteRead(b"", answer.length)
     except (OSError, http.client.HTTPException) as error:
-        deadline.left_s(what)  # a page that was cut off may end in any error
         raise DeviceError(
             f"{name}: http://{host}:{port}{PAGE} does not answer ({error or 'no answer'})",
             code=FaultCode.NOT_CONNECTED,
@@ -81,27 +75,9 @@ def fetch(host: str, port: int, name: str, deadline: Deadline) -> str:
         raise DeviceError(
             f"{name}: http://{host}:{port}{PAGE} answers {status}, not the device's settings",
             code=FaultCode.UNSUPPORTED,
-            hint="no ATI device is there; for a box without that page give counts_per_newton, "
-            "counts_per_newton_metre and rate",
+            hint="no ATI device is there",
         )
     return text
-
-
-@contextlib.contextmanager
-def _cut_off(sock: socket.socket, after_s: float) -> Iterator[None]:
-    """End the connection at that time: its own timeout begins anew with every byte."""
-
-    def cut() -> None:
-        with contextlib.suppress(OSError):
-            sock.shutdown(socket.SHUT_RDWR)
-
-    timer = threading.Timer(after_s, cut)
-    timer.daemon = True
-    timer.start()
-    try:
-        yield
-    finally:
-        timer.cancel()
 
 
 def answers(host: str, port: int) -> bool:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import math
+import select
+import socket
 import time
 from typing import Annotated, Any, ClassVar
 
@@ -11,17 +14,15 @@ from pydantic.dataclasses import dataclass
 
 from stepload.declaration.quantities import PathText, Setting, Verbatim, number
 from stepload.declaration.sections import SECTION, key
-from stepload.errors import BadInputError, DeviceError
+from stepload.errors import DeviceError
 from stepload.rig.device import ForceSensor, Identity
 from stepload.rig.faults import FaultCode
 from stepload.rig.samples import ForceSample, SixFloats, Status
 from stepload_drivers.ati import box, rdt
-from stepload_drivers.ati.box import HTTP_PORT, Box
-from stepload_drivers.ati.rdt import MONITOR, SUMMARY, Command, Record, Scale, StatusWord, step
-from stepload_drivers.clockwatch import JUMP_S, ClockWatch
-from stepload_drivers.stream import Stream
+from stepload_drivers.ati.box import HTTP_PORT
+from stepload_drivers.ati.rdt import MONITOR, SUMMARY, Command, Record, step
+from stepload_drivers.stream import JUMP_S, ClockWatch, Stream
 from stepload_drivers.streamed import STALE_S, Deadline, MaxAge, Streamed, require_serial_number
-from stepload_drivers.udp import UdpLink
 
 FROZEN_S = 0.05
 WAIT_S = 0.05
@@ -30,12 +31,74 @@ MEASURED_RECORDS = 33
 RATE_TOLERANCE = 0.05
 LOOK_S = 5e-4
 """Least time between two reads of a stream faster than 1 kHz: several records are read at once."""
+BUFFER_BYTES = 4 << 20
+"""Requested buffer; Linux gives at most net.core.rmem_max, and counts some 800 bytes a datagram."""
+MOST_AT_ONCE = 1024
+LONGEST = 2048
 _log = logging.getLogger(__name__)
-UNKNOWN_STATUS = StatusWord({31: "error"}, 0)
+
+
+class UdpLink:
+    """A socket connected to `host` and `port`, so that the kernel drops datagrams of others.
+
+    Raises:
+        DeviceError: no such address, or no way to it.
+    """
+
+    def __init__(self, host: str, port: int) -> None:
+        self.where = f"{host}:{port}"
+        self._sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            self._sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_BYTES)
+            self._sock.connect((host, port))
+            self._sock.setblocking(False)
+        except OSError as error:
+            self._sock.close()
+            raise self._lost(error) from error
+        _log.debug("UDP %s open", self.where)
+
+    def _lost(self, error: OSError) -> DeviceError:
+        return DeviceError(
+            f"UDP {self.where}: {error}",
+            code=FaultCode.NOT_CONNECTED,
+            hint="check power, cable, the address, and that this computer has one in its network",
+        )
+
+    def send(self, data: bytes) -> None:
+        """Send one datagram; whether it arrives is not known.
+
+        Raises:
+            DeviceError: it could not leave, or the peer has refused an earlier one.
+        """
+        _log.debug("UDP %s <- %s", self.where, data.hex())
+        try:
+            self._sock.send(data)
+        except OSError as error:
+            raise self._lost(error) from error
+
+    def receive(self, timeout_s: float) -> list[bytes]:
+        """All datagrams that have arrived; waits `timeout_s` for the first one.
+
+        Raises:
+            DeviceError: the peer reports that its port is closed.
+        """
+        taken: list[bytes] = []
+        take, add = self._sock.recv, taken.append
+        try:
+            if select.select([self._sock], [], [], timeout_s)[0]:
+                with contextlib.suppress(BlockingIOError):
+                    for _ in range(MOST_AT_ONCE):
+                        add(take(LONGEST))
+        except OSError as error:
+            raise self._lost(error) from error
+        return taken
+
+    def close(self) -> None:
+        """Close the socket; idempotent."""
+        self._sock.close()
 
 
 _Port = Annotated[int, number(1, 65535)]
-_Counts = Annotated[float, number(1e-3, 1e9)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
@@ -48,13 +111,6 @@ class AtiNetOptions:
     rate_hz: Annotated[
         Annotated[float, Setting("Hz", 10.0, 8000.0)] | None,
         key("records per second; refuse a device that sends at another"),
-    ] = None
-    counts_per_newton: Annotated[
-        _Counts | None,
-        key("for a device without ATI's page (OnRobot: 10000); then `rate` is needed"),
-    ] = None
-    counts_per_newton_metre: Annotated[
-        _Counts | None, key("the same for torque (OnRobot: 100000)")
     ] = None
     serial_number: Annotated[
         Verbatim, key("refuse another serial number of the active calibration")
@@ -74,40 +130,23 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
     OPTIONS: ClassVar[type] = AtiNetOptions
 
     def __init__(self, **options: Any) -> None:
-        told = AtiNetOptions(**options)
-        self._asked_hz, self._serial_number = told.rate_hz, told.serial_number
-        given = (told.counts_per_newton, told.counts_per_newton_metre)
-        if any(given) and not (all(given) and self._asked_hz):
-            raise BadInputError(
-                "ati_net: counts_per_newton, counts_per_newton_metre and rate belong together",
-                hint="give all three for a device without ATI's page, or none of the counts",
-            )
-        if any(given) and self._serial_number:
-            raise BadInputError(
-                "ati_net: a device without ATI's page does not tell its serial_number",
-                hint="leave it out",
-            )
-        self._host, self._port, self._http_port = told.host, told.port, told.http_port
-        force, torque = given
-        self._given = Scale(1.0 / force, 1.0 / torque) if force and torque else None
-        self._max_age_s = told.max_age_s
-        self.rate_hz = self._asked_hz or 1000.0
-        self._name = f"RDT sensor at {self._host}"
+        self._options = AtiNetOptions(**options)
+        self.rate_hz = self._options.rate_hz or 1000.0
+        self._name = f"RDT sensor at {self._options.host}"
         self._link: UdpLink | None = None
         self._gone = False
 
     def _connect(self, deadline: Deadline) -> Identity:
-        described = self._box(deadline)
-        require_serial_number(self._name, described.serial_number, self._serial_number)
-        self._link = UdpLink(self._host, self._port)
+        told = self._options
+        described = box.read_box(
+            box.fetch(told.host, told.http_port, self._name, deadline), self._name
+        )
+        require_serial_number(self._name, described.serial_number, told.serial_number)
+        self._link = UdpLink(told.host, told.port)
         steps, self._last = self._first_records(self._link, deadline)
-        if self._given is not None:
-            self.rate_hz = self._asked_hz or 1000.0
-            self._internal_hz = steps * self.rate_hz
-        else:
-            self._internal_hz = described.internal_hz
-            self.rate_hz = described.internal_hz / steps
-        asked_hz = self._asked_hz or self.rate_hz
+        self._internal_hz = described.internal_hz
+        self.rate_hz = described.internal_hz / steps
+        asked_hz = told.rate_hz or self.rate_hz
         if abs(self.rate_hz / asked_hz - 1.0) > RATE_TOLERANCE:
             raise DeviceError(
                 f"{self._name} sends {self.rate_hz:.0f} records per second, the plan says "
@@ -125,16 +164,6 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
             described.firmware,
             described.calibration,
         )
-
-    def _box(self, deadline: Deadline) -> Box:
-        if self._given is None:
-            page = box.fetch(self._host, self._http_port, self._name, deadline)
-            return box.read_box(page, self._name)
-        told = f"counts of the plan, {1 / self._given.force:g}/N, {1 / self._given.torque:g}/(N m)"
-        return Box(
-            "RDT device", "unknown", "unknown", self._given, math.nan, (math.inf,) * 3,
-            UNKNOWN_STATUS, told,
-        )  # fmt: skip
 
     def _first_records(self, link: UdpLink, deadline: Deadline) -> tuple[float, Record]:
         """Start the stream; inner measurements from one record to the next, and the last record."""
@@ -162,10 +191,10 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
         self._period_s = 1.0 / self.rate_hz
         self._pause_s = LOOK_S if self.rate_hz > 1000.0 * (1.0 + RATE_TOLERANCE) else 0.0
         self._sequence, self._measurements = 0, self._last.ft_sequence
-        self._heard_s, self._receive_s = time.monotonic(), -math.inf
+        self._heard_s = time.monotonic()
         self._gone = False
-        self._watch = ClockWatch(self._name, self._max_age_s)
-        return self._empty_stream(self._max_age_s, max(FROZEN_S, 25.0 * self._period_s))
+        self._watch = ClockWatch(self._options.max_age_s)
+        return self._empty_stream(self._options.max_age_s, max(FROZEN_S, 25.0 * self._period_s))
 
     def _read(self, stream: Stream[ForceSample]) -> None:
         assert self._link is not None
@@ -182,20 +211,16 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
                 device_s = self._measurements / self._internal_hz
                 fresh.append((record, self._sequence, device_s))
         if not fresh:
-            if arrival_s - self._heard_s > self._max_age_s and not self._gone:
+            if arrival_s - self._heard_s > self._options.max_age_s and not self._gone:
                 self._tell_silence(arrival_s - self._heard_s, stream)
             return
         self._heard_s = arrival_s
-        newest_s = fresh[-1][2]
-        self._watch.look(newest_s, arrival_s, stream)
+        times_s = self._watch.arrivals([device_s for *_, device_s in fresh], arrival_s, stream)
         samples = []
-        for record, sequence, device_s in fresh:
-            self._receive_s = max(arrival_s - (newest_s - device_s), self._receive_s)
+        for (record, sequence, device_s), time_s in zip(fresh, times_s, strict=True):
             wrench = self._scale.wrench(record.counts)
             status = self._status(record.status, wrench, stream)
-            samples.append(
-                ForceSample(sequence, device_s, self._receive_s, status, wrench, math.nan)
-            )
+            samples.append(ForceSample(sequence, device_s, time_s, status, wrench, math.nan))
         stream.put(samples, arrival_s)
 
     def _is_next(self, record: Record, stream: Stream[ForceSample]) -> bool:
@@ -247,10 +272,11 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
     def _tell_silence(self, age_s: float, stream: Stream[ForceSample]) -> None:
         """Why no data arrive: the device serves one client, and a second one takes the stream."""
         self._gone = True
-        alive = self._given is None and box.answers(self._host, self._http_port)
+        alive = box.answers(self._options.host, self._options.http_port)
         stream.latch(
             FaultCode.STALE,
-            f"{self._name}: newest sample is {age_s:.3f} s old (limit {self._max_age_s:g} s)"
+            f"{self._name}: newest sample is {age_s:.3f} s old "
+            f"(limit {self._options.max_age_s:g} s)"
             + (", although the device answers on its pages" if alive else ""),
             "another program has asked the device for its stream, which it sends to one only, or "
             "it was restarted: end the other one"

@@ -11,8 +11,8 @@ import math
 from collections import deque
 from typing import NamedTuple
 
-from stepload_drivers.ati.codec import Op
-from stepload_drivers.canframe import CanFrame, together
+from stepload_drivers.ati.codec import Op, frame_id
+from stepload_drivers.framing import CanFrame, CanPairer
 
 MAX_WAITING = 4
 ANSWER_S = 0.01
@@ -32,26 +32,31 @@ class Answer(NamedTuple):
 class Poller:
     """Pure bookkeeping; times are host monotonic seconds, passed in.
 
-    `timeouts` counts questions without an answer, `orphans` frames without their other half, `late`
-    frames that came while waiting for silence, `resyncs` how often the questions were stopped.
+    `timeouts` counts questions without an answer, `late` frames that came while waiting for
+    silence, `resyncs` how often the questions were stopped.
     """
 
     def __init__(self, base: int, period_s: float, pair_limit_s: float) -> None:
         self._base = base
         self._period_s = period_s
-        self._pair_limit_s = pair_limit_s
+        ids = frame_id(base, Op.GAUGES), frame_id(base, Op.GAUGES_2)
+        self._pairer = CanPairer(ids, pair_limit_s, (8, 6))
         self._answer_s = max(ANSWER_S, 2.0 * period_s)
         self._waiting: deque[tuple[int, float]] = deque()
         self._question = 0
         self._next_s = -math.inf
         self._silent_since_s = math.nan
-        self._first: CanFrame | None = None
         self._reset_lag()
-        self.timeouts = self.orphans = self.late = self.resyncs = 0
+        self.timeouts = self.late = self.resyncs = 0
 
     def _reset_lag(self) -> None:
         self._floor_s = self._window_s = math.inf
         self._in_window = 0
+
+    @property
+    def orphans(self) -> int:
+        """Frames without their other half."""
+        return self._pairer.orphans
 
     @property
     def stopped(self) -> bool:
@@ -88,7 +93,7 @@ class Poller:
         self.timeouts += len(self._waiting)
         self.resyncs += 1
         self._waiting.clear()
-        self._first = None
+        self._pairer.forget()
         self._silent_since_s = now_s
         self._reset_lag()
 
@@ -100,21 +105,14 @@ class Poller:
             self.late += 1
             self._silent_since_s = now_s
             return None
-        if frame.id & 0xF == Op.GAUGES:
-            self.orphans += self._first is not None
-            self._first = frame if len(frame.data) == 8 else None
-            return None
-        first, self._first = self._first, None
-        torn = first is None or not together(first, frame, self._pair_limit_s)
-        if first is None or torn or len(frame.data) != 6:
-            self.orphans += 1
+        if (both := self._pairer.feed(frame)) is None:
             return None
         if not self._waiting:
             self.late += 1
             return None
         question, sent_s = self._waiting.popleft()
         self._watch_lag(now_s - sent_s, now_s)
-        return Answer(question, first.data, frame.data)
+        return Answer(question, both[:8], both[8:])
 
     def _watch_lag(self, lag_s: float, now_s: float) -> None:
         """An unanswered question makes every later answer look a period late: start over."""

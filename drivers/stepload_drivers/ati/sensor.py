@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import math
+import struct
 import time
 import zlib
 from typing import Annotated, Any, ClassVar
@@ -16,15 +18,37 @@ from stepload.rig.device import ForceSensor, Identity
 from stepload.rig.faults import FaultCode
 from stepload.rig.samples import ForceSample, Status
 from stepload_drivers.ati import codec
-from stepload_drivers.ati.codec import DEFAULT_BASE, Calibration, Op, frame_id
-from stepload_drivers.ati.link import Dialogue
+from stepload_drivers.ati.codec import (
+    AXES,
+    DEFAULT_BASE,
+    FORCE_UNITS_N,
+    OLD_COUNTS,
+    TORQUE_UNITS_NM,
+    UNITS_FIRMWARE,
+    Calibration,
+    Op,
+    frame_id,
+    matrix_row,
+)
 from stepload_drivers.ati.poller import Answer, Poller
 from stepload_drivers.canbus import CanLink, Channel, Interface
 from stepload_drivers.stream import Stream
-from stepload_drivers.streamed import STALE_S, Deadline, MaxAge, Streamed, require_serial_number
+from stepload_drivers.streamed import (
+    STALE_S,
+    Deadline,
+    MaxAge,
+    OtherSensor,
+    Streamed,
+    ask_twice,
+    require_serial_number,
+)
 
 FROZEN_S = 0.05
 PAIR_LIMIT_S = 1e-3
+
+
+_log = logging.getLogger(__name__)
+MATRIX_OPS = (Op.MATRIX, Op.MATRIX_2, Op.MATRIX_3)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
@@ -40,7 +64,7 @@ class AtiCanOptions:
     rate_hz: Annotated[float, Setting("Hz", 10.0, 1000.0), key("polling rate")] = 500.0
     calibration: Annotated[int, number(0, 15), key("calibration slot")] = 0
     units: Annotated[Verbatim, key('only for firmware before 3.7, e.g. "N N-m"')] = ""
-    serial_number: Annotated[Verbatim, key("refuse a device with another serial number")] = ""
+    serial_number: OtherSensor = ""
     max_age_s: MaxAge = STALE_S
 
 
@@ -55,27 +79,24 @@ class AtiCan(Streamed[ForceSample], ForceSensor):
     OPTIONS: ClassVar[type] = AtiCanOptions
 
     def __init__(self, **options: Any) -> None:
-        told = AtiCanOptions(**options)
-        self._interface, self._channel = told.interface, told.channel
-        self._bitrate, self._base = told.bitrate, told.base
-        self._slot, self._units = told.calibration, told.units
-        self._serial_number = told.serial_number
-        self._max_age_s = told.max_age_s
-        self.rate_hz = told.rate_hz
-        self._name = f"NETCANOEM on {self._channel}"
+        self._options = AtiCanOptions(**options)
+        self._base = self._options.base
+        self.rate_hz = self._options.rate_hz
+        self._name = f"NETCANOEM on {self._options.channel}"
         self._link: CanLink | None = None
 
     def _connect(self, deadline: Deadline) -> Identity:
+        told = self._options
         bus = self._link = CanLink(
-            self._interface, self._channel, self._bitrate, deadline.left_s(self._channel)
+            told.interface, told.channel, told.bitrate, deadline.left_s(told.channel)
         )
         bus.discard_input()
         dialogue = Dialogue(bus, self._base, deadline)
         firmware = dialogue.firmware()
         serial_number = dialogue.serial_number()
-        require_serial_number(self._name, serial_number, self._serial_number)
-        dialogue.select_calibration(self._slot)
-        self._calibration: Calibration = dialogue.calibration(firmware, self._units)
+        require_serial_number(self._name, serial_number, told.serial_number)
+        dialogue.select_calibration(told.calibration)
+        self._calibration: Calibration = dialogue.calibration(firmware, told.units)
         answer = dialogue.ask(Op.GAUGES, b"", (Op.GAUGES, Op.GAUGES_2), (8, 6))
         status, _ = codec.gauges(answer[Op.GAUGES], answer[Op.GAUGES_2])
         if status & codec.CRITICAL:
@@ -90,7 +111,7 @@ class AtiCan(Streamed[ForceSample], ForceSensor):
             "NETCANOEM",
             serial_number,
             "{}.{}.{}".format(*firmware),
-            f"slot {self._slot}, matrix {revision:08x}",
+            f"slot {told.calibration}, matrix {revision:08x}",
         )
 
     def _new_stream(self) -> Stream[ForceSample]:
@@ -98,7 +119,8 @@ class AtiCan(Streamed[ForceSample], ForceSensor):
         self._poller = Poller(self._base, self._period_s, PAIR_LIMIT_S)
         self._last_question = 0
         return self._empty_stream(
-            max(self._max_age_s, 10.0 * self._period_s), max(FROZEN_S, 25.0 * self._period_s)
+            max(self._options.max_age_s, 10.0 * self._period_s),
+            max(FROZEN_S, 25.0 * self._period_s),
         )
 
     def _read(self, stream: Stream[ForceSample]) -> None:
@@ -149,3 +171,97 @@ class AtiCan(Streamed[ForceSample], ForceSensor):
             stream.count("status_bits")
         wrench = self._calibration.wrench(counts)
         return ForceSample(answer.question, math.nan, time_s, int(status), wrench, math.nan)
+
+
+class Dialogue:
+    """Sends one request at a time; it is repeated once when it goes unanswered."""
+
+    def __init__(self, bus: CanLink, base: int, deadline: Deadline) -> None:
+        self._bus = bus
+        self._base = base
+        self._deadline = deadline
+        self.name = f"NETCANOEM at {bus.where}, base {base:#04x}"
+
+    def ask(
+        self, op: Op, data: bytes = b"", expect: tuple[Op, ...] = (), sizes: tuple[int, ...] = ()
+    ) -> dict[Op, bytes]:
+        """Data of the answering frames by operation; `expect` defaults to `op` alone."""
+        expect = expect or (op,)
+
+        def exchange(wait: Deadline) -> dict[Op, bytes] | None:
+            heard: dict[Op, bytes] = {}
+            self._bus.send(frame_id(self._base, op), data)
+            while wait.running and len(heard) < len(expect):
+                for frame in self._bus.receive(0.05):
+                    if frame.id >> 4 == self._base and frame.id & 0xF in expect:
+                        heard[Op(frame.id & 0xF)] = frame.data
+            got = tuple(len(heard[o]) for o in expect if o in heard)
+            return heard if len(heard) == len(expect) and got == (sizes or got) else None
+
+        hint = "check power, bit rate (DIP switch 2-1: 250 kbit/s), base id and termination"
+        return ask_twice(_log, self.name, f"{op.name} {data.hex()}", self._deadline, exchange, hint)
+
+    def firmware(self) -> tuple[int, int, int]:
+        """Major, minor and build number."""
+        major, minor, build = struct.unpack(">BBH", self.ask(Op.FIRMWARE, sizes=(4,))[Op.FIRMWARE])
+        return major, minor, build
+
+    def serial_number(self) -> str:
+        return self.ask(Op.SERIAL)[Op.SERIAL].decode("ascii", "replace").strip("\0 ")
+
+    def select_calibration(self, index: int) -> None:
+        """Use calibration slot `index` (the device forgets it at reset).
+
+        Raises:
+            DeviceError: the device echoes another slot.
+        """
+        echo = self.ask(Op.CALIBRATION, bytes((index,)), sizes=(1,))[Op.CALIBRATION][0]
+        if echo != index:
+            raise DeviceError(
+                f"{self.name} took calibration {echo} instead of {index}",
+                code=FaultCode.REFUSED_COMMAND,
+                hint="correct `calibration` in the rig file",
+            )
+
+    def calibration(self, firmware: tuple[int, int, int], old_units: str) -> Calibration:
+        """Matrix, counts and units, read from the device; firmware before 3.7 has no units.
+
+        Raises:
+            DeviceError: a matrix that is not finite, or a unit or count that is not in the manual.
+        """
+        rows = [
+            matrix_row(self.ask(Op.MATRIX, bytes((axis,)), MATRIX_OPS, (8, 8, 8)))
+            for axis in range(AXES)
+        ]
+        if not all(math.isfinite(value) for row in rows for value in row):
+            raise DeviceError(
+                f"{self.name}: the calibration matrix has values that are not finite",
+                code=FaultCode.NOT_FINITE,
+                hint="check the calibration slot",
+            )
+        counts = (OLD_COUNTS, OLD_COUNTS)
+        if firmware[:2] >= UNITS_FIRMWARE:
+            counts = struct.unpack(">II", self.ask(Op.COUNTS, sizes=(8,))[Op.COUNTS])
+            codes = tuple(self.ask(Op.UNITS, sizes=(2,))[Op.UNITS])
+        else:
+            codes = self._old_codes(old_units)
+        if codes[0] not in FORCE_UNITS_N or codes[1] not in TORQUE_UNITS_NM or 0 in counts:
+            raise DeviceError(
+                f"{self.name}: unit codes {codes} and counts per unit {counts} make no sense",
+                code=FaultCode.OUT_OF_RANGE,
+                hint="check the calibration slot",
+            )
+        return Calibration.from_device(
+            rows, *counts, FORCE_UNITS_N[codes[0]][1], TORQUE_UNITS_NM[codes[1]][1]
+        )
+
+    def _old_codes(self, units: str) -> tuple[int, int]:
+        for force_code, (force, _) in FORCE_UNITS_N.items():
+            for torque_code, (torque, _) in TORQUE_UNITS_NM.items():
+                if units == f"{force} {torque}":
+                    return force_code, torque_code
+        raise DeviceError(
+            f"{self.name}: firmware before 3.7 does not tell its units",
+            code=FaultCode.UNSUPPORTED,
+            hint='write them into the rig file from the calibration sheet, e.g. units: "N N-m"',
+        )

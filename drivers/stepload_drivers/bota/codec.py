@@ -7,7 +7,7 @@ from binascii import crc_hqx
 from enum import IntFlag
 from typing import NamedTuple
 
-from stepload_drivers.resync import FrameDecoder
+from stepload_drivers.framing import FrameDecoder
 
 HEADER = 0xAA
 FRAME_BYTES = 37

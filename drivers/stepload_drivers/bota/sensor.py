@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import math
+import re
 import time
 from typing import Annotated, Any, ClassVar
 
@@ -14,7 +16,6 @@ from stepload.errors import BadInputError, DeviceError
 from stepload.rig.device import ForceSensor, Identity
 from stepload.rig.faults import FaultCode
 from stepload.rig.samples import ForceSample, Status
-from stepload_drivers.bota import dialogue
 from stepload_drivers.bota.codec import (
     BAUD_CODES,
     FRAME_BYTES,
@@ -25,9 +26,8 @@ from stepload_drivers.bota.codec import (
     Frame,
     FrameStatus,
 )
-from stepload_drivers.clockwatch import JUMP_S, ClockWatch
 from stepload_drivers.serialport import Port, SerialPort
-from stepload_drivers.stream import Stream
+from stepload_drivers.stream import JUMP_S, ClockWatch, Stream
 from stepload_drivers.streamed import (
     STALE_S,
     Deadline,
@@ -40,6 +40,18 @@ from stepload_drivers.streamed import (
 FROZEN_S = 0.05
 LINE_SHARE = 0.95
 MEASURED_FRAMES = 32
+CHARACTER_S = 0.005
+"""Pause after each character: the device's input buffer holds 64 bytes and is emptied slowly."""
+
+RESET = "#"
+CONFIGURE = "C"
+RUN = "R"
+_log = logging.getLogger(__name__)
+_BANNER = re.compile(
+    rb"name: (?P<name>[^\r\n]*)[\r\n]+.*?S/N: (?P<serial>[^\r\n]*)[\r\n]+"
+    rb".*?FW version: (?P<firmware>[^\r\n]*)[\r\n]",
+    re.DOTALL,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
@@ -82,16 +94,16 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
 
     def _connect(self, deadline: Deadline) -> Identity:
         port = self._link = SerialPort(self._path, self._baud, refuse_latency=False)
-        model, serial_number, firmware = dialogue.reset(port, deadline)
+        model, serial_number, firmware = reset(port, deadline)
         require_serial_number(self._name, serial_number, self._serial_number)
         sinc = SINC_OF_RATE[self._asked_hz]
         for command in (
-            dialogue.CONFIGURE,
-            dialogue.communication_command(BAUD_CODES[self._baud]),
-            dialogue.filter_command(sinc, fir=self._fir),
-            dialogue.RUN,
+            CONFIGURE,
+            communication_command(BAUD_CODES[self._baud]),
+            filter_command(sinc, fir=self._fir),
+            RUN,
         ):
-            dialogue.ask(port, command, deadline)
+            ask(port, command, deadline)
         self.rate_hz = self._measured_rate(port, deadline)
         self._period_s = 1.0 / self.rate_hz
         return Identity(self.DRIVER, model, serial_number, firmware, "calibrated by the device")
@@ -119,8 +131,7 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
     def _new_stream(self) -> Stream[ForceSample]:
         self._decoder, self._clock = Decoder(), DeviceClock()
         self._sequence = 0
-        self._watch = ClockWatch(self._name, self._max_age_s)
-        self._last_s = -math.inf
+        self._watch = ClockWatch(self._max_age_s)
         return self._empty_stream(self._max_age_s, FROZEN_S)
 
     def _read(self, stream: Stream[ForceSample]) -> None:
@@ -133,17 +144,13 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
         if not frames:
             return
         times = [self._tick(frame, stream) for frame in frames]
-        self._watch.look(times[-1][0], arrival_s, stream)
-        samples = []
-        for frame, (device_s, sequence) in zip(frames, times, strict=True):
-            receive_s = max(arrival_s - (times[-1][0] - device_s), self._last_s)
-            self._last_s = receive_s
-            status = self._status(frame, stream)
-            samples.append(
-                ForceSample(
-                    sequence, device_s, receive_s, status, frame.wrench, frame.temperature_c
-                )
+        arrivals_s = self._watch.arrivals([device_s for device_s, _ in times], arrival_s, stream)
+        samples = [
+            ForceSample(
+                sequence, device_s, time_s, self._status(f, stream), f.wrench, f.temperature_c
             )
+            for f, (device_s, sequence), time_s in zip(frames, times, arrivals_s, strict=True)
+        ]
         stream.put(samples, arrival_s)
 
     def _tick(self, frame: Frame, stream: Stream[ForceSample]) -> tuple[float, int]:
@@ -188,3 +195,66 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
                 "power the sensor off and on; if it stays, it is damaged",
             )
         return int(status)
+
+
+def communication_command(baud_code: int) -> str:
+    """No temperature compensation, calibrated values, binary frames."""
+    return f"c,0,1,0,{baud_code}"
+
+
+def filter_command(sinc: int, *, fir: bool) -> str:
+    """Sinc length (sets the rate), no chopping, no fast filter, FIR filter on or off."""
+    return f"f,{sinc},0,0,{0 if fir else 1}"
+
+
+def send(port: SerialPort, command: str) -> None:
+    """Send `command` character by character."""
+    _log.debug("%s <- %s", port.path, command)
+    for character in command:
+        port.write(character.encode("ascii"))
+        time.sleep(CHARACTER_S)
+
+
+def ask(port: SerialPort, command: str, deadline: Deadline) -> None:
+    """Send `command` and wait for its reply `r,0,<letter>,0`, which may come amid binary frames.
+
+    Raises:
+        DeviceError: refused, or no reply in time.
+    """
+    reply = re.compile(rb"r,\d+,%c,(\d+)" % command[0].encode("ascii"))
+    send(port, command)
+    refusal = int(_heard(port, reply, 64, f"reply to {command!r}", deadline)[1])
+    if refusal:
+        raise DeviceError(
+            f"{port.path}: sensor refused {command!r} with code {refusal}",
+            code=FaultCode.REFUSED_COMMAND,
+            hint="check that the firmware knows this setting",
+        )
+
+
+def reset(port: SerialPort, deadline: Deadline) -> tuple[str, str, str]:
+    """Restart the sensor; product name, serial number and firmware version from its boot text.
+
+    Raises:
+        DeviceError: no boot text in time.
+    """
+    port.discard_input()
+    send(port, RESET)
+    match = _heard(port, _BANNER, 4096, "boot text of the sensor", deadline)
+    name, serial_number, firmware = (
+        match[group].decode("ascii", "replace").strip() for group in ("name", "serial", "firmware")
+    )
+    return name, serial_number, firmware
+
+
+def _heard(
+    port: SerialPort, pattern: re.Pattern[bytes], longest: int, what: str, deadline: Deadline
+) -> re.Match[bytes]:
+    """Read until `pattern`, of at most `longest` bytes and one read, is found."""
+    heard = b""
+    while True:
+        deadline.left_s(f"{port.path}: {what}")
+        heard = heard[-longest:] + port.read()
+        if match := pattern.search(heard):
+            _log.debug("%s -> %r", port.path, match[0])
+            return match

@@ -13,8 +13,7 @@ from stepload.declaration.sections import SECTION, key
 from stepload.rig.device import ForceSensor, Identity
 from stepload.rig.faults import FaultCode
 from stepload.rig.samples import ForceSample, Status
-from stepload_drivers.line.codec import TERMINATORS, escaped_bytes
-from stepload_drivers.line.pattern import line_pattern, number_of
+from stepload_drivers.line.codec import TERMINATORS, escaped_bytes, line_pattern, number_of
 from stepload_drivers.line.sensor import LineSensor, LineSettings
 from stepload_drivers.serialport import Port
 from stepload_drivers.stream import Stream

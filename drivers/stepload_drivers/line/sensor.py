@@ -8,7 +8,7 @@ from abc import abstractmethod
 from typing import NamedTuple, TypeVar
 
 from stepload.rig.device import Identity
-from stepload_drivers.arrival import ArrivalCounter, spread_back
+from stepload_drivers.arrival import ArrivalCounter
 from stepload_drivers.line.codec import LineDecoder
 from stepload_drivers.serialport import WAIT_S, SerialPort
 from stepload_drivers.stream import Stream
@@ -85,7 +85,7 @@ class LineSensor(Streamed[Sample]):
             self._decoder.begin_line()
         self._arrivals = ArrivalCounter(self._period_s)
         self._sequence = 0
-        self._last_s = self._asked_s = -math.inf
+        self._asked_s = -math.inf
         self._answered = True
         stale_s = max(line.max_age_s, STALE_PERIODS * self._period_s)
         return self._empty_stream(stale_s, line.frozen_s)
@@ -102,11 +102,9 @@ class LineSensor(Streamed[Sample]):
             self._answered = True
             times = [arrival_s] * len(values)
         else:
-            lost = self._arrivals.arrived(len(values), arrival_s)
+            lost, times = self._arrivals.stamped(len(values), arrival_s)
             stream.lose(lost)
             self._sequence += max(0, lost)
-            times = spread_back(len(values), arrival_s, self._arrivals.period_s, self._last_s)
-        self._last_s = arrival_s
         samples = []
         for value, time_s in zip(values, times, strict=True):
             self._sequence += 1

@@ -6,11 +6,10 @@ A command is 8 bytes, a response or a sample 16 bytes, both beginning with the c
 from __future__ import annotations
 
 import struct
+from dataclasses import dataclass
 from enum import IntEnum
 
-from stepload_drivers.canframe import CanFrame, together
-from stepload_drivers.resync import FrameDecoder
-from stepload_drivers.robotous.models import Model
+from stepload_drivers.framing import FrameDecoder
 
 UART_START, UART_END = 0x55, 0xAA
 UART_FRAME_BYTES = 19
@@ -23,6 +22,41 @@ CUTOFFS_HZ = (500.0, 300.0, 200.0, 150.0, 100.0, 50.0, 40.0, 30.0, 20.0, 10.0, 5
 
 OVERLOAD_AXES = ((0x20, "Fx"), (0x10, "Fy"), (0x08, "Fz"), (0x04, "Tx"), (0x02, "Ty"), (0x01, "Tz"))
 ERRORS = {1: "unsupported", 2: "out of range", 3: "failed to set"}
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """What turns counts into N and N·m: force = raw / `force_divider`, torque likewise.
+
+    Rated loads: `rated_xy_n` of Fx and Fy, `rated_z_n` of Fz, `rated_nm` of all torques.
+    """
+
+    name: str
+    force_divider: float
+    torque_divider: float
+    rated_xy_n: float
+    rated_z_n: float
+    rated_nm: float
+
+
+MODELS = (
+    Model("RFT80-6A03", 25.0, 500.0, 1000.0, 1000.0, 50.0),
+    Model("RFT80-6A02", 50.0, 1000.0, 400.0, 400.0, 20.0),
+    Model("RFT80-6A01", 50.0, 1000.0, 400.0, 400.0, 20.0),
+    Model("RFT64-6A01", 50.0, 1000.0, 200.0, 200.0, 10.0),
+    Model("RFT64-SB01", 50.0, 2000.0, 150.0, 200.0, 4.0),
+    Model("RFT60-HA01", 50.0, 2000.0, 150.0, 200.0, 4.0),
+    Model("RFT44", 50.0, 2000.0, 100.0, 150.0, 2.5),
+    Model("RFT40", 50.0, 2000.0, 100.0, 150.0, 2.5),
+)
+
+
+def model_named(name: str) -> Model | None:
+    """The model whose name the sensor's own name begins with; None for an unknown one.
+
+    A wrong torque divider is silent, so it is never assumed.
+    """
+    return next((model for model in MODELS if name.upper().startswith(model.name)), None)
 
 
 class Command(IntEnum):
@@ -40,7 +74,6 @@ class Command(IntEnum):
     SET_RATE = 0x0F
     GET_RATE = 0x10
     BIAS = 0x11
-    OVERLOAD_COUNTERS = 0x12
 
 
 SAMPLE_IDS = frozenset({Command.READ_ONCE, Command.START})
@@ -90,35 +123,3 @@ class UartDecoder(FrameDecoder[bytes]):
 
     def __init__(self) -> None:
         super().__init__(UART_START, UART_FRAME_BYTES, uart_payload)
-
-
-class CanPairer:
-    """Puts the two CAN frames of a payload together again.
-
-    The frames carry no counter: one without its other half, or too far from it, is an orphan.
-    """
-
-    def __init__(self, first_id: int, second_id: int, limit_s: float) -> None:
-        self._first_id = first_id
-        self._second_id = second_id
-        self._limit_s = limit_s
-        self._first: CanFrame | None = None
-        self.orphans = 0
-
-    def feed(self, frame: CanFrame) -> bytes | None:
-        """The payload that this frame completes, if any."""
-        if frame.id not in (self._first_id, self._second_id):
-            return None
-        if len(frame.data) != 8:
-            self.orphans += 1
-            self._first = None
-            return None
-        if frame.id == self._first_id:
-            self.orphans += self._first is not None
-            self._first = frame
-            return None
-        first, self._first = self._first, None
-        if first is None or not together(first, frame, self._limit_s):
-            self.orphans += 2 if first else 1
-            return None
-        return first.data + frame.data

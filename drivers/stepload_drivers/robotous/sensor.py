@@ -7,7 +7,7 @@ import math
 import time
 from abc import abstractmethod
 from collections.abc import Iterable
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 from pydantic.dataclasses import dataclass
 
@@ -17,27 +17,32 @@ from stepload.errors import BadInputError, DeviceError
 from stepload.rig.device import ForceSensor, Identity
 from stepload.rig.faults import FaultCode
 from stepload.rig.samples import ForceSample, Status
-from stepload_drivers.arrival import ArrivalCounter, spread_back
+from stepload_drivers.arrival import ArrivalCounter
 from stepload_drivers.canbus import CanLink, Channel, Interface
+from stepload_drivers.framing import CanPairer
 from stepload_drivers.robotous import codec
-from stepload_drivers.robotous.codec import Command
-from stepload_drivers.robotous.link import CanPairLink, Link, UartLink
-from stepload_drivers.robotous.models import Model, model_named
+from stepload_drivers.robotous.codec import (
+    Command,
+    Model,
+    UartDecoder,
+    model_named,
+    uart_frame,
+)
 from stepload_drivers.serialport import Port, SerialPort
 from stepload_drivers.stream import Stream
 from stepload_drivers.streamed import (
+    REPLY_S,
     STALE_S,
     Deadline,
     MaxAge,
     OtherSensor,
     Streamed,
+    ask_twice,
     require_serial_number,
 )
 
 CAN_BITRATE = 1_000_000
-REPLY_S = 0.5
-"""Time in s for an answer; it is asked before and after a run. A sensor takes some ms, a busy host
-more."""
+PAIR_LIMIT_S = 1e-3
 STOP_S = 0.02
 FROZEN_S = 0.05
 _CanId = Annotated[int, number(1, 255)]
@@ -74,6 +79,69 @@ class CanOptions(RobotousOptions):
     receiver_id: Annotated[_CanId, key("id the sensor listens to")] = 0x64
     first_id: Annotated[_CanId, key("id of D1..D8")] = 1
     second_id: Annotated[_CanId, key("id of D9..D16")] = 2
+
+
+class Errors(NamedTuple):
+    """Counters of a link since it was opened."""
+
+    damaged: int
+    skipped: int
+    orphans: int
+
+
+class UartLink:
+    """8N1, 19-byte frames."""
+
+    def __init__(self, port: SerialPort) -> None:
+        self._port = port
+        self._decoder = UartDecoder()
+
+    def send(self, command: bytes) -> None:
+        self._port.write(uart_frame(command))
+
+    def receive(self) -> list[bytes]:
+        return self._decoder.feed(self._port.read())
+
+    def discard_input(self) -> None:
+        self._port.discard_input()
+        self._decoder = UartDecoder()
+
+    def errors(self) -> Errors:
+        return Errors(self._decoder.damaged, self._decoder.skipped, 0)
+
+    def close(self) -> None:
+        self._port.close()
+
+
+class CanPairLink:
+    """Commands to `receiver_id`; payloads as frames with `first_id` and `second_id`."""
+
+    def __init__(self, bus: CanLink, receiver_id: int, first_id: int, second_id: int) -> None:
+        self._bus = bus
+        self._receiver_id = receiver_id
+        self._ids = (first_id, second_id)
+        self._pairer = CanPairer(self._ids, PAIR_LIMIT_S)
+
+    def send(self, command: bytes) -> None:
+        self._bus.send(self._receiver_id, command)
+
+    def receive(self) -> list[bytes]:
+        payloads = (self._pairer.feed(frame) for frame in self._bus.receive())
+        return [payload for payload in payloads if payload is not None]
+
+    def discard_input(self) -> None:
+        self._bus.discard_input()
+        self._pairer = CanPairer(self._ids, PAIR_LIMIT_S)
+
+    def errors(self) -> Errors:
+        return Errors(self._bus.damaged, 0, self._pairer.orphans)
+
+    def close(self) -> None:
+        self._bus.close()
+
+
+Link = UartLink | CanPairLink
+"""Commands out, 16-byte payloads in; `receive` waits at most 0.1 s for the first bytes."""
 
 
 def _one_of(name: str, value: float, allowed: Iterable[float]) -> float:
@@ -122,7 +190,6 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
             )
         self._model = model
         self._configure(deadline)
-        self._overloads = self._ask(deadline, Command.OVERLOAD_COUNTERS)[1:7]
         self._link.send(codec.command(Command.START))
         calibration = f"dividers {model.force_divider:g}/N {model.torque_divider:g}/Nm"
         return Identity(self.DRIVER, name, serial_number, firmware, calibration)
@@ -160,17 +227,14 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
     def _ask(self, deadline: Deadline, name: Command, *parameters: int) -> bytes:
         """The reply to a command; sent twice when the first goes unanswered."""
         assert self._link is not None
-        for _ in range(2):
-            wait = Deadline(min(REPLY_S, deadline.left_s(f"{self._name}: {name.name}")))
-            reply = self._reply(self._link, wait, name, *parameters)
-            answer = "no answer" if reply is None else reply.hex()
-            _log.debug("%s <- %s %s -> %s", self._name, name.name, parameters, answer)
-            if reply is not None:
-                return reply
-        raise DeviceError(
-            f"{self._name} does not answer {name.name} within {REPLY_S:g} s",
-            code=FaultCode.NOT_CONNECTED,
-            hint="check power, cable, bit rate and (CAN) ids and termination",
+        link, request = self._link, " ".join(map(str, (name.name, *parameters)))
+        return ask_twice(
+            _log,
+            self._name,
+            request,
+            deadline,
+            lambda wait: self._reply(link, wait, name, *parameters),
+            "check power, cable, bit rate and (CAN) ids and termination",
         )
 
     @staticmethod
@@ -186,7 +250,6 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
         self._period_s = 1.0 / self.rate_hz
         self._arrivals = ArrivalCounter(self._period_s)
         self._sequence = 0
-        self._last_s = -math.inf
         slowest_s = 10.0 * self._period_s
         smooth_s = 1.0 / self._cutoff_hz if self._cutoff_hz else 0.0
         return self._empty_stream(max(self._max_age_s, slowest_s), max(FROZEN_S, smooth_s))
@@ -204,11 +267,9 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
             stream.lose(torn)
         if not payloads:
             return
-        lost = self._arrivals.arrived(len(payloads), arrival_s)
+        lost, times = self._arrivals.stamped(len(payloads), arrival_s)
         stream.lose(lost)
         self._sequence += max(0, lost)
-        times = spread_back(len(payloads), arrival_s, self._arrivals.period_s, self._last_s)
-        self._last_s = arrival_s
         stream.put(
             [self._sample(p, t, stream) for p, t in zip(payloads, times, strict=True)], arrival_s
         )
@@ -236,17 +297,11 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
         return True
 
     def _stop(self, link: Link) -> None:
+        """Stop the data and wait for silence: what is closed at once may not have been sent."""
         link.send(codec.command(Command.STOP))
-        if self._stream is not None and self._stream.fault() is None:
-            self._count_overloads(link, self._stream)
-
-    def _count_overloads(self, link: Link, stream: Stream[ForceSample]) -> None:
-        """Overloads during the run, by the sensor's own counters (they saturate at 255)."""
-        time.sleep(STOP_S)
-        reply = self._reply(link, Deadline(REPLY_S), Command.OVERLOAD_COUNTERS)
-        if reply is not None:
-            pairs = zip(reply[1:7], self._overloads, strict=True)
-            stream.count("overload_events", sum(after - before for after, before in pairs))
+        wait = Deadline(REPLY_S)
+        while wait.running and link.receive():
+            pass
 
 
 class RobotousUart(_Robotous):

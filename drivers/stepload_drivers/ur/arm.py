@@ -19,13 +19,13 @@ from stepload_drivers.motion import (
     require_positive,
     require_shift,
 )
-from stepload_drivers.ur import dashboard_watch, direct_stop, state, wire
+from stepload_drivers.ur import dashboard_watch, direct_control, state, wire
+from stepload_drivers.ur.direct_control import Unloading
 from stepload_drivers.ur.last_state import LastState, Reach
-from stepload_drivers.ur.packet_counter import PacketCounter
 from stepload_drivers.ur.preflight import preflight
-from stepload_drivers.ur.process import ChildProcess
+from stepload_drivers.ur.process import ChildProcess, end_of
 from stepload_drivers.ur.settings import Settings
-from stepload_drivers.ur.unload import Unloading
+from stepload_drivers.ur.state import PacketCounter
 
 CONNECTION_LOST = frozenset(
     {
@@ -38,13 +38,6 @@ CONNECTION_LOST = frozenset(
     }
 )
 """Faults after which no message of the child is trusted: it is killed."""
-
-LINK_LOST = (
-    "Robot is disconnected", "End of file", "Connection reset", "Broken pipe",
-    "Too many open files",
-)  # fmt: skip
-"""What ur_rtde prints when its connection is gone. It may end its process in trying to reconnect,
-for which it is left no means, before the child's loop has seen the loss."""
 
 PROGRAM_ENDED = TAKEN_OVER | {FaultCode.WATCHDOG_STOP}
 """Faults after which no target can reach the arm, or none may."""
@@ -142,7 +135,7 @@ class UrArm(Arm):
                 )
             if (fault := self._fault) is not None:
                 self._log_fault()
-                raise DeviceError(fault.message, code=fault.code, hint=fault.hint)
+                raise fault.error()
 
     def drain(self) -> list[ArmSample]:
         self._pump()
@@ -218,7 +211,7 @@ class UrArm(Arm):
                 code=FaultCode.NOT_CONNECTED,
                 hint="keep clear of the arm; use the emergency stop before anybody goes near it",
             )
-        direct_stop.stop(self._settings.host, deadline_s)
+        direct_control.stop(self._settings.host, deadline_s)
 
     def retract(self, distance_m: float, speed_m_s: float, timeout_s: float) -> None:
         require_positive("retract", distance_m=distance_m, speed_m_s=speed_m_s, timeout_s=timeout_s)
@@ -256,9 +249,7 @@ class UrArm(Arm):
         """Refuse a motion after a person or a safety system has taken over."""
         fault = self._fault
         if fault is not None and fault.code in TAKEN_OVER:
-            raise DeviceError(
-                f"no retract was sent: {fault.message}", code=fault.code, hint=fault.hint
-            )
+            raise fault.error("no retract was sent: ")
 
     def prove_stop(self, distance_m: float, speed_m_s: float, timeout_s: float) -> StopProof:
         """Move slowly away from the plate, stop sending, and check that the arm stops by itself.
@@ -277,7 +268,7 @@ class UrArm(Arm):
         if reply is None or not reply["ok"]:
             why = reply["message"] if reply else f"no answer within {timeout_s:g} s"
             self._kill()
-            direct_stop.stop(self._settings.host, time.monotonic() + RESCUE_S)
+            direct_control.stop(self._settings.host, time.monotonic() + RESCUE_S)
             raise DeviceError(
                 f"the stop of the arm's watchdog is not proven: {why}",
                 code=FaultCode.REFUSED_COMMAND,
@@ -307,7 +298,7 @@ class UrArm(Arm):
             self._take(message)
         if self._child.ended:
             if self._fault is None:
-                self._latch(*_end_of(self._child.last_words()))
+                self._latch(*end_of(self._child.last_words()))
             self._kill()
             return
         now_s = time.monotonic()
@@ -398,11 +389,7 @@ class UrArm(Arm):
 
     def _gone(self) -> DeviceError:
         if self._fault is not None:
-            return DeviceError(
-                f"position target not sent: {self._fault.message}",
-                code=self._fault.code,
-                hint=self._fault.hint,
-            )
+            return self._fault.error("position target not sent: ")
         return DeviceError(
             "position target not sent: the arm is not open",
             code=FaultCode.NOT_CONNECTED,
@@ -413,12 +400,3 @@ class UrArm(Arm):
         if self._child is not None:
             self._child.kill()
             self._child = None
-
-
-def _end_of(last_words: str) -> tuple[FaultCode, str, str]:
-    """Code, message and hint for a child that has ended without reporting a reason."""
-    if any(sign in last_words for sign in LINK_LOST):
-        message = f"the controller closed the connection ({last_words})"
-        hint = "check cable and controller; the arm's watchdog stops it"
-        return FaultCode.NOT_CONNECTED, message, hint
-    return FaultCode.DRIVER, last_words, "the arm's watchdog stops the arm; open anew"

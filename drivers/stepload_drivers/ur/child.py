@@ -13,12 +13,12 @@ from typing import Any
 
 from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
-from stepload_drivers.priority import prefer_this_thread
+from stepload_drivers.streamed import prefer_this_thread
 from stepload_drivers.ur import procedures, wire
-from stepload_drivers.ur.link import Link
 from stepload_drivers.ur.loop import HANG_S, Loop, stay_alive_for
 from stepload_drivers.ur.procedures import RequestError
 from stepload_drivers.ur.settings import Settings
+from stepload_drivers.ur.wire import Link
 
 
 def _serve(loop: Loop, request: dict[str, Any]) -> None:

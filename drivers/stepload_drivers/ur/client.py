@@ -24,67 +24,81 @@ SCRIPT_LINGER_S = 0.1
 _log = logging.getLogger(__name__)
 
 Version = tuple[int, int, int, int]
+REMOTE = {"true": True, "false": False}
+"""Answers of the dashboard about remote control; before 5.6 it gives others."""
 
 
-def _no_answer(host: str, port: int, what: str) -> DeviceError:
-    return DeviceError(
-        f"{host}:{port}: {what}",
-        code=FaultCode.NOT_CONNECTED,
-        hint="is the controller on, its address right, and the cable in? Then `ping` it",
-    )
+class Connection:
+    """A TCP connection to one port of the controller; its errors are `DeviceError`.
 
+    Raises:
+        DeviceError: NOT_CONNECTED, no connection by the deadline (monotonic).
+    """
 
-def _connect(host: str, port: int, deadline_s: float) -> socket.socket:
-    left_s = min(CONNECT_LIMIT_S, deadline_s - time.monotonic())
-    if left_s <= 0.0:
-        raise _no_answer(host, port, "no time left to connect")
-    try:
-        sock = socket.create_connection((host, port), timeout=left_s)
-    except OSError as error:
-        raise _no_answer(host, port, f"cannot connect ({error})") from error
-    sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-    _log.debug("%s:%d connected", host, port)
-    return sock
+    def __init__(self, host: str, port: int, deadline_s: float) -> None:
+        self._host, self._port = host, port
+        left_s = min(CONNECT_LIMIT_S, deadline_s - time.monotonic())
+        if left_s <= 0.0:
+            raise self._no_answer("no time left to connect")
+        try:
+            self._sock = socket.create_connection((host, port), timeout=left_s)
+        except OSError as error:
+            raise self._no_answer(f"cannot connect ({error})") from error
+        self._sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        _log.debug("%s:%d connected", host, port)
 
+    def _no_answer(self, what: str) -> DeviceError:
+        return DeviceError(
+            f"{self._host}:{self._port}: {what}",
+            code=FaultCode.NOT_CONNECTED,
+            hint="is the controller on, its address right, and the cable in? Then `ping` it",
+        )
 
-def _receive(sock: socket.socket, host: str, port: int, timeout_s: float) -> bytes:
-    """What has arrived; empty if nothing does within `timeout_s`."""
-    sock.settimeout(timeout_s)
-    try:
-        data = sock.recv(65536)
-    except TimeoutError:
-        return b""
-    except OSError as error:
-        raise _no_answer(host, port, f"connection lost ({error})") from error
-    if not data:
-        raise _no_answer(host, port, "the controller closed the connection")
-    return data
+    def _lost(self, error: OSError) -> DeviceError:
+        return self._no_answer(f"connection lost ({error})")
 
+    def _send(self, data: bytes) -> None:
+        try:
+            self._sock.sendall(data)
+        except OSError as error:
+            raise self._lost(error) from error
 
-def _receive_by(sock: socket.socket, host: str, port: int, deadline_s: float) -> bytes:
-    left_s = deadline_s - time.monotonic()
-    if left_s > 0.0 and (data := _receive(sock, host, port, left_s)):
+    def _receive(self, timeout_s: float) -> bytes:
+        """What has arrived; empty if nothing does within `timeout_s`."""
+        self._sock.settimeout(timeout_s)
+        try:
+            data = self._sock.recv(65536)
+        except TimeoutError:
+            return b""
+        except OSError as error:
+            raise self._lost(error) from error
+        if not data:
+            raise self._no_answer("the controller closed the connection")
         return data
-    raise _no_answer(host, port, "no answer in time")
 
-
-class RtdeClient:
-    """One RTDE connection; every call ends by `deadline_s` (monotonic), whatever the peer does."""
-
-    def __init__(self, host: str, deadline_s: float) -> None:
-        self._host = host
-        self._deadline_s = deadline_s
-        self._sock = _connect(host, RTDE, deadline_s)
-        self._reader = FrameReader()
-        self._frames: list[Frame] = []
-        self._layout = frames.package_struct([])
+    def _receive_by(self, deadline_s: float) -> bytes:
+        left_s = deadline_s - time.monotonic()
+        if left_s > 0.0 and (data := self._receive(left_s)):
+            return data
+        raise self._no_answer("no answer in time")
 
     def close(self) -> None:
         self._sock.close()
 
+
+class RtdeClient(Connection):
+    """One RTDE connection; every call ends by `deadline_s` (monotonic), whatever the peer does."""
+
+    def __init__(self, host: str, deadline_s: float) -> None:
+        super().__init__(host, RTDE, deadline_s)
+        self._deadline_s = deadline_s
+        self._reader = FrameReader()
+        self._frames: list[Frame] = []
+        self._layout = frames.package_struct([])
+
     def _next(self) -> Frame:
         while not self._frames:
-            self._feed(_receive_by(self._sock, self._host, RTDE, self._deadline_s))
+            self._feed(self._receive_by(self._deadline_s))
         return self._frames.pop(0)
 
     def _feed(self, data: bytes) -> None:
@@ -98,10 +112,7 @@ class RtdeClient:
             ) from error
 
     def _ask(self, kind: int, payload: bytes = b"") -> bytes:
-        try:
-            self._sock.sendall(encode(kind, payload))
-        except OSError as error:
-            raise _no_answer(self._host, RTDE, f"connection lost ({error})") from error
+        self._send(encode(kind, payload))
         while True:
             frame = self._next()
             if frame.kind == kind:
@@ -122,7 +133,7 @@ class RtdeClient:
             )
         answer = self._ask(frames.GET_VERSION)
         if len(answer) != 16:
-            raise _no_answer(self._host, RTDE, f"version answer of {len(answer)} bytes, not 16")
+            raise self._no_answer(f"version answer of {len(answer)} bytes, not 16")
         major, minor, bugfix, build = struct.unpack(">4I", answer)
         return (major, minor, bugfix, build)
 
@@ -155,7 +166,7 @@ class RtdeClient:
                 hint="PolyScope 3.4 to 3.15 and 5.4 to 5.x are supported",
             ) from error
         if self._ask(frames.START) != b"\x01":
-            raise _no_answer(self._host, RTDE, "refused to start sending")
+            raise self._no_answer("refused to start sending")
 
     def read(self) -> state.UrState:
         """The next sound data package.
@@ -173,7 +184,7 @@ class RtdeClient:
         Raises:
             DeviceError: the connection is lost, or the values of a package are impossible.
         """
-        self._feed(_receive(self._sock, self._host, RTDE, timeout_s))
+        self._feed(self._receive(timeout_s))
         taken, self._frames = self._frames, []
         return [self._state(frame) for frame in taken if self._is_data(frame)]
 
@@ -188,7 +199,7 @@ class RtdeClient:
         return package
 
 
-class Dashboard:
+class Dashboard(Connection):
     """One connection to the dashboard server.
 
     Raises:
@@ -196,17 +207,13 @@ class Dashboard:
     """
 
     def __init__(self, host: str, deadline_s: float) -> None:
-        self._host = host
+        super().__init__(host, DASHBOARD, deadline_s)
         self._text = b""
-        self._sock = _connect(host, DASHBOARD, deadline_s)
         try:
             self._line(deadline_s)
         except DeviceError:
             self.close()
             raise
-
-    def close(self) -> None:
-        self._sock.close()
 
     def ask(self, command: str, deadline_s: float) -> str:
         """The reply to one command.
@@ -214,17 +221,14 @@ class Dashboard:
         Raises:
             DeviceError: the connection is lost or there is no answer by the deadline.
         """
-        try:
-            self._sock.sendall(command.encode("ascii") + b"\n")
-        except OSError as error:
-            raise _no_answer(self._host, DASHBOARD, f"connection lost ({error})") from error
+        self._send(command.encode("ascii") + b"\n")
         reply = self._line(deadline_s)
         _log.debug("%s:%d <- %s -> %s", self._host, DASHBOARD, command, reply)
         return reply
 
     def _line(self, deadline_s: float) -> str:
         while b"\n" not in self._text:
-            self._text += _receive_by(self._sock, self._host, DASHBOARD, deadline_s)
+            self._text += self._receive_by(deadline_s)
         line, _, self._text = self._text.partition(b"\n")
         return line.decode("utf-8", "replace").strip()
 
@@ -248,10 +252,8 @@ def send_script(host: str, script: str, deadline_s: float) -> None:
     errors = []
     for port in SCRIPT_PORTS:
         try:
-            with contextlib.closing(_connect(host, port, deadline_s)) as sock:
-                sock.sendall(script.encode("ascii"))
-                _swallow(sock)
-                _log.info("%s:%d takes a program: %s", host, port, " ".join(script.split()))
+            with contextlib.closing(ScriptPort(host, port, deadline_s)) as taker:
+                taker.send(script)
                 return
         except (DeviceError, OSError) as error:
             errors.append(str(error).splitlines()[0])
@@ -262,13 +264,18 @@ def send_script(host: str, script: str, deadline_s: float) -> None:
     )
 
 
-def _swallow(sock: socket.socket) -> None:
-    """Read what the port streams for a moment: closing with unread data would reset the
-    connection, and the controller might drop the program with it.
-    """
-    until_s = time.monotonic() + SCRIPT_LINGER_S
-    while (left_s := until_s - time.monotonic()) > 0.0:
-        sock.settimeout(left_s)
-        with contextlib.suppress(TimeoutError):
-            if not sock.recv(65536):
-                return
+class ScriptPort(Connection):
+    """A port that takes URScript programs, and streams the controller's state."""
+
+    def send(self, script: str) -> None:
+        """Send the program, then read for a moment what the port streams: closing with unread data
+        would reset the connection, and the controller might drop the program with it.
+        """
+        self._sock.sendall(script.encode("ascii"))
+        until_s = time.monotonic() + SCRIPT_LINGER_S
+        while (left_s := until_s - time.monotonic()) > 0.0:
+            self._sock.settimeout(left_s)
+            with contextlib.suppress(TimeoutError):
+                if not self._sock.recv(65536):
+                    break
+        _log.info("%s:%d takes a program: %s", self._host, self._port, " ".join(script.split()))

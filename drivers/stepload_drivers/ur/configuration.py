@@ -1,24 +1,37 @@
-"""Configuration and settings of the arm, read on a separate RTDE connection.
+"""The controller's settings, read on an RTDE connection of their own, and checked for changes.
 
 ur_rtde does not know `tcp_offset`, and asks for all of its variables or for none. Here each
 variable is requested that the controller may have: a missing one is None, without an error.
 `target_speed_fraction` is the speed slider; `speed_scaling`, which is not requested, is its value
 after the controller's trajectory limiter. Versions: Universal Robots, RTDE guide; `tcp_offset` is
 not in the guide, 3.12 and 5.5.1 have it (Universal_Robots_Client_Library, pull request 110).
+
+Only what is reported can be compared: speed slider, payload mass, its centre of gravity and TCP.
+Mounting, safety limits and the rest of the installation are not reported.
 """
 
 from __future__ import annotations
 
 import contextlib
 import time
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from stepload.errors import DeviceError
 from stepload.rig.device import ArmConfiguration
+from stepload.rig.faults import FaultCode
+from stepload.units import percent
 from stepload_drivers.ur import frames
 from stepload_drivers.ur.client import RtdeClient
+from stepload_drivers.ur.settings import Settings
+from stepload_drivers.ur.state import Problem
 
 RATE_HZ = 25.0
+SAME_SLIDER = 0.005
+SAME_KG = 1e-3
+SAME_M = 1e-5
+SAME_RAD = 1e-5
 
 WANTED = {
     "actual_q": (6, 7.0),
@@ -124,3 +137,91 @@ def read_configuration(host: str, deadline_s: float) -> ArmConfiguration:
     """
     with contextlib.closing(ConfigurationClient(host, deadline_s)) as client:
         return client.first()
+
+
+_SLIDER_HINT = (
+    "set the speed slider at the foot of the pendant's Run screen to 100 % (in local control), "
+    "switch to remote control again and start anew"
+)
+_SETTING_HINT = (
+    "find out who changed it (pendant, another program); put it right in the pendant's "
+    "installation, or give tcp_offset, payload_mass and payload_cog, and start anew"
+)
+
+
+def slow_problem(configuration: ArmConfiguration) -> Problem | None:
+    """Why the arm would lag behind every target: the speed slider is not at 100 %."""
+    fraction = configuration.speed_fraction
+    if fraction is None or fraction >= 1.0 - SAME_SLIDER:
+        return None
+    return Problem(
+        FaultCode.UNSUPPORTED,
+        f"the speed slider is at {percent(fraction, 2)}, 100 % is needed: the arm would lag",
+        _SLIDER_HINT,
+    )
+
+
+def expected(settings: Settings, told: ArmConfiguration) -> ArmConfiguration:
+    """Required settings: those set through the options, otherwise as reported at arming.
+
+    Settings that are not reported stay None. The slider must be at 100 %.
+    """
+    required: dict[str, Any] = {"speed_fraction": 1.0}
+    if settings.tcp_offset_m is not None:
+        required["tcp_offset"] = (*settings.tcp_offset_m, 0.0, 0.0, 0.0)
+    if settings.payload_mass_kg is not None:
+        required["payload_kg"] = settings.payload_mass_kg
+        required["payload_cog_m"] = settings.payload_cog_m
+    reported = {name: to for name, to in required.items() if getattr(told, name) is not None}
+    return replace(told, **reported)
+
+
+def change(armed: ArmConfiguration, told: ArmConfiguration) -> Problem | None:
+    """Every setting that has changed since arming, with both values; None: none has."""
+    changed = {}
+    for name, (setting, differs, text) in _COMPARED.items():
+        before, now = getattr(armed, name), getattr(told, name)
+        if before is not None and now is not None and differs(before, now):
+            changed[name] = f"{setting} from {text(before)} to {text(now)}"
+    if not changed:
+        return None
+    return Problem(
+        FaultCode.SETTING_CHANGED,
+        f"changed since the arm was opened: {'; '.join(changed.values())}",
+        _SLIDER_HINT if list(changed) == ["speed_fraction"] else _SETTING_HINT,
+    )
+
+
+def tcp_changed(armed: ArmConfiguration | None, told: ArmConfiguration | None) -> bool:
+    """Whether a pose refers to another point of the arm than at arming, as far as reported."""
+    if armed is None or told is None or armed.tcp_offset is None or told.tcp_offset is None:
+        return False
+    return _other_tcp(armed.tcp_offset, told.tcp_offset)
+
+
+def _far(before: tuple[float, ...], now: tuple[float, ...], limit: float = SAME_M) -> bool:
+    return any(abs(a - b) > limit for a, b in zip(before, now, strict=True))
+
+
+def _other_tcp(before: tuple[float, ...], now: tuple[float, ...]) -> bool:
+    return _far(before[:3], now[:3]) or _far(before[3:], now[3:], SAME_RAD)
+
+
+def _mm(vector_m: tuple[float, ...]) -> str:
+    return f"({', '.join(f'{component * 1e3:g}' for component in vector_m)}) mm"
+
+
+def _tcp(offset: tuple[float, ...]) -> str:
+    rotation = ", ".join(f"{component:g}" for component in offset[3:])
+    return f"{_mm(offset[:3])}, rotation ({rotation}) rad"
+
+
+_COMPARED: dict[str, tuple[str, Callable[[Any, Any], bool], Callable[[Any], str]]] = {
+    "speed_fraction": (
+        "speed slider", lambda a, b: abs(b - a) > SAME_SLIDER, lambda share: percent(share, 2),
+    ),
+    "payload_kg": ("payload mass", lambda a, b: abs(b - a) > SAME_KG, "{:.3f} kg".format),
+    "payload_cog_m": ("payload centre of gravity", _far, _mm),
+    "tcp_offset": ("TCP", _other_tcp, _tcp),
+}  # fmt: skip
+"""Of each compared setting: its name, whether two values differ, and a value as text."""

@@ -17,8 +17,7 @@ from typing import NamedTuple
 
 from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
-from stepload_drivers.ur.client import Dashboard
-from stepload_drivers.ur.preflight import REMOTE
+from stepload_drivers.ur.client import REMOTE, Dashboard
 from stepload_drivers.ur.state import Problem
 
 EVERY_S = 0.1

@@ -14,8 +14,7 @@ from stepload.errors import DeviceError
 from stepload.rig.device import ForceSensor, Identity
 from stepload.rig.faults import FaultCode
 from stepload.rig.samples import ForceSample, Status
-from stepload_drivers.clockwatch import JUMP_S, ClockWatch
-from stepload_drivers.stream import Stream
+from stepload_drivers.stream import JUMP_S, ClockWatch, Stream
 from stepload_drivers.streamed import STALE_S, Deadline, MaxAge, Streamed, require_serial_number
 from stepload_drivers.ur.client import RtdeClient, Version, dashboard
 from stepload_drivers.ur.state import UrState
@@ -105,8 +104,8 @@ class UrForce(Streamed[ForceSample], ForceSensor):
 
     def _new_stream(self) -> Stream[ForceSample]:
         self._sequence = 0
-        self._last_s = self._receive_s = -math.inf
-        self._watch = ClockWatch(self._name, self._max_age_s)
+        self._last_s = -math.inf
+        self._watch = ClockWatch(self._max_age_s)
         return self._empty_stream(self._max_age_s, FROZEN_S)
 
     def _read(self, stream: Stream[ForceSample]) -> None:
@@ -120,16 +119,11 @@ class UrForce(Streamed[ForceSample], ForceSensor):
         ]
         if not fresh:
             return
-        newest_s = fresh[-1][1].timestamp_s
-        self._watch.look(newest_s, arrival_s, stream)
-        samples = []
-        for sequence, package in fresh:
-            device_s, wrench = package.timestamp_s, package.wrench
-            self._receive_s = max(arrival_s - (newest_s - device_s), self._receive_s)
-            status = self._status(package, stream)
-            samples.append(
-                ForceSample(sequence, device_s, self._receive_s, status, wrench, math.nan)
-            )
+        times_s = self._watch.arrivals([p.timestamp_s for _, p in fresh], arrival_s, stream)
+        samples = [
+            ForceSample(number, p.timestamp_s, time_s, self._status(p, stream), p.wrench, math.nan)
+            for (number, p), time_s in zip(fresh, times_s, strict=True)
+        ]
         stream.put(samples, arrival_s)
 
     def _is_next(self, stamp_s: float, stream: Stream[ForceSample]) -> bool:

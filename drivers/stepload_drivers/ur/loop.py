@@ -16,14 +16,13 @@ from typing import Any, NoReturn
 from stepload.rig.faults import TAKEN_OVER, FaultCode
 from stepload_drivers.motion import NO_SHIFT
 from stepload_drivers.ur import wire
-from stepload_drivers.ur.link import Link
 from stepload_drivers.ur.ports import ControlPort, ReceivePort
 from stepload_drivers.ur.settings import Settings
-from stepload_drivers.ur.standstill import Standstill
 from stepload_drivers.ur.state import (
     PLAYING,
     STOPPED,
     Problem,
+    Standstill,
     UrState,
     Vector6,
     data_problem,
@@ -31,8 +30,8 @@ from stepload_drivers.ur.state import (
     target_pose,
     travel_m,
 )
-from stepload_drivers.ur.stop_cause import WATCHDOG_SHARE
-from stepload_drivers.ur.watch import Watch
+from stepload_drivers.ur.watch import WATCHDOG_SHARE, Watch
+from stepload_drivers.ur.wire import Link
 
 POLL_S = 0.0004
 HANG_S = 2.0

@@ -14,8 +14,7 @@ from importlib.util import find_spec
 from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
 from stepload_drivers.ur.client import RtdeClient, Version, dashboard
-from stepload_drivers.ur.configuration import read_configuration
-from stepload_drivers.ur.setting_changes import slow_problem
+from stepload_drivers.ur.configuration import read_configuration, slow_problem
 from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import safety_problem
 
@@ -26,8 +25,6 @@ WHEELS = "3.11 and 3.12"
 SUPPORTED = "3.4 to 3.15 or 5.4 to 5.x"
 UPPER_OFFSET = 24
 INTEGERS_USED, DOUBLES_USED = 8, 18
-REMOTE = {"true": True, "false": False}
-"""Answers of the dashboard about remote control; before 5.6 it gives others."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,10 +52,9 @@ def check_library() -> None:
         DeviceError: UNSUPPORTED, with the versions of Python that have wheels.
     """
     if find_spec("rtde_control") is None:
-        raise DeviceError(
+        raise _unsupported(
             "ur-rtde is not installed",
-            code=FaultCode.UNSUPPORTED,
-            hint=f"its wheels are for Python {WHEELS}; this is Python {sys.version.split()[0]}",
+            f"its wheels are for Python {WHEELS}; this is Python {sys.version.split()[0]}",
         )
 
 
@@ -70,30 +66,30 @@ def check_version(version: Version, *, upper_registers: bool) -> None:
     """
     text = ".".join(map(str, version))
     if version[0] >= 6:
-        raise DeviceError(
+        raise _unsupported(
             f"PolyScope {text} is not supported: PolyScope X has no dashboard and no script port",
-            code=FaultCode.UNSUPPORTED,
-            hint=f"use an e-Series or CB3 controller with PolyScope {SUPPORTED}",
+            f"use an e-Series or CB3 controller with PolyScope {SUPPORTED}",
         )
     if version < OLDEST or version[0] == 4:
-        raise DeviceError(
+        raise _unsupported(
             f"PolyScope {text} is not supported, 3.4 is the oldest that is",
-            code=FaultCode.UNSUPPORTED,
-            hint="update the controller's software",
+            "update the controller's software",
         )
     if (5, 0, 0, 0) <= version < OLDEST_E_SERIES:
-        raise DeviceError(
+        raise _unsupported(
             f"PolyScope {text} is not supported: with 5.0 to 5.3 ur_rtde 1.6.5 takes its "
             "connection for lost at the first command and crashes",
-            code=FaultCode.UNSUPPORTED,
-            hint="update the controller's software to PolyScope 5.4 or later",
+            "update the controller's software to PolyScope 5.4 or later",
         )
     if upper_registers and version >= (5, 23, 0, 0):
-        raise DeviceError(
+        raise _unsupported(
             f"upper_registers does not work with PolyScope {text} (defect of ur_rtde 1.6.5)",
-            code=FaultCode.UNSUPPORTED,
-            hint="free registers 0 to 23 of the fieldbus, or stay below PolyScope 5.23",
+            "free registers 0 to 23 of the fieldbus, or stay below PolyScope 5.23",
         )
+
+
+def _unsupported(message: str, hint: str) -> DeviceError:
+    return DeviceError(message, code=FaultCode.UNSUPPORTED, hint=hint)
 
 
 def register_names(*, upper_registers: bool) -> list[str]:
@@ -142,7 +138,11 @@ def _identity(settings: Settings, version: Version, deadline_s: float) -> tuple[
     serial_number = replies[0] if replies[0].isalnum() else ""
     model = replies[1] if replies[1].isalnum() else ""
     if asks_remote and replies[2].lower() != "true":
-        raise not_remote(settings.host)
+        raise DeviceError(
+            f"{settings.host}: the controller is in local control",
+            code=FaultCode.NOT_REMOTE,
+            hint="switch the pendant to remote control (Settings, System, Remote Control first)",
+        )
     if settings.serial_number and serial_number != settings.serial_number:
         found = serial_number or "one that does not tell its serial number"
         raise DeviceError(
@@ -151,12 +151,3 @@ def _identity(settings: Settings, version: Version, deadline_s: float) -> tuple[
             hint="correct the address or the serial number in the rig file",
         )
     return serial_number, model
-
-
-def not_remote(host: str) -> DeviceError:
-    """Remote control is off: the controller ignores commands while its pendant is in control."""
-    return DeviceError(
-        f"{host}: the controller is in local control",
-        code=FaultCode.NOT_REMOTE,
-        hint="switch the pendant to remote control (Settings, System, Remote Control first)",
-    )

@@ -10,10 +10,9 @@ import contextlib
 import time
 from collections.abc import Callable
 
-from stepload_drivers.ur.configuration import RATE_HZ
+from stepload_drivers.ur.configuration import RATE_HZ, change, expected, tcp_changed
 from stepload_drivers.ur.loop import Loop
 from stepload_drivers.ur.ports import ControlPort
-from stepload_drivers.ur.setting_changes import change, expected, tcp_changed
 from stepload_drivers.ur.state import PLAYING, UrState, arrived_m, can_move, safety_problem
 from stepload_drivers.ur.watch import TOLD_S
 

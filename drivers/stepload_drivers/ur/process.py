@@ -11,10 +11,17 @@ import subprocess
 import sys
 import time
 
+from stepload.rig.faults import FaultCode
 from stepload_drivers.ur import wire
 from stepload_drivers.ur.settings import Settings
 
 QUIT_S = 1.0
+LINK_LOST = (
+    "Robot is disconnected", "End of file", "Connection reset", "Broken pipe",
+    "Too many open files",
+)  # fmt: skip
+"""What ur_rtde prints when its connection is gone. It may end its process in trying to reconnect,
+for which it is left no means, before the child's loop has seen the loss."""
 
 
 class ChildProcess:
@@ -115,3 +122,12 @@ class ChildProcess:
         self._process.wait()
         self._sock.close()
         os.close(self._log)
+
+
+def end_of(last_words: str) -> tuple[FaultCode, str, str]:
+    """Code, message and hint for a child that has ended without reporting a reason."""
+    if any(sign in last_words for sign in LINK_LOST):
+        message = f"the controller closed the connection ({last_words})"
+        hint = "check cable and controller; the arm's watchdog stops it"
+        return FaultCode.NOT_CONNECTED, message, hint
+    return FaultCode.DRIVER, last_words, "the arm's watchdog stops the arm; open anew"

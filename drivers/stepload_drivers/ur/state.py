@@ -1,4 +1,4 @@
-"""State reported by the controller, and its meaning: pure functions on one data package.
+"""State reported by the controller, and its meaning: on one data package, and over several.
 
 State words: Universal Robots, RTDE guide (`runtime_state`, `safety_mode`, `safety_status_bits`).
 """
@@ -6,9 +6,11 @@ State words: Universal Robots, RTDE guide (`runtime_state`, `safety_mode`, `safe
 from __future__ import annotations
 
 import math
+from collections import deque
 from typing import NamedTuple
 
 from stepload.errors import DeviceError
+from stepload.rig.device import Health
 from stepload.rig.faults import FaultCode
 from stepload_drivers.motion import NO_SHIFT, Shift
 
@@ -17,15 +19,13 @@ Vector6 = tuple[float, float, float, float, float, float]
 
 STOPPED, PLAYING, PAUSED = 1, 2, 4
 ROBOT_RUNNING = 7
+PAUSING = (3, 4)
+"""Values of `runtime_state` while a program is being paused, or is."""
 
 REACH_M = 5.0
 FORCE_LIMIT_N = 5000.0
 TORQUE_LIMIT_NM = 5000.0
-
-_PROTECTIVE_BITS = 1 << 2
-_SAFEGUARD_BITS = 1 << 4
-_EMERGENCY_BITS = 1 << 5 | 1 << 6 | 1 << 7
-_OTHER_STOP_BITS = 1 << 3 | 1 << 8 | 1 << 9 | 1 << 10
+STILL_S, STILL_M = 0.04, 5e-5
 
 VARIABLES = [
     "timestamp",
@@ -61,6 +61,27 @@ class Problem(NamedTuple):
         return DeviceError(f"{where}{self.message}", code=self.code, hint=self.hint)
 
 
+_STOPS = (
+    (
+        1 << 5 | 1 << 6 | 1 << 7, (6, 7), FaultCode.EMERGENCY_STOP, "emergency stop",
+        "find the cause, release the button, power on and release the brakes, then start anew",
+    ),
+    (
+        1 << 2, (3,), FaultCode.PROTECTIVE_STOP, "protective stop",
+        "look at the arm, unlock on the pendant, move it clear by hand, then start anew",
+    ),
+    (
+        1 << 4, (5, 12, 13), FaultCode.SAFEGUARD_STOP, "safeguard stop",
+        "close the guard and reset it; the run does not go on by itself",
+    ),
+    (
+        1 << 3 | 1 << 8 | 1 << 9 | 1 << 10, (4, 8, 9), FaultCode.DEVICE_REPORTS,
+        "stop of the safety system", "read the log on the pendant",
+    ),
+)  # fmt: skip
+"""Stops, the gravest first: `safety_status_bits`, values of `safety_mode`, what it is."""
+
+
 def data_problem(state: UrState) -> Problem | None:
     """Why the values of the package are impossible, so that none of them may be used."""
     numbers = (state.timestamp_s, *state.pose, *state.wrench)
@@ -91,31 +112,10 @@ def data_problem(state: UrState) -> Problem | None:
 
 def safety_problem(state: UrState) -> Problem | None:
     """The stop of the controller's safety system or drives that is in force, None for none."""
-    bits, mode = state.safety_bits, state.safety_mode
-    if bits & _EMERGENCY_BITS or mode in (6, 7):
-        return Problem(
-            FaultCode.EMERGENCY_STOP,
-            f"emergency stop (safety_mode {mode})",
-            "find the cause, release the button, power on and release the brakes, then start anew",
-        )
-    if bits & _PROTECTIVE_BITS or mode == 3:
-        return Problem(
-            FaultCode.PROTECTIVE_STOP,
-            f"protective stop (safety_mode {mode})",
-            "look at the arm, unlock on the pendant, move it clear by hand, then start anew",
-        )
-    if bits & _SAFEGUARD_BITS or mode in (5, 12, 13):
-        return Problem(
-            FaultCode.SAFEGUARD_STOP,
-            f"safeguard stop (safety_mode {mode})",
-            "close the guard and reset it; the run does not go on by itself",
-        )
-    if bits & _OTHER_STOP_BITS or mode in (4, 8, 9):
-        return Problem(
-            FaultCode.DEVICE_REPORTS,
-            f"the safety system reports safety_mode {mode}, status bits {bits:#x}",
-            "read the log on the pendant",
-        )
+    for bits, modes, code, what, hint in _STOPS:
+        if state.safety_bits & bits or state.safety_mode in modes:
+            words = f"safety_mode {state.safety_mode}, status bits {state.safety_bits:#x}"
+            return Problem(code, f"{what} ({words})", hint)
     if state.robot_mode != ROBOT_RUNNING:
         return Problem(
             FaultCode.DEVICE_REPORTS,
@@ -183,3 +183,70 @@ def shift_of(pose: Vector6, start: Vector6, approach: Vector3) -> Shift:
 def arrived_m(distance_m: float) -> float:
     """Travel back from which a retract by `distance_m` counts as done: servo error allowed for."""
     return max(0.5 * distance_m, 0.95 * distance_m - 1e-4)
+
+
+class PacketCounter:
+    """Sequence numbers and gaps from the controller's own time stamps.
+
+    `period_s` is the controller's; a package is lost for every period without a stamp.
+    """
+
+    def __init__(self, period_s: float) -> None:
+        self._period_s = period_s
+        self._first_s = math.nan
+        self._last_s = math.nan
+        self._received_s = -math.inf
+        self._sequence = -1
+        self._received = 0
+        self._lost = 0
+        self._gaps = 0
+        self._longest_gap_s = 0.0
+
+    def add(self, stamp_s: float, receive_time_s: float) -> int:
+        """Sequence number of a package: periods since the first, never twice the same."""
+        self._received += 1
+        self._received_s = receive_time_s
+        if self._sequence < 0:
+            self._first_s = self._last_s = stamp_s
+            self._sequence = 0
+            return 0
+        periods = round((stamp_s - self._first_s) / self._period_s)
+        sequence = max(periods, self._sequence + 1)
+        missing = sequence - self._sequence - 1
+        self._lost += missing
+        self._gaps += missing > 0
+        self._longest_gap_s = max(self._longest_gap_s, stamp_s - self._last_s)
+        self._sequence, self._last_s = sequence, stamp_s
+        return sequence
+
+    def health(self, now_s: float) -> Health:
+        span_s = self._last_s - self._first_s
+        return Health(
+            received=self._received,
+            lost=self._lost,
+            rate_hz=(self._received - 1) / span_s if span_s > 0.0 else 0.0,
+            age_s=now_s - self._received_s,
+            longest_gap_s=self._longest_gap_s,
+            errors={"gaps": self._gaps},
+        )
+
+
+class Standstill:
+    """Whether the measured TCP stood still during the last `STILL_S` of controller time."""
+
+    def __init__(self) -> None:
+        self._window: deque[UrState] = deque()
+
+    def add(self, state: UrState) -> None:
+        self._window.append(state)
+        while state.timestamp_s - self._window[0].timestamp_s > STILL_S + 0.02:
+            self._window.popleft()
+
+    @property
+    def still(self) -> bool:
+        """Whether no coordinate moved by more than `STILL_M` in a full window."""
+        window = self._window
+        if not window or window[-1].timestamp_s - window[0].timestamp_s < STILL_S:
+            return False
+        spans = zip(*(state.pose[:3] for state in window), strict=True)
+        return all(max(span) - min(span) <= STILL_M for span in spans)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
+from stepload.errors import DeviceError
+
 
 class FaultCode(StrEnum):
     """Why a device is not usable. Values are stable: they are written to records."""
@@ -77,3 +79,7 @@ class Fault:
     message: str
     hint: str
     time_s: float
+
+    def error(self, before: str = "") -> DeviceError:
+        """The same as an error; `before` says what was not done for it."""
+        return DeviceError(f"{before}{self.message}", code=self.code, hint=self.hint)

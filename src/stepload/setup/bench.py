@@ -116,7 +116,7 @@ def refuse_faults(bench: Bench) -> None:
     """
     for device in (bench.arm, *bench.sensors.values()):
         if (fault := device.fault()) is not None:
-            raise DeviceError(fault.message, code=fault.code, hint=fault.hint)
+            raise fault.error()
 
 
 def options_of(group: str, driver: str, values: Mapping[str, Value]) -> dict[str, object]:

@@ -16,7 +16,7 @@ from stepload.plan.model import ForceSpec, Plan
 from stepload.rig.usb import MAX_LATENCY_MS, USB_SERIAL, latency_timer_ms
 from stepload.setup import host, loop_delay, motion, streams
 from stepload.setup.check_line import CheckLine, Mark, graded, without_number
-from stepload.setup.watch import Watched, devices, watch
+from stepload.setup.streams import Watched, devices, watch
 from stepload.setup.yaml_keys import Value, written
 from stepload.units import format_quantity
 
@@ -121,7 +121,6 @@ def _at_rest(exam: _Examination, rig: OpenRig, seconds: float) -> None:
     seen = watch(rig, seconds)
     if not rig.clock.virtual:
         exam.add(*host.check_lateness(seen.late_s, rig.arm.period_s))
-        exam.add(host.check_wall_clock(seen.wall_step_s))
     _data(exam, seen, seconds)
 
 
@@ -219,7 +218,7 @@ def examine(
     plan = envelope.plan
     exam = _Examination(envelope, tell)
     stage = "open"
-    exam.add(*host.check_disk(plan), host.check_priority(), *_latency_lines(plan))
+    exam.add(host.check_disk(plan), host.check_priority(), *_latency_lines(plan))
     try:
         with opened(envelope, dry_run=dry_run) as rig:
             for role, identity in rig.identities.items():

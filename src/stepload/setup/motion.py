@@ -68,12 +68,9 @@ def position_now(rig: OpenRig) -> float:
         if samples := rig.arm.drain():
             return samples[-1].position_m
         rig.clock.sleep_until(rig.clock.now_s() + rig.arm.period_s)
-    fault = rig.arm.fault()
-    raise DeviceError(
-        fault.message if fault else "the arm tells no position",
-        code=fault.code if fault else "stale",
-        hint=fault.hint if fault else "check the arm",
-    )
+    if (fault := rig.arm.fault()) is not None:
+        raise fault.error()
+    raise DeviceError("the arm tells no position", code="stale", hint="check the arm")
 
 
 def _back_from(start_m: float, way_m: float) -> Callable[[float], float]:

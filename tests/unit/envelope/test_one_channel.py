@@ -70,7 +70,7 @@ def test_the_arms_own_sensor_alone_or_as_the_second_channel_is_sound(plan: Plan)
 @pytest.mark.parametrize(
     ("name", "first", "second", "same"),
     [
-        ("ati_net", BOX, {**BOX, "counts_per_newton": 1e4}, True),
+        ("ati_net", BOX, {**BOX, "http_port": 8080}, True),
         ("ati_net", BOX, {**BOX, "host": "192.168.1.2"}, False),
         ("ur_force", HOST, {**HOST, "range": 20.0}, True),
         ("ati_can", CAN, {**CAN, "calibration": 3}, True),

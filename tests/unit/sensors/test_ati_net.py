@@ -174,14 +174,3 @@ def test_a_stream_that_another_client_took_is_told(sensor, device, clock):
     assert "another program" in sensor.fault().hint
     sensor.close()
     assert request(Command.STOP) not in device.asked  # it would stop the other one's stream
-
-
-def test_a_box_without_pages_takes_its_counts_from_the_plan(device, clock):
-    device.page = "never asked"
-    sensor = AtiNet(host=HOST, counts_per_newton=1e4, counts_per_newton_metre=1e5, rate=1000.0)
-    connect(sensor)
-    (sample,) = look(sensor, clock)
-    assert sample.wrench[2] == pytest.approx(-3000.0, abs=0.1)
-    assert sample.wrench[5] == pytest.approx(3e-5)
-    read(sensor, clock, 1.0)
-    assert fault(sensor) is None

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stepload_drivers.ati.poller import ANSWER_S, SILENCE_S, Poller
-from stepload_drivers.canframe import CanFrame
+from stepload_drivers.framing import CanFrame
 from stepload_verify.emulators.ati import gauge_frames
 
 PERIOD_S = 1e-3

@@ -15,7 +15,7 @@ from stepload_drivers import streamed
 from stepload_drivers.ati import sensor as ati_module
 from stepload_drivers.ati.codec import GAUGE_HIGH, GAUGE_LOW, Op
 from stepload_drivers.ati.sensor import AtiCan
-from stepload_drivers.canframe import CanFrame
+from stepload_drivers.framing import CanFrame
 from stepload_verify.emulators.ati import gauge_frames
 
 BASE = 0x20

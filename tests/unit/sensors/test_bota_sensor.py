@@ -10,8 +10,8 @@ from stepload.rig.faults import FaultCode
 from stepload.rig.samples import Status
 from stepload_drivers import stream as stream_module
 from stepload_drivers import streamed
-from stepload_drivers.bota import dialogue
 from stepload_drivers.bota import sensor as bota_module
+from stepload_drivers.bota import sensor as dialogue
 from stepload_drivers.bota.codec import Frame, FrameStatus
 from stepload_drivers.bota.sensor import BotaSerial
 from stepload_verify.emulators.bota import encode

@@ -1,5 +1,8 @@
 """An open CAN bus without an adapter: what is data, what is an error, what is refused."""
 
+import socket
+import threading
+
 import can
 import pytest
 
@@ -90,3 +93,24 @@ def test_damaged_slcan_lines_are_counted():
         assert (got.arbitration_id if got else None) == frame_id
     assert bus.damaged == 2
     bus._is_shutdown = True
+
+
+def test_a_bus_on_which_a_device_sends_already_is_opened():
+    """Its frames come glued to the answer of the server."""
+
+    def serve(server):
+        for _ in range(2):  # the greeting is tried first, on a connection of its own
+            peer, _ = server.accept()
+            with peer:
+                peer.sendall(b"< hi >")
+                if peer.recv(64) and peer.sendall(b"< ok >") is None and peer.recv(64):
+                    peer.sendall(b"< ok >< frame 005 1.0 AA >")
+                    peer.recv(64)
+
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        threading.Thread(target=serve, args=(server,), daemon=True).start()
+        link = CanLink("socketcand", f"127.0.0.1:{server.getsockname()[1]}/can0", 1_000_000, 1.0)
+        try:
+            assert [(frame.id, frame.data) for frame in link.receive(2.0)] == [(5, b"\xaa")]
+        finally:
+            link.close()

@@ -7,8 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stepload_drivers.gauge.sensor import DEFAULT_PATTERN as GAUGE_PATTERN
-from stepload_drivers.line.codec import MAX_LINE_BYTES, LineDecoder
-from stepload_drivers.line.pattern import line_pattern, number_of
+from stepload_drivers.line.codec import (
+    MAX_LINE_BYTES,
+    LineDecoder,
+    line_pattern,
+    number_of,
+)
 
 
 def decoder(scale=1.0, terminator=b"\r", number=None, begin=True):

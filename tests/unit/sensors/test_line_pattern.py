@@ -3,8 +3,8 @@
 import pytest
 
 from stepload.errors import BadInputError
+from stepload_drivers.line.codec import line_pattern, number_of
 from stepload_drivers.line.force import DEFAULT_PATTERN
-from stepload_drivers.line.pattern import line_pattern, number_of
 
 SOUND = {
     DEFAULT_PATTERN: "-1.25",

@@ -4,10 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stepload_drivers.canframe import CanFrame
+from stepload_drivers.framing import CanFrame, CanPairer
 from stepload_drivers.robotous import codec
-from stepload_drivers.robotous.codec import CanPairer, Command, UartDecoder
-from stepload_drivers.robotous.models import MODELS, model_named
+from stepload_drivers.robotous.codec import MODELS, Command, UartDecoder, model_named
 
 SAMPLE = bytes.fromhex("55 0B 02 71 FF CE F4 48 03 E8 F8 30 00 07 00 00 00 A1 AA")
 RFT64 = model_named("RFT64-SB01")
@@ -35,7 +34,7 @@ def test_uart_sample_of_the_vendor():
 
 
 def test_can_sample_of_the_vendor():
-    pairer = CanPairer(1, 2, 1e-3)
+    pairer = CanPairer((1, 2), 1e-3)
     assert pairer.feed(CanFrame(1, bytes.fromhex("0B0271FFCEF44803"), 0.0)) is None
     payload = pairer.feed(CanFrame(2, bytes.fromhex("E8F8300007000000"), 2e-4))
     assert codec.wrench(payload, RFT64) == (12.5, -1.0, -60.0, 0.5, -1.0, 0.0035)
@@ -47,7 +46,7 @@ def test_models_are_found_by_the_name_they_give(model):
 
 
 def test_a_lost_half_is_an_orphan_and_never_pairs_with_the_next():
-    pairer = CanPairer(1, 2, 1e-3)
+    pairer = CanPairer((1, 2), 1e-3)
     assert pairer.feed(CanFrame(1, b"A" * 8, 0.000)) is None
     assert pairer.feed(CanFrame(1, b"B" * 8, 0.001)) is None
     assert pairer.feed(CanFrame(2, b"b" * 8, 0.0012)) == b"B" * 8 + b"b" * 8
@@ -56,14 +55,14 @@ def test_a_lost_half_is_an_orphan_and_never_pairs_with_the_next():
 
 
 def test_halves_of_two_samples_are_told_apart_by_time():
-    pairer = CanPairer(1, 2, 1e-3)
+    pairer = CanPairer((1, 2), 1e-3)
     pairer.feed(CanFrame(1, b"A" * 8, 0.000))
     assert pairer.feed(CanFrame(2, b"b" * 8, 0.0013)) is None
     assert pairer.orphans == 2
 
 
 def test_halves_that_a_stall_of_the_host_drew_apart_belong_together():
-    pairer = CanPairer(1, 2, 1e-3)
+    pairer = CanPairer((1, 2), 1e-3)
     pairer.feed(CanFrame(1, b"A" * 8, 0.0, 0.5e-3))
     assert pairer.feed(CanFrame(2, b"a" * 8, 0.2, 0.1999)) == b"A" * 8 + b"a" * 8
     pairer.feed(CanFrame(1, b"B" * 8, 0.3))

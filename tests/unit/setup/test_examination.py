@@ -14,7 +14,7 @@ from stepload.errors import DeviceError
 from stepload.rig.samples import ArmSample, ForceSample
 from stepload.setup import checkup, host, loop_delay, motion
 from stepload.setup.check_line import CheckLine, Mark
-from stepload.setup.watch import Watched
+from stepload.setup.streams import Watched
 
 ENVELOPE = envelope_of(stvf_plan())
 MOVES = ("check_stop", "check_watchdog", "check_response")
@@ -50,7 +50,7 @@ class Bench:
 
         monkeypatch.setattr(checkup, "opened", opened)
         monkeypatch.setattr(checkup, "_at_rest", at_rest)
-        monkeypatch.setattr(host, "check_disk", lambda plan: [])
+        monkeypatch.setattr(host, "check_disk", lambda plan: self.line("disk space"))
         monkeypatch.setattr(motion, "position_now", lambda rig: 0.0)
         monkeypatch.setattr(motion, "return_to", lambda rig, to_m: None)
         monkeypatch.setattr(motion, "check_held", lambda plan, rig: self.line("arm: held"))

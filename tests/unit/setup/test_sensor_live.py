@@ -13,8 +13,7 @@ from stepload.plan.model import DisplacementSpec
 from stepload.plan.shipped import plan_path
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 from stepload.setup.check_line import Mark
-from stepload.setup.streams import check_live
-from stepload.setup.watch import Watched
+from stepload.setup.streams import Watched, check_live
 
 RIG = load_plan(plan_path("demo-wire")).rig
 FORCE = replace(RIG.force, resolution_n=0.0)

@@ -11,8 +11,7 @@ from run_plans import stvf_plan
 from stepload.envelope.bounds import age_limit_s
 from stepload.rig.samples import ForceSample
 from stepload.setup.check_line import Mark
-from stepload.setup.streams import check_force, check_stream
-from stepload.setup.watch import Watched
+from stepload.setup.streams import Watched, check_force, check_stream
 
 PLAN = stvf_plan()
 SPEC = PLAN.rig.force

@@ -9,8 +9,7 @@ from bench_fakes import FakeArm, Rig
 from stepload.plan.load import load_plan
 from stepload.plan.shipped import plan_path
 from stepload.setup.check_line import Mark
-from stepload.setup.streams import check_stream
-from stepload.setup.watch import SETTLE_S, Watched, watch
+from stepload.setup.streams import SETTLE_S, Watched, check_stream, watch
 
 SECONDS = 2.0
 

@@ -10,7 +10,7 @@ from driver_time import Clock
 from ur_fakes import APPROACH, PERIOD_S, Died, FakeLink, FakeTold, FakeUr
 
 from stepload_drivers.ur import arm as arm_module
-from stepload_drivers.ur import client, dashboard_watch, direct_stop, procedures, remote, unload
+from stepload_drivers.ur import client, dashboard_watch, direct_control, procedures
 from stepload_drivers.ur import configuration as told_module
 from stepload_drivers.ur import loop as loop_module
 from stepload_drivers.ur import watch as watch_module
@@ -23,11 +23,9 @@ def clock(monkeypatch) -> Clock:
     modules = (
         loop_module,
         procedures,
-        direct_stop,
-        unload,
+        direct_control,
         client,
         dashboard_watch,
-        remote,
         told_module,
         watch_module,
         arm_module,

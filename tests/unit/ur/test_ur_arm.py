@@ -129,7 +129,7 @@ class Rescue:
 @pytest.fixture
 def rescue(monkeypatch) -> Rescue:
     rescue = Rescue()
-    monkeypatch.setattr(arm_module, "direct_stop", rescue)
+    monkeypatch.setattr(arm_module, "direct_control", rescue)
     monkeypatch.setattr(arm_module, "Unloading", lambda settings, last: rescue.made(last))
     monkeypatch.setattr(
         arm_module.dashboard_watch, "loaded_program", lambda host: "Loaded program: a.urp"

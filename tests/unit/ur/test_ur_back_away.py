@@ -9,7 +9,7 @@ from ur_fakes import APPROACH, HOME
 
 from stepload_drivers.ur import loop as loop_module
 from stepload_drivers.ur import procedures
-from stepload_drivers.ur.direct_stop import retract_script
+from stepload_drivers.ur.direct_control import retract_script
 from stepload_verify.emulators.ur_program import UserScript
 from stepload_verify.emulators.ur_robot import Robot
 from stepload_verify.emulators.ur_world import AxisState

@@ -13,8 +13,8 @@ from stepload.rig.faults import FaultCode
 from stepload_drivers.ur import client, frames
 from stepload_drivers.ur.client import RtdeClient, dashboard, send_script
 from stepload_drivers.ur.frames import encode
-from stepload_drivers.ur.remote import RemoteCheck
 from stepload_drivers.ur.state import PLAYING, ROBOT_RUNNING
+from stepload_drivers.ur.watch import RemoteCheck
 
 HOST = "10.0.0.2"
 TYPES = b"DOUBLE,VECTOR6D,VECTOR6D,INT32,INT32,UINT32,UINT32"

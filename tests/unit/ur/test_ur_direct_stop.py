@@ -7,7 +7,7 @@ from ur_fakes import APPROACH, HOME, rtde_of
 
 from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
-from stepload_drivers.ur import direct_stop
+from stepload_drivers.ur import direct_control
 from stepload_drivers.ur.state import PLAYING, ROBOT_RUNNING, UrState, target_pose
 
 
@@ -59,14 +59,14 @@ class Controller:
 @pytest.fixture
 def controller(clock, monkeypatch) -> Controller:
     controller = Controller(clock)
-    monkeypatch.setattr(direct_stop, "RtdeClient", rtde_of(controller, clock))
-    monkeypatch.setattr(direct_stop, "dashboard", controller.dashboard)
-    monkeypatch.setattr(direct_stop, "send_script", controller.send_script)
+    monkeypatch.setattr(direct_control, "RtdeClient", rtde_of(controller, clock))
+    monkeypatch.setattr(direct_control, "dashboard", controller.dashboard)
+    monkeypatch.setattr(direct_control, "send_script", controller.send_script)
     return controller
 
 
 def test_a_dashboard_that_confirms_is_enough(controller, clock):
-    direct_stop.stop("h", clock.now_s + 2.0)
+    direct_control.stop("h", clock.now_s + 2.0)
     assert controller.lines == ["stop", "running"]
     assert controller.scripts == []
 
@@ -82,27 +82,27 @@ def test_a_dashboard_that_confirms_is_enough(controller, clock):
 def test_an_unconfirmed_stop_is_sent_as_a_program_and_seen_to_stand(controller, clock, replies):
     controller.replies = replies
     began_s = clock.now_s
-    direct_stop.stop("h", clock.now_s + 2.0)
-    assert controller.scripts == [direct_stop.STOP_SCRIPT]
+    direct_control.stop("h", clock.now_s + 2.0)
+    assert controller.scripts == [direct_control.STOP_SCRIPT]
     assert clock.now_s - began_s >= 0.2  # until the program has ended
 
 
 def test_a_stop_that_nobody_sees_is_an_error_after_both_were_sent(controller, clock):
     controller.replies, controller.program_s = None, 1e9
     with pytest.raises(DeviceError):
-        direct_stop.stop("h", clock.now_s + 1.0)
+        direct_control.stop("h", clock.now_s + 1.0)
     assert controller.lines
-    assert controller.scripts == [direct_stop.STOP_SCRIPT]
+    assert controller.scripts == [direct_control.STOP_SCRIPT]
 
 
 def test_an_arm_that_moves_on_is_no_stop(controller, clock):
     controller.replies, controller.program_s = ["no", "no"], 0.0
     controller.speed_m_s, controller.distance_m = 0.05, 1.0
     with pytest.raises(DeviceError):
-        direct_stop.stop("h", clock.now_s + 1.0)
+        direct_control.stop("h", clock.now_s + 1.0)
 
 
 def test_a_slow_dashboard_leaves_time_for_the_script(controller, clock):
     controller.replies = None
-    direct_stop.stop("h", clock.now_s + 1.5)
+    direct_control.stop("h", clock.now_s + 1.5)
     assert controller.begun_s is not None

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
 from stepload_drivers.ur import wire
-from stepload_drivers.ur.direct_stop import retract_script
+from stepload_drivers.ur.direct_control import retract_script
 from stepload_drivers.ur.preflight import check_version
 from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import UrState

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stepload.rig.faults import FaultCode
-from stepload_drivers.ur.packet_counter import PacketCounter
-from stepload_drivers.ur.standstill import Standstill
 from stepload_drivers.ur.state import (
+    PacketCounter,
+    Standstill,
     UrState,
     can_move,
     data_problem,

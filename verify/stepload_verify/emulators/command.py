@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from stepload.errors import BadInputError
-from stepload_drivers.priority import prefer_this_thread
+from stepload_drivers.streamed import prefer_this_thread
 from stepload_verify.emulators import ur_command
 from stepload_verify.emulators.faults import FAULTS, FaultBoard, parse_fault
 

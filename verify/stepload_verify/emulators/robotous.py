@@ -11,9 +11,10 @@ from stepload_drivers.robotous.codec import (
     UART_END,
     UART_START,
     Command,
+    Model,
+    model_named,
     uart_frame,
 )
-from stepload_drivers.robotous.models import Model, model_named
 from stepload_verify.emulators.canwire import CanProtocol, Frame
 from stepload_verify.emulators.emulator import Measured
 from stepload_verify.emulators.faults import FaultBoard
@@ -50,8 +51,6 @@ class RftCore:
         self._rate_code = 0
         self._filter = (0, 0)
         self._bias = [0] * 6
-        self._counters = [0] * 6
-        self._overloaded = 0
         self._streaming = False
         self._now_s = 0.0
 
@@ -106,8 +105,6 @@ class RftCore:
             values = (1, 0) if valid else (0, OUT_OF_RANGE)
         elif name == Command.GET_RATE:
             values = (self._rate_code,)
-        elif name == Command.OVERLOAD_COUNTERS:
-            values = tuple(self._counters)
         return [bytes((name, *values)).ljust(16, b"\0")]
 
     def _raw(self, time_s: float) -> list[int]:
@@ -127,9 +124,6 @@ class RftCore:
         for axis, (bit, _) in enumerate(OVERLOAD_AXES):
             if abs(raw[axis]) > OVERLOAD_SHARE * limits[axis]:
                 bits |= bit
-                if not self._overloaded & bit:
-                    self._counters[axis] = min(255, self._counters[axis] + 1)
-        self._overloaded = bits
         if not (self._board.on("zero") or self._board.on("freeze")):
             raw = [value - bias for value, bias in zip(raw, self._bias, strict=True)]
         raw = [min(32767, max(-32768, value)) for value in raw]

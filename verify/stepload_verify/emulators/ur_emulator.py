@@ -6,7 +6,7 @@ import ipaddress
 import sys
 from collections.abc import Callable, Mapping, Sequence
 
-from stepload_drivers.priority import prefer_this_thread
+from stepload_drivers.streamed import prefer_this_thread
 from stepload_verify.emulators.physics import Tool
 from stepload_verify.emulators.ur_controller import UrController
 from stepload_verify.emulators.ur_robot import Robot

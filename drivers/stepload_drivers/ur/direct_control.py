@@ -1,4 +1,10 @@
-"""A retract without ur_rtde that can be resumed: sent once, then monitored.
+"""Stop and retract without ur_rtde, for when the child is dead or not trusted.
+
+A new ur_rtde would need two TCP handshakes, 23 recipes, a 42 kB upload and a working data stream
+before its first command, and its constructor can hang. A dashboard line, or a program of four lines
+on a script port, needs one TCP connection; it replaces the program that runs, and starts from the
+controller's own target pose: no measured position, right or wrong, can lead it towards the surface.
+RTDE is read only to confirm.
 
 A program handed over to a controller that does not answer may still be carried out when it wakes,
 so it is not sent again, and no stop is sent after it, before its end was observed. Before every
@@ -11,15 +17,14 @@ from __future__ import annotations
 
 import math
 import time
-from contextlib import closing
+from contextlib import closing, suppress
 
 from stepload.errors import DeviceError
 from stepload.rig.device import ArmConfiguration
 from stepload.rig.faults import FaultCode
 from stepload_drivers.ur.client import RtdeClient, dashboard, send_script
 from stepload_drivers.ur.configuration import read_configuration
-from stepload_drivers.ur.dashboard_watch import DashboardWatch, require_nobody
-from stepload_drivers.ur.direct_stop import IDLE_LIMIT_S, retract_script, soon, started
+from stepload_drivers.ur.dashboard_watch import ASK_LIMIT_S, DashboardWatch, require_nobody
 from stepload_drivers.ur.last_state import LastState
 from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import (
@@ -32,6 +37,12 @@ from stepload_drivers.ur.state import (
     travel_m,
 )
 
+DECELERATION_M_S2 = 2.0
+ACCELERATION_M_S2 = 0.2
+STILL_M = 2e-5
+STILL_PACKAGES = 5
+IDLE_LIMIT_S = 1.0
+"""Time without a running program after which ours was not started, or has ended."""
 SENDINGS = 2
 """Largest number of times that a program is sent: once more if it was lost."""
 SAME_S = 0.3
@@ -43,6 +54,58 @@ LEAST_SPEED = 0.01
 """Share of full speed below which the slider counts as holding the arm."""
 BEGUN_SHARE = 0.2
 """Share of the way from which a retract counts as carried out, even if it ended short."""
+
+STOP_SCRIPT = f"def stepload_stop():\n  stopl({DECELERATION_M_S2})\nend\n"
+
+
+def retract_script(
+    approach: tuple[float, float, float], distance_m: float, speed_m_s: float
+) -> str:
+    """URScript: stop, then straight back along the approach axis from where the target stopped."""
+    step = ", ".join(f"{-component * distance_m:.9f}" for component in approach)
+    return (
+        "def stepload_retract():\n"
+        f"  stopl({DECELERATION_M_S2})\n"
+        f"  movel(pose_add(get_target_tcp_pose(), p[{step}, 0, 0, 0]), "
+        f"a={ACCELERATION_M_S2}, v={speed_m_s:.6f})\n"
+        "end\n"
+    )
+
+
+def stop(host: str, deadline_s: float) -> None:
+    """End the running program; by dashboard, else by script. Always sends.
+
+    Raises:
+        DeviceError: neither way was confirmed by `deadline_s`.
+    """
+    with suppress(DeviceError):
+        replies = dashboard(host, ["stop", "running"], _soon(deadline_s))
+        if replies[0] == "Stopped" and replies[1].lower().endswith("false"):
+            return
+    send_script(host, STOP_SCRIPT, deadline_s)
+    with closing(RtdeClient(host, deadline_s)) as rtde:
+        _wait_still(rtde)
+
+
+def _soon(deadline_s: float) -> float:
+    """The end of the time for a question, at the latest `deadline_s`."""
+    return min(deadline_s, time.monotonic() + ASK_LIMIT_S)
+
+
+def _started(rtde: RtdeClient) -> UrState:
+    """Let the controller send; the first package."""
+    rtde.version()
+    rtde.start(125.0)
+    return rtde.read()
+
+
+def _wait_still(rtde: RtdeClient) -> None:
+    still, last = 0, _started(rtde)
+    while still < STILL_PACKAGES:
+        package = rtde.read()
+        moved_m = max(abs(a - b) for a, b in zip(package.pose[:3], last.pose[:3], strict=True))
+        still = still + 1 if moved_m < STILL_M and package.runtime_state != PLAYING else 0
+        last = package
 
 
 class Unloading:
@@ -117,13 +180,13 @@ class Unloading:
         """
         if not self.under_way:
             return True
-        if self._held_by_slider(self._configuration(soon(deadline_s))):
+        if self._held_by_slider(self._configuration(_soon(deadline_s))):
             self._handed_over_s = math.nan
             return True
         idle_since_s = math.inf
         while (now_s := time.monotonic()) < deadline_s:
             try:
-                [reply] = dashboard(self._settings.host, ["running"], soon(deadline_s))
+                [reply] = dashboard(self._settings.host, ["running"], _soon(deadline_s))
             except DeviceError:
                 return False
             idle = reply.lower().endswith("false")
@@ -159,7 +222,7 @@ class Unloading:
         """Raises where somebody else has control, or where this cannot be excluded."""
         begun_s = time.monotonic()
         own_s = self._own_s if begun_s - self._alone_s >= self._own_s else math.inf
-        package = self._sight(soon(deadline_s), own_s)
+        package = self._sight(_soon(deadline_s), own_s)
         if package is not None:
             self._check_stopped_by_nobody(package)
             if package.runtime_state == PLAYING and own_s < math.inf:
@@ -168,7 +231,7 @@ class Unloading:
                     "another program runs on the controller: no retract is sent",
                     "stop it on the pendant and move the arm clear by hand",
                 )
-            now = self._configuration(soon(deadline_s))
+            now = self._configuration(_soon(deadline_s))
             if self._held_by_slider(now):
                 self._refuse(
                     FaultCode.SETTING_CHANGED,
@@ -201,10 +264,9 @@ class Unloading:
         return speed is not None and speed < LEAST_SPEED
 
     def _configuration(self, deadline_s: float) -> ArmConfiguration | None:
-        try:
+        with suppress(DeviceError):
             return read_configuration(self._settings.host, deadline_s)
-        except DeviceError:
-            return None
+        return None
 
     def _sight(self, deadline_s: float, own_s: float) -> UrState | None:
         """The newest package, None without an answer, and where data stand still.
@@ -215,7 +277,7 @@ class Unloading:
         wait_s = 0.0 if own_s == math.inf else own_s
         try:
             with closing(RtdeClient(self._settings.host, deadline_s + wait_s)) as rtde:
-                first = started(rtde)
+                first = _started(rtde)
                 package = rtde.read()
                 until_s = time.monotonic() + wait_s
                 while package.runtime_state == PLAYING and time.monotonic() < until_s:
@@ -246,7 +308,7 @@ class Unloading:
         """
         played = False
         with closing(RtdeClient(self._settings.host, deadline_s)) as rtde:
-            package = started(rtde)
+            package = _started(rtde)
             idle_since_s = news_s = time.monotonic()
             while (now_s := time.monotonic()) - idle_since_s < IDLE_LIMIT_S:
                 self._check_stopped_by_nobody(package)

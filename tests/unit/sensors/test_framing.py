@@ -2,7 +2,7 @@
 
 import pytest
 
-from stepload_drivers.resync import FrameDecoder
+from stepload_drivers.framing import FrameDecoder
 
 
 def decoder():
