@@ -45,7 +45,7 @@ def test_no_run_comes_above_the_elastic_limit(tmp_path: Path) -> None:
     assert {(row["series"], len(row["wrong"])) for row in rows} == {("one", 1), ("six", 1)}
 
 
-@pytest.mark.parametrize(("runs", "seed"), [(1, 10), *long_rows([(4, 5)])])
+@pytest.mark.parametrize(("runs", "seed"), long_rows([(1, 10), (4, 5)]))
 def test_healthy_runs_are_plans_of_labs(tmp_path: Path, runs: int, seed: int) -> None:
     """Some are refused; a directory knows what its runs are."""
     options = ["--runs", runs, "--seed", seed, "--processes", "1", "--out", tmp_path / "c"]
