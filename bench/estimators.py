@@ -29,10 +29,10 @@ import numpy as np
 from odrpack import odr_fit
 from scipy.optimize import least_squares
 
-from stepload.estimators.fit import FloatArray
-from stepload.estimators.inverse_law import joint
-from stepload.estimators.ls import rs_btls, smallest_direction
-from stepload.estimators.recursive import RsRtls
+from stepload.identification.fit import FloatArray
+from stepload.identification.inverse_law import joint
+from stepload.identification.ls import rs_btls, smallest_direction
+from stepload.identification.recursive import RsRtls
 
 SAMPLES = 300_000
 PRODUCTION = 3000

@@ -33,11 +33,11 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"
 import numpy as np
 
 from stepload.errors import DomainError
-from stepload.estimators.fit import Fit, FloatArray
-from stepload.estimators.inverse_law import inverse_ls, joint
-from stepload.estimators.ls import log_ls, log_tls, mixed_ls_tls, rs_btls
-from stepload.estimators.selection import uniform_in_force
-from stepload.estimators.weighted import ew_tls, odr
+from stepload.identification.fit import Fit, FloatArray
+from stepload.identification.inverse_law import inverse_ls, joint
+from stepload.identification.ls import log_ls, log_tls, mixed_ls_tls, rs_btls
+from stepload.identification.samples import uniform_in_force
+from stepload.identification.weighted import ew_tls, odr
 
 SYSTEM_STIFFNESS_N_PER_M = 3.49e6
 PAYLOADS = {"plastic": 6.57e8, "pyramid": 1.32e8, "alu": 8.87e9}

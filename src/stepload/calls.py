@@ -16,7 +16,7 @@ from stepload.data.run import Run, open_run
 from stepload.engine.operator import Operator
 from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.errors import BadInputError
-from stepload.evidence.identification import Identification
+from stepload.identification.identify import Identification
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
 from stepload.plan.tags import tagged
@@ -36,12 +36,12 @@ class Identified:
     @property
     def verdict(self) -> str:
         """That of the headline: "identified", "marginal" or "not identifiable"."""
-        return str(self.found.judgement.verdict)
+        return str(self.found.verdict)
 
     @property
     def reasons(self) -> Sequence[str]:
         """The reasons of the verdict."""
-        return self.found.judgement.reasons
+        return self.found.reasons
 
 
 def preflight(plan: Plan | str | Path) -> Envelope:

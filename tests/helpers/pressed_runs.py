@@ -1,4 +1,4 @@
-"""Step-load runs of known worlds, quasi-static, as the evidence room takes them.
+"""Step-load runs of known worlds, quasi-static, as `identification` takes them.
 
 Written apart from the program's own rehearsals: the errors are drawn sample by sample.
 """
@@ -12,12 +12,11 @@ from typing import Any
 import numpy as np
 from scipy.signal import lfilter
 
-from stepload.estimators.conditions import Conditions
-from stepload.estimators.fit import FloatArray
-from stepload.estimators.sources import Sources
-from stepload.evidence.lateral import Sideways
-from stepload.evidence.loops import Track
-from stepload.evidence.run_data import RunData
+from stepload.identification.conditions import Conditions, Sources
+from stepload.identification.fit import FloatArray
+from stepload.identification.lateral import LateralForce
+from stepload.identification.loops import Track
+from stepload.identification.run_data import RunData
 
 Law = Callable[[FloatArray], FloatArray]
 HERTZ_K = 6.57e8
@@ -101,7 +100,7 @@ def press(world: World, seed: int = 0) -> RunData:
     )  # fmt: skip
     made = RunData(
         tracks, conditions,
-        sideways=Sideways("guided", world.lateral, relative=0.3 * (world.lateral or 0.0)),
+        lateral_force=LateralForce("guided", world.lateral, relative=0.3 * (world.lateral or 0.0)),
     )  # fmt: skip
     return told(made, **world.said)
 

@@ -155,7 +155,7 @@ def test_the_others_run(
     if name == "system-stiffness":
         assert data["system_stiffness"]["stiffness_n_per_m"] == pytest.approx(3.49e6, rel=0.03)
         return
-    believed = data["fits"][data["believe"]]
+    believed = data["fits"][data["selected"]]
     low, high = data["interval_secant_n_per_m"]
     assert low < believed["secant_n_per_m"] < high
     for fit in ("rs_btls", "rs_rtls", "joint"):
@@ -204,7 +204,7 @@ def test_identify_says_the_same_as_the_run(
     assert at_once["verdict"] == "identified"
     later = command(capsys, "identify", cycles_run / "run.mcap", "--json")
     assert later.code == 0
-    for key in ("believe", "fits", "headline", "quantities", "inelastic", "verdict", "reasons"):
+    for key in ("selected", "fits", "headline", "quantities", "inelastic", "verdict", "reasons"):
         assert later.data[key] == at_once[key]
 
 

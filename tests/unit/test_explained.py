@@ -6,8 +6,8 @@ import ast
 from pathlib import Path
 
 from stepload.errors import ExitCode
-from stepload.estimators.fit import Flag
 from stepload.explain.codes import explanations, page
+from stepload.identification.fit import Flag
 from stepload.results.fields import SIGNS
 from stepload.rig.faults import FaultCode
 

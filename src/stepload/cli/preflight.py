@@ -24,10 +24,9 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
     from stepload.envelope.theory import chance_of_yield
     from stepload.results import fields
     from stepload.results.model import data
-    from stepload.results.preflight import planned_of
+    from stepload.results.preflight import expected_of
 
-    planned = planned_of(envelope) if envelope.stages else None
-    expected = planned[1] if planned else None
+    expected = expected_of(envelope) if envelope.stages else None
     theory, found = envelope.theory, envelope.identifiability
     top_n, limit_n = envelope.plan.procedure.top_force_n, envelope.force_limit_n
     return {
@@ -52,7 +51,7 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
         "fast_speed_m_s": envelope.fast_speed_m_s,
         "force_budget": [data(fields.FORCE_TERM, term) for term in envelope.force_budget],
         "chance_of_yield": chance_of_yield(envelope.plan.payload, theory, max(top_n, limit_n)),
-        "expected": None if expected is None else data(fields.QUANTITY, expected),
+        "expected": None if expected is None else data(fields.QUANTITY, expected.chord),
         "schedule": [data(fields.STAGE, stage) for stage in envelope.stages],
         "duration_s": envelope.duration_s if envelope.stages else None,
         **_until_data(envelope.until),

@@ -177,7 +177,7 @@ def _told(summary: Summary) -> RunRow:
     headline = _mapping(results.get("headline"))
     interval = headline.get("interval_n_per_m")
     low, high = interval if isinstance(interval, list) and len(interval) == 2 else (None, None)
-    fit = _mapping(_mapping(results.get("fits")).get(str(results.get("believe"))))
+    fit = _mapping(_mapping(results.get("fits")).get(str(results.get("selected"))))
     return RunRow(
         **{name: began.get(name, "") for name in names},
         verdict=str(summary.outcome.get("verdict", results.get("verdict", ""))),

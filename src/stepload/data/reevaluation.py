@@ -58,7 +58,7 @@ class Reidentify:
             if job.problem:
                 raise BadInputError(job.problem)
             found = results_of_file(Path(job.path), self.stated).found
-            verdict = found.judgement.verdict.value
+            verdict = found.verdict.value
             if (headline := found.headline) is not None:
                 value = finite(headline.value_n_per_m)
                 low, high = map(finite, headline.interval_n_per_m)

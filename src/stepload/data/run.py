@@ -14,9 +14,9 @@ import numpy as np
 
 from stepload.data.table import Column, Table
 from stepload.errors import BadInputError
-from stepload.estimators.conditions import Conditions
-from stepload.estimators.contact_quality import ContactQuality
-from stepload.estimators.fit import Missing
+from stepload.identification.conditions import Conditions
+from stepload.identification.contact_quality import ContactQuality
+from stepload.identification.fit import Missing
 from stepload.plan.model import Plan
 from stepload.record.reader import Event, Recording, read_recording
 from stepload.record.untrusted import untrusted

@@ -10,15 +10,14 @@ from pathlib import Path
 import numpy as np
 
 from stepload.envelope.draft_plan import CYCLES, DEFAULT, FREE_S
-from stepload.envelope.map_grid import Bench, Specimen, bench, k_max, specimen
+from stepload.envelope.map_grid import Bench, Specimen, bench, specimen
 from stepload.errors import BadInputError, DomainError
-from stepload.estimators.conditions import Conditions
-from stepload.estimators.fit import FloatArray
-from stepload.evidence.changes import finer, for_sale, gauged, known, stiffer
-from stepload.evidence.expected import Course, Narrowing, expected_chord, expected_run, narrowing
-from stepload.evidence.figures import HOPELESS
-from stepload.evidence.quantity import Line
-from stepload.evidence.run_data import RunData
+from stepload.identification.changes import finer, for_sale, gauged, known, stiffer
+from stepload.identification.conditions import Conditions
+from stepload.identification.expected import Expected, LoadSchedule, Narrowing, expect
+from stepload.identification.fit import FloatArray
+from stepload.identification.identifiability import k_max
+from stepload.identification.quantity import Line, ResultVerdict
 from stepload.plan.shipped import payload_folder
 
 SPHERE = 1.5
@@ -62,21 +61,21 @@ class Point:
     conditions: Conditions
     touch_n: float
 
-    def run(self) -> RunData:
-        """Its run without error, in the default order of steps and holds."""
-        order, told = DEFAULT, self.conditions
-        course = Course(
+    def expected(self) -> Expected:
+        """The result to be expected in the default order of steps and holds."""
+        order = DEFAULT
+        schedule = LoadSchedule(
             self.top_n * np.arange(1, order.steps + 1) / order.steps,
             min(self.touch_n, 0.5 * self.top_n / order.steps),
             (order.ramp_s,) * order.steps, (order.ramp_s,) * (order.steps - 1), order.hold_s,
             CYCLES, FREE_S,
         )  # fmt: skip
 
-        def travel(force_n: FloatArray) -> FloatArray:
+        def deformation(force_n: FloatArray) -> FloatArray:
             share = (force_n / self.top_n) ** (1.0 / self.exponent)
-            return np.asarray(self.top_n / self.secant_n_per_m * share + told.bend(force_n))
+            return np.asarray(self.top_n / self.secant_n_per_m * share)
 
-        return expected_run(told, course.tracks(travel))
+        return expect(self.conditions, schedule, deformation)
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,24 +85,38 @@ class Row:
     Attributes:
         point: the cell.
         k_max_n_per_m: (34) of it.
-        half_width: of the expected interval, as a share of the chord; NaN where it is wider than
-            the chord itself.
-        lines: the largest of its budget, the largest first.
-        narrowing: what narrows it most; of payloads only.
-        problem: why no stiffness can be determined in this cell, "" where it can.
+        expected: the result to be expected; None where no stiffness can be determined, for the
+            reason `problem`.
     """
 
     point: Point
     k_max_n_per_m: float
-    half_width: float = math.nan
-    lines: tuple[Line, ...] = ()
-    narrowing: tuple[Narrowing, ...] = ()
+    expected: Expected | None = None
     problem: str = ""
+
+    @property
+    def half_width(self) -> float:
+        """Of the expected interval, as a share of the chord; NaN where it is not identifiable."""
+        found = self.expected
+        if found is None or found.chord.verdict is ResultVerdict.NOT_IDENTIFIABLE:
+            return math.nan
+        return found.chord.half_width
+
+    @property
+    def lines(self) -> list[Line]:
+        """The largest of its budget, the largest first."""
+        lines = () if self.expected is None else self.expected.chord.lines
+        return sorted(lines, key=lambda line: -line.relative)[:LARGEST]
+
+    @property
+    def narrowing(self) -> Sequence[Narrowing]:
+        """What narrows the interval most; computed where it is asked for."""
+        return () if self.expected is None else self.expected.narrowing
 
     @property
     def narrow(self) -> bool:
         """Whether the interval is within ±1/t."""
-        return self.half_width <= 1.0 / self.point.conditions.t
+        return self.expected is not None and self.expected.chord.verdict is ResultVerdict.IDENTIFIED
 
     @property
     def measured(self) -> bool:
@@ -115,14 +128,9 @@ def row_of(point: Point) -> Row:
     """The result of a cell."""
     limit = k_max(point.conditions, point.top_n)
     try:
-        run = point.run()
-        found = expected_chord(run)
-        narrower = narrowing(run, found) if point.series == PAYLOADS else []
+        return Row(point, limit, point.expected())
     except (DomainError, np.linalg.LinAlgError) as error:
         return Row(point, limit, problem=str(error))
-    half = found.half_width if found.half_width <= HOPELESS else math.nan
-    lines = sorted(found.lines, key=lambda line: -line.relative)[:LARGEST]
-    return Row(point, limit, half, tuple(lines), tuple(narrower))
 
 
 def columns(rig: Bench, specimens: Sequence[Specimen]) -> list[float]:

@@ -9,8 +9,8 @@ from typing import Any
 
 from stepload.design.map import BUY, LARGEST, PAYLOADS, Map, Row
 from stepload.envelope.map_grid import Bench, Specimen
-from stepload.evidence.changes import relative_sigma
-from stepload.evidence.expected import Narrowing
+from stepload.identification.changes import relative_sigma
+from stepload.identification.expected import Narrowing
 from stepload.results.model import Table
 from stepload.units import format_quantity, percent
 

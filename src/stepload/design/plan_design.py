@@ -10,14 +10,13 @@ from pathlib import Path
 
 from stepload.design.map_report import half_text, narrowing_text
 from stepload.design.top_force import Ceiling, ceiling
-from stepload.envelope.conditions import planned_run
+from stepload.envelope.conditions import expected_result
 from stepload.envelope.draft_plan import CYCLES, Order, plan_of
 from stepload.envelope.envelope import Envelope, derive
 from stepload.envelope.reason import PlanVerdict, Severity
 from stepload.errors import BadInputError, DomainError, RefusedError
-from stepload.evidence.expected import Narrowing, expected_chord, narrowing
-from stepload.evidence.quantity import Quantity
-from stepload.evidence.run_data import RunData
+from stepload.identification.expected import Expected
+from stepload.identification.quantity import ResultVerdict
 from stepload.plan.problems import PlanError
 from stepload.units import format_quantity, percent, rounded_down
 
@@ -41,8 +40,7 @@ class Candidate:
         share: its top force is about this share of the largest.
         order: its steps, ramps and holds.
         duration_s: its duration according to preflight.
-        run: its run without error.
-        chord: the chord of that, with the interval that is to be expected.
+        expected: its result to be expected.
     """
 
     top_n: float
@@ -50,18 +48,17 @@ class Candidate:
     share: float
     order: Order
     duration_s: float
-    run: RunData
-    chord: Quantity
+    expected: Expected
 
     @property
     def half_width(self) -> float:
         """Expected half width of the interval, as a share of the chord."""
-        return self.chord.half_width
+        return self.expected.chord.half_width
 
     @property
     def can(self) -> bool:
         """Whether that is within ±1/t."""
-        return self.half_width <= 1.0 / self.run.conditions.t
+        return self.expected.chord.verdict is ResultVerdict.IDENTIFIED
 
     @property
     def text(self) -> str:
@@ -113,10 +110,8 @@ def grid(rig: str, payload: Path, limit: Ceiling, surface: str) -> Grid:
         if envelope.verdict is PlanVerdict.REFUSED or missed or envelope.climbs is None:
             reasons.append(_why(envelope))
             continue
-        run = planned_run(envelope.plan, envelope.theory, envelope.climbs)
-        found.append(
-            Candidate(top_n, step_n, share, order, envelope.duration_s, run, expected_chord(run))
-        )
+        expected = expected_result(envelope.plan, envelope.theory, envelope.climbs)
+        found.append(Candidate(top_n, step_n, share, order, envelope.duration_s, expected))
     return Grid(tuple(found), len(reasons), *(reasons[-1] if reasons else ("", "")))
 
 
@@ -143,7 +138,6 @@ class Design:
         grid: the plans that were looked at.
         tried: those of at most twice that time.
         chosen: the plan.
-        narrowing: what narrows its interval most.
     """
 
     ceiling: Ceiling
@@ -151,7 +145,6 @@ class Design:
     grid: Grid
     tried: Sequence[Candidate]
     chosen: Candidate
-    narrowing: Sequence[Narrowing]
 
     @property
     def curve(self) -> list[Candidate]:
@@ -181,7 +174,7 @@ def design(rig: str, payload: Path, *, within_s: float, surface: str) -> Design:
     chosen = choose(tried, within_s)
     if not chosen.can:
         raise _refusal(limit, tried, chosen, within_s)
-    return Design(limit, within_s, found, tried, chosen, narrowing(chosen.run, chosen.chord))
+    return Design(limit, within_s, found, tried, chosen)
 
 
 def front(tried: Sequence[Candidate]) -> list[Candidate]:
@@ -224,12 +217,12 @@ def _refusal(
 ) -> RefusedError:
     """Why there is no plan, and what would narrow its interval."""
     later = choose(tried, LONGER * within_s)
-    told = narrowing_text(narrowing(best.run, best.chord))
+    told = narrowing_text(best.expected.narrowing)
     if later.can:
         told = f"give it more --time: {later.text}, interval {half_text(later.half_width)}"
     return RefusedError(
         f"no plan for {limit.payload} on {limit.rig} that takes {within_s:.0f} s or less gives "
-        f"±{percent(1.0 / best.run.conditions.t, 2)} (1/t); the best is {best.text}, interval "
-        f"{half_text(best.half_width)}",
+        f"±{percent(1.0 / best.expected.run.conditions.t, 2)} (1/t); the best is {best.text}, "
+        f"interval {half_text(best.half_width)}",
         hint=told or limit.why,
     )

@@ -27,7 +27,7 @@ from stepload.units import format_quantity, percent
 def sentences(found: Design) -> list[str]:
     """Sentences on a design, each item one or two."""
     limit, chosen = found.ceiling, found.chosen
-    told = narrowing_text(found.narrowing)
+    told = narrowing_text(found.chosen.expected.narrowing)
     return [
         f"The plan for {limit.payload} on {limit.rig}: {chosen.text}.",
         f"To expect: a 95 % interval of {half_text(chosen.half_width)} of the chord stiffness.",
@@ -102,7 +102,7 @@ def data(found: Design) -> dict[str, Any]:
         "refused": found.grid.refused,
         "answers": sentences(found),
         "chosen": tried(found.chosen),
-        "narrowing": [asdict(each) for each in found.narrowing],
+        "narrowing": [asdict(each) for each in found.chosen.expected.narrowing],
         "curve": [tried(each) for each in found.curve],
         "plans": [tried(each) for each in found.tried],
     }

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stepload.envelope.until import Need, Until
-from stepload.evidence.chord import REFERENCE_SHARE
+from stepload.identification.chord import REFERENCE_SHARE
 
 SURE = 2.0
 """Standard uncertainties added to a deformation before it is judged too small for good."""

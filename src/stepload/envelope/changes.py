@@ -15,7 +15,7 @@ from stepload.contact.materials import BluntTip, Sphere
 from stepload.envelope.bounds import LOAD_TIMEOUTS
 from stepload.envelope.reason import Reason
 from stepload.envelope.theory import theory_of
-from stepload.estimators.identifiability import gauge_resolution_for
+from stepload.identification.identifiability import gauge_resolution_for
 from stepload.plan.checks import least_touch_force
 from stepload.plan.derived import follows, rederived
 from stepload.plan.model import DisplacementSpec, Plan, SecondForce, SecondForceSource

@@ -13,13 +13,16 @@ from stepload.contact.elastic import equivalent_modulus
 from stepload.contact.rough import length_sigma, rough_sphere
 from stepload.envelope.stiffness import known_stiffness
 from stepload.envelope.theory import Theory
-from stepload.estimators.conditions import ROUGH_LENGTH_SIGMA, UNKNOWN_OFFSET_M, Conditions
-from stepload.estimators.fit import FloatArray
-from stepload.estimators.lateral_effect import Across
-from stepload.estimators.sources import ASSUMED_NONLINEARITY, Sources
-from stepload.evidence.expected import Course, expected_chord, expected_run
-from stepload.evidence.quantity import Quantity
-from stepload.evidence.run_data import RunData
+from stepload.identification.conditions import (
+    ASSUMED_NONLINEARITY,
+    ROUGH_LENGTH_SIGMA,
+    UNKNOWN_OFFSET_M,
+    Conditions,
+    Sources,
+)
+from stepload.identification.expected import Expected, LoadSchedule, expect
+from stepload.identification.fit import FloatArray
+from stepload.identification.lateral_coupling import Across
 from stepload.plan.model import (
     DisplacementSpec,
     Payload,
@@ -187,47 +190,37 @@ def _share(sigma: float | None, value: float | None) -> float:
     return sigma / value if sigma and value else 0.0
 
 
-def expected_result(plan: Plan, theory: Theory, climbs: LoadTimes | None) -> Quantity:
-    """The chord of a run by theory's stiffest law, with the interval that the known errors give.
+def expected_result(plan: Plan, theory: Theory, climbs: LoadTimes | None) -> Expected:
+    """The run of a plan by theory's stiffest law, and its chord with the interval to be expected.
+
+    Args:
+        climbs: times of its ramps.
 
     Raises:
         DomainError: there is no contact law, or no loading, to predict from.
     """
-    return expected_chord(planned_run(plan, theory, climbs))
-
-
-def planned_run(plan: Plan, theory: Theory, climbs: LoadTimes | None) -> RunData:
-    """The run of a plan without error, by theory's stiffest law; `climbs`: its ramps' times.
-
-    Raises:
-        DomainError: there is no contact law to predict from.
-    """
-    conditions, course = conditions_of(plan, theory), course_of(plan, plan.procedure.levels_n)
+    schedule = schedule_of(plan, plan.procedure.levels_n)
     if climbs is not None:
-        course = replace(course, up_s=climbs.up_s, down_s=climbs.down_s)
-    travel = travel_of(theory.stiffest.deformation, conditions)
-    return expected_run(conditions, course.tracks(travel))
+        schedule = replace(schedule, up_s=climbs.up_s, down_s=climbs.down_s)
+    return expect(conditions_of(plan, theory), schedule, each_of(theory.stiffest.deformation))
 
 
-def course_of(plan: Plan, levels_n: tuple[float, ...]) -> Course:
-    """A plan's course through these levels."""
+def schedule_of(plan: Plan, levels_n: tuple[float, ...]) -> LoadSchedule:
+    """A plan's loading through these levels."""
     procedure = plan.procedure
     from_n = min(procedure.touch_force_n, 0.5 * levels_n[0])
     ramps_s = np.diff([from_n, *levels_n]) / procedure.load_rate_n_per_s
-    return Course(
+    return LoadSchedule(
         np.array(levels_n), from_n, ramps_s.tolist(), ramps_s[1:].tolist(), procedure.hold_s,
         procedure.cycles,
     )  # fmt: skip
 
 
-def travel_of(
-    deformation: Callable[[float], float], conditions: Conditions, factor: float = 1.0
-) -> Callable[[FloatArray], FloatArray]:
-    """Travel in m at forces (N,): that of the payload, times a factor, and of the system."""
+def each_of(deformation: Callable[[float], float]) -> Callable[[FloatArray], FloatArray]:
+    """A law of one force as a law of forces (N,), each different one computed once."""
 
-    def travel(force_n: FloatArray) -> FloatArray:
+    def at(force_n: FloatArray) -> FloatArray:
         forces_n, places = np.unique(force_n, return_inverse=True)
-        law_m = np.array([deformation(each) for each in forces_n])[places]
-        return np.asarray(factor * law_m + conditions.bend(force_n))
+        return np.array([deformation(each) for each in forces_n])[places]
 
-    return travel
+    return at

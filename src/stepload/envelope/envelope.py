@@ -42,7 +42,8 @@ from stepload.envelope.until import Until, until_of, until_reasons
 from stepload.envelope.zero_drift import second_zero_n
 from stepload.envelope.zero_reasons import looked_after_s, zero_drift_reasons
 from stepload.errors import DomainError, RefusedError
-from stepload.estimators.identifiability import Identifiability, identifiability
+from stepload.identification.identifiability import Identifiability, identifiability
+from stepload.identification.quantity import ResultVerdict
 from stepload.plan.checks import least_touch_force
 from stepload.plan.derived import follows, rederived
 from stepload.plan.model import Plan, SecondForceSource
@@ -150,7 +151,7 @@ def _by_result(envelope: Envelope, reasons: tuple[Reason, ...]) -> tuple[Reason,
         expected = expected_result(plan, envelope.theory, envelope.climbs)
     except DomainError:
         return reasons
-    enough = expected.half_width <= 1.0 / plan.identify.accuracy_t
+    enough = expected.chord.verdict is ResultVerdict.IDENTIFIED
     return tuple(
         replace(each, severity=Severity.NOTE) if enough and each.code in IN_THE_INTERVAL else each
         for each in reasons

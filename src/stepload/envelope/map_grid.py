@@ -9,8 +9,7 @@ from stepload.envelope.conditions import conditions_of
 from stepload.envelope.draft_plan import plan_of
 from stepload.envelope.envelope import Envelope, derive
 from stepload.errors import BadInputError, DomainError, RefusedError
-from stepload.estimators.conditions import Conditions
-from stepload.estimators.identifiability import identifiability
+from stepload.identification.conditions import Conditions
 from stepload.plan.model import Plan
 from stepload.plan.shipped import payload_folder
 from stepload.units import format_quantity
@@ -67,14 +66,6 @@ class Bench:
     conditions: Conditions
     touch_n: float
     note: str
-
-
-def k_max(told: Conditions, top_n: float) -> float:
-    """K_max in N/m by (34), or by (36) with a gauge."""
-    return identifiability(
-        top_n, told.position_resolution_m, told.sources.system_stiffness_n_per_m,
-        p=told.p, s=told.s, t=told.t,
-    ).k_max_n_per_m  # fmt: skip
 
 
 def bench(rig: str, top_n: float | None) -> Bench:

@@ -20,9 +20,9 @@ from stepload.envelope.pressing import largest_losses
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import DECLARED, Theory
 from stepload.errors import DomainError, RefusedError
-from stepload.estimators.identifiability import Identifiability
-from stepload.estimators.smooth import NORMAL_95
-from stepload.evidence.lateral import TURN_RAD_PER_N, UNKNOWN_FRICTION
+from stepload.identification.identifiability import Identifiability
+from stepload.identification.lateral import TURN_RAD_PER_N, UNKNOWN_FRICTION
+from stepload.identification.smooth import NORMAL_95
 from stepload.plan.model import DeviceSpec, Plan, Provenance, SecondForceSource, Structure
 from stepload.rig.device import ForceSensor
 from stepload.rig.plugins import load_driver

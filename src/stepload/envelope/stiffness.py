@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 from stepload.envelope.reason import Reason, Severity
 from stepload.errors import RefusedError
-from stepload.estimators.deflection import BEGINS, BEYOND, DeflectionTable
-from stepload.estimators.smooth import NORMAL_95
+from stepload.identification.deflection import BEGINS, BEYOND, DeflectionTable
+from stepload.identification.smooth import NORMAL_95
 from stepload.plan.model import Plan, Provenance, RecordPolicy
 from stepload.rig.device import ArmConfiguration
 from stepload.rig.pose import differences, stiffness_change

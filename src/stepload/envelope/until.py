@@ -14,13 +14,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from stepload.envelope.conditions import conditions_of, course_of, travel_of
+from stepload.envelope.conditions import conditions_of, each_of, schedule_of
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import Theory
-from stepload.estimators.conditions import BRANCHES, Conditions
-from stepload.estimators.smooth import NORMAL_95
-from stepload.evidence.chord import REFERENCE_SHARE
-from stepload.evidence.expected import expected_chord, expected_run
+from stepload.identification.chord import REFERENCE_SHARE
+from stepload.identification.conditions import BRANCHES, Conditions
+from stepload.identification.expected import expect
+from stepload.identification.smooth import NORMAL_95
 from stepload.plan.checks import LEAST_LEVELS
 from stepload.plan.model import Plan
 from stepload.units import beside_limit, format_quantity
@@ -98,12 +98,12 @@ def _need(
 ) -> Need:
     top_n = levels_n[-1]
     conditions = replace(conditions, branch=BRANCHES[0])  # the first loading is what it ends
-    course = replace(course_of(plan, levels_n), unloads=False)
-    deformation = lru_cache(maxsize=None)(theory.law.deformation)
+    schedule = replace(schedule_of(plan, levels_n), unloads=False)
+    deformation = each_of(lru_cache(maxsize=None)(theory.law.deformation))
 
     def relative(factor: float) -> float:
-        tracks = course.tracks(travel_of(deformation, conditions, factor))
-        return expected_chord(expected_run(conditions, tracks, looked=True)).relative
+        found = expect(conditions, schedule, lambda n: factor * deformation(n), looked=True)
+        return found.chord.relative
 
     expected_m = theory.law.deformation(top_n) - theory.law.deformation(REFERENCE_SHARE * top_n)
     by_theory = relative(1.0)

@@ -14,7 +14,7 @@ from pydantic.dataclasses import dataclass
 from stepload.contact.checks import across_problem
 from stepload.declaration import quantities as q
 from stepload.declaration.sections import CHECKED, SECTION, Contradiction, adapter
-from stepload.estimators.deflection_rows import table_problem
+from stepload.identification.deflection import table_problem
 from stepload.plan.reader import read_file
 from stepload.plan.source import Source, read_source
 from stepload.plan.system_stiffness import disagreement

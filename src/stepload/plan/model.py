@@ -16,7 +16,7 @@ from pydantic.dataclasses import dataclass
 from stepload.contact.power_law import LAW_NAMES
 from stepload.declaration import quantities as q
 from stepload.declaration.sections import CHECKED, DERIVED, INTERNAL, SECTION, Contradiction
-from stepload.estimators.conditions import BRANCHES
+from stepload.identification.conditions import BRANCHES
 from stepload.plan.aligning import Alignment, Nulling
 from stepload.plan.payload import Payload
 from stepload.plan.problems import PlanError, Problem

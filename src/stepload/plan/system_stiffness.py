@@ -10,7 +10,7 @@ from pydantic.dataclasses import dataclass
 from stepload.contact.checks import across_problem
 from stepload.declaration import quantities as q
 from stepload.declaration.sections import CHECKED, DERIVED, INTERNAL, SECTION, Contradiction, put
-from stepload.estimators.deflection_rows import table_problem, upper_stiffness_n_per_m
+from stepload.identification.deflection import table_problem, upper_stiffness_n_per_m
 from stepload.rig.samples import SixFloats
 from stepload.units import format_quantity
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from stepload.errors import DomainError
-from stepload.estimators.fit import FloatArray
+from stepload.identification.fit import FloatArray
 from stepload.plan.kinematics import JOINTS, ArmKinematics
 from stepload.rig.samples import SixFloats
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stepload.estimators.fit import FloatArray, IntArray
+from stepload.identification.fit import FloatArray, IntArray
 from stepload.plan.kinematics import JOINTS
 
 WRONG_BY = 2.0

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from stepload.envelope.map_grid import bench, k_max, most_push, specimen
+from stepload.envelope.map_grid import bench, most_push, specimen
 from stepload.envelope.theory import theory_of
 from stepload.errors import BadInputError, RefusedError
-from stepload.estimators.conditions import Conditions
-from stepload.estimators.identifiability import Binding, Identifiability, identifiability
+from stepload.identification.conditions import Conditions
+from stepload.identification.identifiability import Binding, Identifiability, identifiability, k_max
 from stepload.plan.load import load_plan
 from stepload.plan.source import read_source
 from stepload.plan.tree import Mapping, parse_tree

@@ -12,7 +12,7 @@ from itertools import product
 import numpy as np
 
 from stepload.errors import RefusedError
-from stepload.estimators.fit import FloatArray
+from stepload.identification.fit import FloatArray
 from stepload.plan.kinematics import JOINTS, ArmKinematics
 
 BRANCHES = 8

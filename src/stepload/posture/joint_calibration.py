@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from stepload.errors import BadInputError
-from stepload.estimators.fit import FloatArray
+from stepload.identification.fit import FloatArray
 from stepload.plan.calibration import CalibrationRecord, read_calibration
 from stepload.plan.kinematics import JOINTS, ArmKinematics
 from stepload.posture.chain import Tool, frames, jacobian

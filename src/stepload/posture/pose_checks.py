@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stepload.estimators.fit import BoolArray, FloatArray
+from stepload.identification.fit import BoolArray, FloatArray
 from stepload.plan.kinematics import JOINTS, ArmKinematics
 
 GRAVITY_M_S2 = 9.81

@@ -11,7 +11,7 @@ import numpy as np
 from stepload.envelope.draft_plan import plan_of
 from stepload.envelope.map_grid import PROBE_N
 from stepload.errors import RefusedError
-from stepload.estimators.fit import FloatArray
+from stepload.identification.fit import FloatArray
 from stepload.plan.calibration import read_calibration
 from stepload.plan.kinematics import ArmKinematics, arms, read_arm
 from stepload.plan.rig import Rig

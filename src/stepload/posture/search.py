@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from stepload.errors import BadInputError, RefusedError
-from stepload.estimators.fit import BoolArray, FloatArray, IntArray
+from stepload.identification.fit import BoolArray, FloatArray, IntArray
 from stepload.plan.kinematics import ArmKinematics
 from stepload.posture.chain import (
     Tool,

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from stepload.estimators.fit import FloatArray
+from stepload.identification.fit import FloatArray
 from stepload.posture.chain import reach_m
 from stepload.posture.compliance import WRONG_BY
 from stepload.posture.rig_search import Posture, Row

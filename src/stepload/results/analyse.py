@@ -11,11 +11,15 @@ from numpy.typing import NDArray
 
 from stepload.envelope.envelope import Envelope
 from stepload.errors import BadInputError
-from stepload.estimators.conditions import Conditions
-from stepload.estimators.cycles import STEADY_CYCLES, RunIn, run_in
-from stepload.estimators.selection import select
-from stepload.estimators.system import SeriesContact, SystemStiffnessFit, fit_system_stiffness
-from stepload.evidence.identification import Identification, identify
+from stepload.identification.conditions import Conditions
+from stepload.identification.identify import Identification, identify
+from stepload.identification.run_in import STEADY_CYCLES, RunIn, run_in
+from stepload.identification.samples import select
+from stepload.identification.system_stiffness import (
+    SeriesContact,
+    SystemStiffnessFit,
+    fit_system_stiffness,
+)
 from stepload.record.outcome import RunOutcome
 from stepload.record.reader import Event, Recording
 from stepload.results.conditions import measured, planned
@@ -57,7 +61,7 @@ def identify_payload(data: PressData, conditions: Conditions) -> Identification:
     force_n = data.force_n[loading]
     deformation_m = data.travel_m[loading] - conditions.bend(force_n)
     selected = select(deformation_m, force_n, time_s=data.time_s[loading])
-    return identify(selected, conditions, pressed(data, conditions))
+    return identify(selected, pressed(data, conditions))
 
 
 def series_contact(conditions: Conditions) -> SeriesContact | None:

@@ -13,12 +13,21 @@ from pydantic import ValidationError
 
 import stepload
 from stepload.errors import BadInputError
-from stepload.estimators.lateral_effect import CROSS_COMPLIANCE, Across
-from stepload.estimators.lateral_effect_fit import MIN_FORCE, AcrossFit, fit_across
-from stepload.estimators.pool import PooledStiffness, pool
-from stepload.estimators.smooth_length import SmoothLength, measure_length
-from stepload.estimators.system import Cells, SystemStiffnessFit, gather
-from stepload.estimators.table import measured_table
+from stepload.identification.lateral_coupling import (
+    CROSS_COMPLIANCE,
+    MIN_FORCE,
+    Across,
+    AcrossFit,
+    fit_across,
+)
+from stepload.identification.pooled_stiffness import (
+    PooledStiffness,
+    SmoothLength,
+    measure_length,
+    measured_table,
+    pool,
+)
+from stepload.identification.system_stiffness import Cells, SystemStiffnessFit, gather
 from stepload.plan.calibration import TEMPERATURE_BAND_K, CalibrationRecord
 from stepload.results.analyse import identify_system, pieces, series_contact
 from stepload.results.press_data import LOADING, UNLOADING

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from stepload.estimators.smooth import NORMAL_95
+from stepload.identification.smooth import NORMAL_95
 from stepload.plan.calibration import CalibrationRecord
 from stepload.results import fields, figures
 from stepload.results.calibration import Calibration

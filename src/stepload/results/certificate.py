@@ -17,7 +17,7 @@ from stepload.contact.materials import (
 )
 from stepload.envelope.envelope import Envelope
 from stepload.envelope.stiffness import known_stiffness
-from stepload.evidence.identification import Identification
+from stepload.identification.identify import Identification
 from stepload.plan.model import Payload, Plan, SystemStiffness
 from stepload.record.reader import Recording
 from stepload.results.analyse import Evaluation

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stepload.errors import BadInputError
-from stepload.evidence.difference import LEAST_DEGREES, SAME_FORCE, Difference
-from stepload.evidence.quantity import Quantity
+from stepload.identification.difference import LEAST_DEGREES, SAME_FORCE, Difference
+from stepload.identification.quantity import Quantity
 from stepload.results.comparison_curve import AgainstCurve, CurveGiven, against_curve
 from stepload.results.comparison_runs import (
     ComparedRun,

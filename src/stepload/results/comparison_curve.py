@@ -8,11 +8,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stepload.errors import BadInputError, DomainError
-from stepload.estimators.fit import FloatArray
-from stepload.evidence.answer import weigh
-from stepload.evidence.difference import SAME_FORCE, Agreement, Difference, Measured, difference
-from stepload.evidence.origin import Origin
-from stepload.evidence.quantity import Line, Quantity
+from stepload.identification.difference import (
+    SAME_FORCE,
+    Agreement,
+    Difference,
+    Measured,
+    difference,
+)
+from stepload.identification.fit import FloatArray
+from stepload.identification.origin import Origin
+from stepload.identification.quantity import Line, Quantity
+from stepload.identification.verdict import judge
 from stepload.record.curves import Curve
 from stepload.results.comparison_runs import ComparedRun
 
@@ -43,14 +49,14 @@ class AgainstCurve:
 
     Attributes:
         run: name of the run.
-        estimator: the believed fit, whose misfits are given.
+        estimator: the selected fit, whose misfits are given.
         from_n, to_n: the forces of the chord; secants are at `to_n`, the run's secant force or the
             highest that the curve has.
         chord: of the curve against that of the run, which needs no zero; None where one of them
             has none there.
         secant: the same from the curve's own zero and the fitted one of the run.
         secant_n_per_m: of the curve; None where it has no point as low.
-        force_rms_n, deformation_rms_m: rms difference of curve and believed fit, at equal
+        force_rms_n, deformation_rms_m: rms difference of curve and selected fit, at equal
             deformation and at equal force.
         deformation_m, force_n: (N,) points of the curve that were compared.
         left_out: points of the curve at forces that the run has not reached.
@@ -113,7 +119,7 @@ def against_curve(each: ComparedRun, given: CurveGiven, tolerance: float) -> Aga
         conditions=replace(each.found.conditions, secant_force_n=to_n, branch="loading"),
     )
     try:
-        figures = weigh(run).quantities
+        figures = judge(run).quantities
     except DomainError:
         figures = {}
     own = {
@@ -124,7 +130,7 @@ def against_curve(each: ComparedRun, given: CurveGiven, tolerance: float) -> Aga
     lowest_n = float(force_n.min())
     return AgainstCurve(
         run=each.run.name,
-        estimator=each.found.believe,
+        estimator=each.found.selected,
         from_n=from_n,
         to_n=to_n,
         chord=own["chord"],

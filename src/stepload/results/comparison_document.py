@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 import stepload
-from stepload.evidence.difference import Agreement, Difference, DifferenceLine
+from stepload.identification.difference import Agreement, Difference, DifferenceLine
 from stepload.results import fields, figures
 from stepload.results.certificate import few, shared_facts
 from stepload.results.comparison import Comparison
@@ -225,7 +225,7 @@ def _chords(found: Comparison) -> list[Figure]:
 
 
 def _laws(found: Comparison) -> str:
-    """Measured points with the believed laws, and an imported curve as larger points."""
+    """Measured points with the selected fits, and an imported curve as larger points."""
     lines = list[figures.Line]()
     total = sum(each.found.force_n.size for each in found.runs)
     for index, each in enumerate(found.runs):
@@ -263,7 +263,7 @@ def comparison_data(found: Comparison) -> dict[str, Any]:
                     key: each.run.metadata.get(key)
                     for key in ("run_id", "specimen", "payload", "rig")
                 },
-                "believe": each.found.believe,
+                "selected": each.found.selected,
                 "fits": fits_data(fields.fits_of(each.found)),
                 "interval_secant_n_per_m": each.found.interval_secant_n_per_m,
             }
@@ -319,7 +319,7 @@ def _sheet(found: Comparison, reasons: Sequence[str]) -> Certificate:
         tables=[first_rows(each) for each in tables],
         figure=Figure(
             "laws", "Force against deformation",
-            f"What was measured, each from its fitted zero, and the believed laws{imported}",
+            f"What was measured, each from its fitted zero, and the selected fits{imported}",
             "force over deformation of every run with its law", partial(_laws, found),
         ),
         remarks=few(reasons),

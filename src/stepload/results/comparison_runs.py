@@ -10,16 +10,16 @@ from itertools import pairwise
 import numpy as np
 
 from stepload.errors import BadInputError, DomainError
-from stepload.estimators.conditions import BRANCHES
-from stepload.estimators.smooth import SHORTEST
-from stepload.evidence.difference import SAME_FORCE, Difference, Measured, difference
-from stepload.evidence.identification import Identification
-from stepload.evidence.origin import Origin
-from stepload.evidence.quantity import Quantity
-from stepload.evidence.reading import branch_chord, read_of
+from stepload.identification.conditions import BRANCHES
+from stepload.identification.difference import SAME_FORCE, Difference, Measured, difference
+from stepload.identification.identify import Identification
+from stepload.identification.origin import Origin
+from stepload.identification.quantity import Quantity
+from stepload.identification.smooth import SHORTEST
+from stepload.identification.verdict import judge
 from stepload.results.analyse import identify_payload
 from stepload.results.press_data import LOADING
-from stepload.results.run_data import sideways_of
+from stepload.results.run_data import lateral_force_of
 from stepload.results.run_record import SavedRun
 
 
@@ -89,12 +89,18 @@ def chords(runs: Sequence[ComparedRun]) -> tuple[Quantity, ...]:
     low_n, top_n = max(each.from_n for each in headlines), min(each.to_n for each in headlines)
     if not low_n < top_n:
         return ()
-    between = [dataclasses.replace(each.found.run, between_n=(low_n, top_n)) for each in runs]
+    between = [
+        dataclasses.replace(
+            each.found.run,
+            between_n=(low_n, top_n),
+            conditions=dataclasses.replace(each.found.conditions, branch=branch),
+        )
+        for each in runs
+    ]
     try:
-        found = [branch_chord(run, read_of(run), branch) for run in between]
+        return tuple(judge(run, laws=False).headline for run in between)
     except DomainError:
         return ()
-    return tuple(each for each in found if each is not None) if all(found) else ()
 
 
 def differences(
@@ -143,7 +149,7 @@ def origin_of(run: SavedRun) -> Origin:
         else (stiffness, sources.system_stiffness_sigma_n_per_m),
         surface_m=surface_m,
         reach_m=reach_m,
-        across=sideways_of(data, run.conditions).errors,
+        across=lateral_force_of(data, run.conditions).errors,
     )
 
 

@@ -15,11 +15,9 @@ from stepload.envelope.conditions import conditions_of
 from stepload.envelope.envelope import Envelope
 from stepload.envelope.theory import theory_of
 from stepload.errors import BadInputError
-from stepload.estimators.conditions import BRANCHES, Conditions
-from stepload.estimators.deflection import ASSUMED_RELATIVE
-from stepload.estimators.deflection_rows import table_problem
-from stepload.estimators.lateral_effect import Across
-from stepload.estimators.sources import Sources
+from stepload.identification.conditions import BRANCHES, Conditions, Sources
+from stepload.identification.deflection import ASSUMED_RELATIVE, table_problem
+from stepload.identification.lateral_coupling import Across
 from stepload.plan.load import load_payload
 from stepload.results.press_data import PressData
 from stepload.units import percent

@@ -9,16 +9,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stepload.errors import BadInputError, DomainError
-from stepload.estimators.conditions import Conditions
-from stepload.estimators.curve_channels import is_exact, quantum
-from stepload.estimators.fit import FloatArray
-from stepload.estimators.inverse_law import joint
-from stepload.estimators.selection import Selected, select, uniform_in_force
-from stepload.estimators.smooth import smooth_leftover
-from stepload.estimators.sources import ASSUMED_NONLINEARITY, Sources
-from stepload.evidence.lateral import GUIDED_COMPLIANCE, Sideways
-from stepload.evidence.plausibility import plausibility
-from stepload.evidence.run_data import RunData
+from stepload.identification.conditions import ASSUMED_NONLINEARITY, Conditions, Sources
+from stepload.identification.curve_channels import is_exact, plausibility, quantum
+from stepload.identification.fit import FloatArray
+from stepload.identification.inverse_law import joint
+from stepload.identification.lateral import GUIDED_COMPLIANCE, LateralForce
+from stepload.identification.run_data import RunData
+from stepload.identification.samples import Selected, select, uniform_in_force
+from stepload.identification.smooth import smooth_leftover
 from stepload.record.curves import Curve
 from stepload.results.conditions import Stated
 from stepload.results.curve_zero import TOUCH_NOISE, Zeroed, first_loading, zero
@@ -185,16 +183,14 @@ class PreparedCurve:
     Attributes:
         selected: the first loading, from the touch to the end of its hold; deformation of the
             payload.
-        run: its cycles, with what is known of the errors, as stated or as the data show them.
+        run: its cycles, with what is known of the errors, as stated or as the data show them;
+            nothing is where neither gives the accuracy of the channels.
         notes: sign changes, corrections and assumptions, in sentences.
-        error_known: False where neither the data nor the caller give the accuracy of the channels:
-            there is no interval then, and no K_max.
     """
 
     selected: Selected
     run: RunData
     notes: tuple[str, ...]
-    error_known: bool
 
 
 def prepare(curve: Curve, stated: Stated) -> PreparedCurve:
@@ -266,17 +262,18 @@ def prepare(curve: Curve, stated: Stated) -> PreparedCurve:
         )
     peak_n = max(float(zeroed.force_n[up].max()) for up in zeroed.loadings)
     share = zeroed.lateral_share
-    aside = Sideways("guided", share, relative=GUIDED_COMPLIANCE * (share or 0.0))
+    aside = LateralForce("guided", share, relative=GUIDED_COMPLIANCE * (share or 0.0))
     run = RunData(
         tracks=zeroed.tracks(loading, growing),
         conditions=conditions,
-        sideways=aside,
+        lateral_force=aside,
         adhesive=zeroed.adhesion_n > 0.0,
         timed=zeroed.time_s is not None,
+        errors_known=stated.an_error or not exact,
         doubts=(*doubts, *above_limit(conditions, peak_n)),
         law_doubts=() if zeroed.seen_free or stated.tared else (NO_FREE_AIR,),
     )
-    return PreparedCurve(selected, run, tuple(notes), stated.an_error or not exact)
+    return PreparedCurve(selected, run, tuple(notes))
 
 
 def deformation_curve(curve: Curve) -> Curve:

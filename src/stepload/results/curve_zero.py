@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepload.errors import BadInputError
-from stepload.estimators.curve_channels import (
+from stepload.identification.curve_channels import (
     LEAST_SLOPE,
     FreeAir,
     first_touch,
@@ -19,9 +19,9 @@ from stepload.estimators.curve_channels import (
     spikes,
     white_noise,
 )
-from stepload.estimators.curve_cycles import CycleParts, cycles_of
-from stepload.estimators.fit import FloatArray
-from stepload.evidence.loops import Track
+from stepload.identification.curve_cycles import CycleParts, cycles_of
+from stepload.identification.fit import FloatArray
+from stepload.identification.loops import Track
 from stepload.record.curves import Curve
 from stepload.units import format_quantity
 

@@ -6,9 +6,9 @@ import dataclasses
 from typing import Any
 
 from stepload.envelope.envelope import Envelope
-from stepload.estimators.cycles import RunIn
-from stepload.estimators.system import SystemStiffnessFit
-from stepload.evidence.identification import Identification
+from stepload.identification.identify import Identification
+from stepload.identification.run_in import RunIn
+from stepload.identification.system_stiffness import SystemStiffnessFit
 from stepload.record.outcome import RunOutcome
 from stepload.results import fields
 from stepload.results.analyse import Evaluation
@@ -32,42 +32,42 @@ def identification_data(found: Identification) -> dict[str, Any]:
     rows = fields.fits_of(found) + fields.fits_of(found, reported=False)
     return {
         "fits": fits_data(rows),
-        "believe": found.believe,
+        "selected": found.selected,
         "why": found.why,
         "comparable_with_paper": found.comparable_with_paper,
         "interval_secant_n_per_m": found.interval_secant_n_per_m,
         "peak_force_n": found.peak_force_n,
-        "k_max_n_per_m": found.judgement.k_max_n_per_m,
-        "verdict": found.judgement.verdict,
-        "reasons": found.judgement.reasons,
+        "k_max_n_per_m": found.k_max_n_per_m,
+        "verdict": found.verdict,
+        "reasons": found.reasons,
         "laws_chosen": found.conditions.laws,
         "contact": quality_data(found.run.alignment.quality),
-        **_evidence_data(found),
+        **_judged_data(found),
     }
 
 
-def _evidence_data(found: Identification) -> dict[str, Any]:
+def _judged_data(found: Identification) -> dict[str, Any]:
     """The headline, every other figure, and what is not elastic."""
-    evidence = found.evidence
-    if evidence is None:
+    judged = found.judgement
+    if judged is None:
         return {"headline": None, "quantities": {}, "exponent": None, "inelastic": None, "laws": []}
-    lost = evidence.inelastic.loss
+    lost = judged.inelastic.loss
     return {
-        "headline": data(fields.QUANTITY, evidence.headline),
+        "headline": data(fields.QUANTITY, judged.headline),
         "quantities": {
-            kind: data(fields.QUANTITY, each) for kind, each in evidence.quantities.items()
+            kind: data(fields.QUANTITY, each) for kind, each in judged.quantities.items()
         },
-        "exponent": evidence.exponent,
+        "exponent": judged.exponent,
         "inelastic": {
-            "share": evidence.inelastic.share,
-            "elastic": evidence.elastic,
-            "signs": [data(fields.PART, each) for each in evidence.inelastic.parts],
+            "share": judged.inelastic.share,
+            "elastic": judged.elastic,
+            "signs": [data(fields.PART, each) for each in judged.inelastic.parts],
             "loss": None if lost is None else {"share": lost[0], "sigma": lost[1]},
         },
-        "laws": evidence.laws,
+        "laws": judged.laws,
         "narrowing": found.narrowing,
-        "drift_m_per_s": evidence.drift_m_per_s,
-        "remarks": evidence.notes,
+        "drift_m_per_s": judged.drift_m_per_s,
+        "remarks": judged.notes,
     }
 
 

@@ -11,13 +11,13 @@ from stepload.units import percent
 if TYPE_CHECKING:
     from stepload.envelope.press import Term
     from stepload.envelope.schedule import Stage
-    from stepload.estimators.cycles import Cycle
-    from stepload.estimators.fit import Fit
-    from stepload.estimators.system import SystemStiffnessFit
-    from stepload.evidence.answer import LawRow
-    from stepload.evidence.identification import Identification
-    from stepload.evidence.inelastic import Part
-    from stepload.evidence.quantity import Line, Quantity
+    from stepload.identification.fit import Fit
+    from stepload.identification.identify import Identification
+    from stepload.identification.inelastic import Part
+    from stepload.identification.quantity import Line, Quantity
+    from stepload.identification.run_in import Cycle
+    from stepload.identification.system_stiffness import SystemStiffnessFit
+    from stepload.identification.verdict import LawRow
     from stepload.record.align import ChannelClock
 
 
@@ -26,17 +26,17 @@ class NamedFit(NamedTuple):
 
     name: str
     fit: Fit
-    believed: bool
+    selected: bool
 
 
 def fits_of(found: Identification, *, reported: bool = True) -> list[NamedFit]:
-    """The fits that are reported and the believed one, or all the others."""
-    from stepload.evidence.identification import REPORTED  # loaded already: `found` is of it
+    """The fits that are reported and the selected one, or all the others."""
+    from stepload.identification.identify import REPORTED  # loaded already: `found` is of it
 
-    first = [*REPORTED, *({found.believe} - set(REPORTED))]
+    first = [*REPORTED, *({found.selected} - set(REPORTED))]
     names = first if reported else [name for name in found.fits if name not in first]
     return [
-        NamedFit(name, found.fits[name], name == found.believe)
+        NamedFit(name, found.fits[name], name == found.selected)
         for name in names
         if name in found.fits
     ]
@@ -54,7 +54,7 @@ _FIT: tuple[Field[Fit], ...] = (
     *map(named, ("secant_force_n", "force_rms_n", "points", "doubts")),
 )
 FIT: tuple[Field[NamedFit], ...] = (
-    Field(lambda row: f"{row.name} *" if row.believed else row.name, label="fit"),
+    Field(lambda row: f"{row.name} *" if row.selected else row.name, label="fit"),
     *(field.of(lambda row: row.fit) for field in _FIT),
     Field(lambda row: row.fit.force_rms_n, "", "rms residual", quantity("N")),
 )

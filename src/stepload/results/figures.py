@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stepload.estimators.fit import FloatArray
+from stepload.identification.fit import FloatArray
 from stepload.results.press_data import IntArray
 
 if TYPE_CHECKING:

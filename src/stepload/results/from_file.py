@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 from stepload.errors import BadInputError
-from stepload.estimators.curve_channels import quantum
-from stepload.estimators.cycles import RunIn
-from stepload.estimators.system import SystemStiffnessFit, fit_system_stiffness
-from stepload.evidence.identification import Identification, identify
-from stepload.evidence.quantity import without_interval
+from stepload.identification.curve_channels import quantum
+from stepload.identification.identify import Identification, identify
+from stepload.identification.run_in import RunIn
+from stepload.identification.system_stiffness import SystemStiffnessFit, fit_system_stiffness
 from stepload.record.curves import Curve, read_curve
 from stepload.record.untrusted import untrusted
 from stepload.results.analyse import (
@@ -117,18 +115,4 @@ def identify_curve(curve: Curve, stated: Stated) -> tuple[Identification, tuple[
         BadInputError: there is nothing in it to identify.
     """
     prepared = prepare(curve, stated)
-    found = identify(prepared.selected, prepared.run.conditions, prepared.run)
-    return found if prepared.error_known else _without_errors(found), prepared.notes
-
-
-def _without_errors(found: Identification) -> Identification:
-    """The identification without intervals and K_max, for data of unknown accuracy."""
-    judged, evidence = found.judgement, found.evidence
-    if evidence is not None:
-        quantities = {kind: without_interval(q) for kind, q in evidence.quantities.items()}
-        evidence = replace(
-            evidence, quantities=quantities, headline=quantities["chord"], covariance=None
-        )
-        judged = replace(judged, verdict=evidence.headline.verdict, reasons=evidence.headline.why)
-    judged = replace(judged, k_max_n_per_m=math.nan)
-    return replace(found, judgement=judged, evidence=evidence)
+    return identify(prepared.selected, prepared.run), prepared.notes

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stepload.estimators.conditions import Conditions
-from stepload.estimators.fit import FloatArray
+from stepload.identification.conditions import Conditions
+from stepload.identification.fit import FloatArray
 from stepload.record.reader import Event
 from stepload.results.model import (
     Field,

@@ -7,14 +7,12 @@ import os
 from collections.abc import Iterator
 
 from stepload.envelope.advice import NONE_HELPS
-from stepload.envelope.conditions import planned_run
+from stepload.envelope.conditions import expected_result
 from stepload.envelope.envelope import Envelope
 from stepload.envelope.reason import PlanVerdict, Reason, findings
 from stepload.envelope.theory import DECLARED, chance_of_yield
 from stepload.errors import DomainError
-from stepload.evidence.expected import expected_chord, narrowing
-from stepload.evidence.quantity import Quantity
-from stepload.evidence.run_data import RunData
+from stepload.identification.expected import Expected
 from stepload.plan.hazards import read_words, rig_argument
 from stepload.plan.references import names_a_file, place_of
 from stepload.results.terminal import NARROW, wrapped
@@ -128,15 +126,15 @@ def _figures(envelope: Envelope) -> Iterator[tuple[str, str, str]]:
     if len(deformations) > 1:
         note = f"to {deformations[1]}, {secants}"
     yield "deformation", deformations[0], note
-    planned = None if refused else planned_of(envelope)
-    if planned is not None:
-        expected = planned[1]
-        ends = f"chord {f(expected.from_n, 'N')} to {f(expected.to_n, 'N')}"
+    expected = None if refused else expected_of(envelope)
+    if expected is not None:
+        chord = expected.chord
+        ends = f"chord {f(chord.from_n, 'N')} to {f(chord.to_n, 'N')}"
         needed = f"needed: ±{100.0 / plan.identify.accuracy_t:.3g} %"
-        yield "result will be", half_width(expected.half_width), f"{ends}; {needed}"
+        yield "result will be", half_width(chord.half_width), f"{ends}; {needed}"
     if (found := envelope.identifiability) is not None:
         yield "K_max", f(found.k_max_n_per_m, "N/m"), f"(34), {found.binding} binds"
-    ways = narrowing(*planned) if planned is not None else []
+    ways = expected.narrowing if expected is not None else []
     if ways:
         told = [f"{way.todo}: {half_width(way.half_width)}" for way in ways]
         yield "narrower with", "", "; ".join(told)
@@ -147,16 +145,15 @@ def half_width(share: float) -> str:
     return f"±{100.0 * share:.2g} %" if share < 1.0 else "> ±100 %"
 
 
-def planned_of(envelope: Envelope) -> tuple[RunData, Quantity] | None:
-    """The run that is to be expected and its chord; None where there is none to predict."""
+def expected_of(envelope: Envelope) -> Expected | None:
+    """The result that is to be expected; None where there is none to predict."""
     if envelope.plan.identify.kind == "system":
         return None
     try:
-        run = planned_run(envelope.plan, envelope.theory, envelope.climbs)
-        expected = expected_chord(run)
+        found = expected_result(envelope.plan, envelope.theory, envelope.climbs)
     except DomainError:
         return None
-    return (run, expected) if math.isfinite(expected.half_width) else None
+    return found if math.isfinite(found.chord.half_width) else None
 
 
 def chance_words(envelope: Envelope) -> str:

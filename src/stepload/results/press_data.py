@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepload.errors import BadInputError, printable
-from stepload.estimators.fit import FloatArray
-from stepload.estimators.lateral_effect import Across
+from stepload.identification.fit import FloatArray
+from stepload.identification.lateral_coupling import Across
 from stepload.record.align import Aligned, ChannelClock, align
 from stepload.record.lag import Lag, measure_lag
 from stepload.record.reader import Event, Recording

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from stepload.estimators.contact_quality import (
+from stepload.identification.contact_quality import (
     ContactQuality,
     Wrench,
     contact_quality,
     turn_of,
 )
-from stepload.estimators.fit import Missing
+from stepload.identification.fit import Missing
 from stepload.results.model import Table
 from stepload.results.press_data import LOADING, UNLOADING, PressData, holds_of
 from stepload.units import format_quantity as f

@@ -10,8 +10,8 @@ import numpy as np
 
 from stepload.envelope.domains import beyond_range, payload_doubts
 from stepload.envelope.until import MARGIN, Need, Until
-from stepload.evidence.identification import Identification
-from stepload.evidence.quantity import ResultVerdict
+from stepload.identification.identify import Identification
+from stepload.identification.quantity import ResultVerdict
 from stepload.record.reader import Event
 from stepload.results.analyse import Evaluation
 from stepload.results.model import Field, Table, named, quantity, table
@@ -94,7 +94,7 @@ def levels(events: Sequence[Event]) -> tuple[str, ...]:
 def reasons_of(run: Evaluation) -> list[str]:
     """All remarks on the result but the problem that left it out, doubts first."""
     found, events = run.identification, run.recording.events
-    reasons = [*found.judgement.reasons] if found is not None else []
+    reasons = [*found.reasons] if found is not None else []
     if (until := loaded(events, found)) is not None:
         reasons.append(until.text)
     if run.data is not None:

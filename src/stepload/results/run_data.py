@@ -1,4 +1,4 @@
-"""A run in the form that the evidence is computed from."""
+"""A run in the form that is judged."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from stepload.estimators.conditions import Conditions
-from stepload.estimators.fit import FloatArray
-from stepload.evidence.lateral import Sideways, alignment_of, sideways
-from stepload.evidence.loops import Track
-from stepload.evidence.run_data import RunData
+from stepload.identification.conditions import Conditions
+from stepload.identification.fit import FloatArray
+from stepload.identification.lateral import LateralForce, alignment_of, lateral_force
+from stepload.identification.loops import Track
+from stepload.identification.run_data import RunData
 from stepload.record.rows import Phase
 from stepload.results.curve_zero import NEAR_TOP
 from stepload.results.model import finite
@@ -37,13 +37,13 @@ def pressed(data: PressData, conditions: Conditions) -> RunData:
         unloading = data.branch(UNLOADING, number)
         tracks.append((number, loading, _track(data, unloading) if unloading.sum() > 1 else None))
     peak_n = float(data.force_n[data.branch(LOADING)].max())
-    aside = sideways_of(data, conditions)
+    aside = lateral_force_of(data, conditions)
     return RunData(
         tracks=tracks,
         conditions=conditions,
         doubts=(*data.doubts, *above_limit(conditions, peak_n)),
         zero_step_n=finite(data.zero_step_n),
-        sideways=aside,
+        lateral_force=aside,
         alignment=alignment_of(conditions, quality_of(data, conditions.lever_m), aside.share),
         arm_drift_m_per_s=_arm_drift(data),
         adhesive=pulls(data),
@@ -78,7 +78,7 @@ def _arm_drift(data: PressData) -> float | None:
     return (ends[-1].position_m - ends[0].position_m) / (ends[-1].time_s - ends[0].time_s)
 
 
-def sideways_of(data: PressData, conditions: Conditions) -> Sideways:
+def lateral_force_of(data: PressData, conditions: Conditions) -> LateralForce:
     """The lateral share, and its effect on the uncertainty.
 
     The size counts near the top force, noise taken out; with its sign the share is the slope of
@@ -94,7 +94,7 @@ def sideways_of(data: PressData, conditions: Conditions) -> Sideways:
         size = _share_size(across_n, force_n, noise_n)
         apart_n = across_n - np.outer(force_n, conditions.across.at_share or (0.0, 0.0))
         away = _share_size(apart_n, force_n, noise_n)
-    return sideways(conditions, share, size, away)
+    return lateral_force(conditions, share, size, away)
 
 
 def pulls(data: PressData) -> bool:

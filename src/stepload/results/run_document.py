@@ -7,10 +7,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from stepload.estimators.conditions import BRANCHES
-from stepload.estimators.system import SystemStiffnessFit
-from stepload.evidence.identification import Identification
-from stepload.evidence.quantity import ResultVerdict
+from stepload.identification.conditions import BRANCHES
+from stepload.identification.identify import Identification
+from stepload.identification.quantity import ResultVerdict
+from stepload.identification.system_stiffness import SystemStiffnessFit
 from stepload.record.outcome import RunStatus
 from stepload.record.reader import Recording
 from stepload.results.analyse import Evaluation
@@ -50,7 +50,7 @@ def identification_document(told: FromFile) -> Document:
     return Document(
         title="Identification",
         verdict=_identified(told.found),
-        reasons=(*told.found.judgement.reasons, *(f"note: {note}" for note in told.notes)),
+        reasons=(*told.found.reasons, *(f"note: {note}" for note in told.notes)),
         brief=brief_lines(told.found),
         tables=tables,
         simulated=told.simulated,
@@ -107,14 +107,10 @@ def _reasons(run: Evaluation) -> list[str]:
 
 def _doubts(run: Evaluation, reasons: Sequence[str]) -> list[str]:
     """The reasons without those that only confirm the result."""
-    found, confirming = run.identification, set[str]()
-    if found is not None and (headline := found.headline) is not None:
-        narrow = headline.half_width <= 1.0 / found.conditions.t
-        confirming.update(
-            each
-            for each in found.judgement.reasons
-            if each not in headline.why and (narrow or not each.startswith("the 95 % interval"))
-        )
+    found = run.identification
+    if found is None or found.headline is None:
+        return list(reasons)
+    confirming = {*found.reasons} - {*found.headline.why}
     return [each for each in reasons if each not in confirming]
 
 
@@ -147,9 +143,9 @@ def _verdict(run: Evaluation) -> Verdict:
 
 
 def _identified(found: Identification) -> Verdict:
-    verdict, headline = found.judgement.verdict, found.headline
+    verdict, headline = found.verdict, found.headline
     if headline is None:
-        return Verdict(MOOD[verdict], verdict.value, found.judgement.reasons[0])
+        return Verdict(MOOD[verdict], verdict.value, found.reasons[0])
     low, high = headline.interval_n_per_m
     known = f"95 % {interval('N/m')((low, high))}" if math.isfinite(high) else "no interval"
     return Verdict(
@@ -162,10 +158,10 @@ def _identified(found: Identification) -> Verdict:
 
 def _called(found: Identification) -> str:
     """The name of the headline: that of its branch where the contact is not elastic."""
-    branch, evidence = found.conditions.branch, found.evidence
-    if evidence is None or (evidence.elastic and branch == BRANCHES[0]):
+    branch, judged = found.conditions.branch, found.judgement
+    if judged is None or (judged.elastic and branch == BRANCHES[0]):
         return "Chord stiffness"
-    part = "" if evidence.elastic else f" (inelastic part {100.0 * evidence.inelastic.share:.2g} %)"
+    part = "" if judged.elastic else f" (inelastic part {100.0 * judged.inelastic.share:.2g} %)"
     return f"{branch.capitalize()} chord{part}"
 
 

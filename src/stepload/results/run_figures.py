@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stepload.envelope.theory import Theory
-from stepload.estimators.band import confidence_band
-from stepload.estimators.fit import Fit, FloatArray
-from stepload.evidence.identification import REPORTED, Identification
+from stepload.identification.estimators import confidence_band
+from stepload.identification.fit import Fit, FloatArray
+from stepload.identification.identify import REPORTED, Identification
 from stepload.record.rows import Phase
 from stepload.results.analyse import Evaluation
 from stepload.results.certificate import other_elastic_limit
@@ -76,7 +76,7 @@ def law_figure(run: Evaluation) -> Figure | None:
         return data.travel_m[mask] - conditions.bend(force_n), force_n
 
     band = _band(found) if found else None
-    told = f"believed is {found.believe}" if found else "nothing could be fitted"
+    told = f"selected: {found.selected}" if found else "nothing could be fitted"
     banded = ", with its 95 % band" if band is not None else ""
     loading = branch(LOADING)
     predicted = _predicted(
@@ -89,7 +89,7 @@ def law_figure(run: Evaluation) -> Figure | None:
         "force over deformation with fitted and predicted laws",
         partial(
             force_deformation, loading, branch(UNLOADING), _laws(found) if found else {},
-            found.believe if found else "", band, predicted,
+            found.selected if found else "", band, predicted,
         ),
     )  # fmt: skip
 
@@ -105,12 +105,12 @@ def _predicted(theory: Theory, top_n: float, zero_m: float) -> list[tuple[str, P
 def _laws(found: Identification) -> dict[str, Law]:
     """The laws to draw; a fit whose force falls with the deformation is left out."""
     fits = {name: found.fits[name] for name in REPORTED if name in found.fits}
-    fits[found.believe] = found.fit
+    fits[found.selected] = found.fit
     return {name: _law(fit) for name, fit in fits.items() if fit.n > 0.0}
 
 
 def _band(found: Identification) -> tuple[FloatArray, FloatArray, FloatArray] | None:
-    """The believed law's band over the deformations that were pressed; None without."""
+    """The selected law's band over the deformations that were pressed; None without."""
     fit, covariance = found.fit, found.covariance
     reach_m = float(found.deformation_m.max()) - fit.zero_m
     if covariance is None or not 0.0 < reach_m < np.inf:
@@ -127,7 +127,7 @@ def force_deformation(
     loading: Points,
     unloading: Points,
     laws: Mapping[str, Law],
-    believed: str,
+    selected: str,
     band: tuple[FloatArray, FloatArray, FloatArray] | None,
     predicted: Sequence[tuple[str, Points]],
 ) -> str:
@@ -135,8 +135,8 @@ def force_deformation(
 
     Args:
         loading, unloading: as measured; the second may be empty.
-        laws: every fitted law, deformation → force; `believed` is the name of one of them, or "".
-        band: (deformation, lowest, highest force) of the believed law at 95 %, None without one.
+        laws: every fitted law, deformation → force; `selected` is the name of one of them, or "".
+        band: (deformation, lowest, highest force) of the selected law at 95 %, None without one.
         predicted: each law that theory predicts, by its label.
     """
     with figure_of(3.2, width=5.4) as (figure, (axes,)):
@@ -153,11 +153,11 @@ def force_deformation(
         reach = np.linspace(float(loading[0].min()), float(loading[0].max()), 400)
         others = iter((ORANGE, GREEN, RED, INK))
         for name, law in laws.items():
-            best = name == believed
+            best = name == selected
             axes.plot(
                 reach * 1e6, law(reach), color=BLUE if best else next(others, GREY),
                 lw=2.0 if best else 1.1, ls="-" if best else "--", zorder=3 if best else 2,
-                label=f"{name} (believed)" if best else name,
+                label=f"{name} (selected)" if best else name,
             )  # fmt: skip
         for label, (x, y) in predicted:
             axes.plot(x * 1e6, y, ":", lw=1.6, color=INK, label=label)
@@ -249,8 +249,8 @@ def residuals(found: Identification) -> str:
         (
             y[::step], (y - law(x))[::step], ".",
             {
-                "ms": 2.0, "label": name, "zorder": 3 if name == found.believe else 2,
-                "color": BLUE if name == found.believe else other,
+                "ms": 2.0, "label": name, "zorder": 3 if name == found.selected else 2,
+                "color": BLUE if name == found.selected else other,
             },
         )
         for (name, law), other in zip(

@@ -15,7 +15,7 @@ import numpy as np
 from stepload.envelope.envelope import envelope_of
 from stepload.envelope.stiffness import plan_where_it_stands
 from stepload.errors import BadInputError, RefusedError
-from stepload.estimators.conditions import Conditions
+from stepload.identification.conditions import Conditions
 from stepload.plan.load import load_kept
 from stepload.plan.model import Plan
 from stepload.record.outcome import ActionResult, Cause, Lateness, RunOutcome, RunStatus

@@ -22,9 +22,9 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from stepload.errors import BadInputError, DomainError
-from stepload.evidence.answer import weigh
-from stepload.evidence.identification import Identification
-from stepload.evidence.quantity import ResultVerdict
+from stepload.identification.identify import Identification
+from stepload.identification.quantity import ResultVerdict
+from stepload.identification.verdict import judge
 from stepload.results.model import SIMULATED
 from stepload.units import format_quantity as f
 from stepload.units import percent
@@ -96,7 +96,7 @@ def spring_of(
     if kind == "chord":
         run = replace(found.run, between_n=(from_n, at_n))
     try:
-        read = weigh(run).quantities.get(kind)
+        read = judge(run).quantities.get(kind)
     except DomainError as error:
         raise BadInputError(error.message, hint=error.hint) from None
     if read is None or not math.isfinite(read.value_n_per_m):

@@ -7,12 +7,12 @@ from collections.abc import Callable
 from textwrap import fill
 from typing import TYPE_CHECKING
 
-from stepload.estimators.cycles import STEADY_CYCLES, RunIn
-from stepload.estimators.fit import Missing
-from stepload.estimators.smooth import NORMAL_95
-from stepload.estimators.system import SystemStiffnessFit
-from stepload.evidence.identification import Identification
-from stepload.evidence.quantity import Quantity, ResultVerdict
+from stepload.identification.fit import Missing
+from stepload.identification.identify import Identification
+from stepload.identification.quantity import Quantity, ResultVerdict
+from stepload.identification.run_in import STEADY_CYCLES, RunIn
+from stepload.identification.smooth import NORMAL_95
+from stepload.identification.system_stiffness import SystemStiffnessFit
 from stepload.results import fields
 from stepload.results.model import NOTHING, Show, Table, interval, number, quantity, table
 from stepload.results.quality import quality_table, summary
@@ -30,16 +30,16 @@ if TYPE_CHECKING:
 def stiffness_table(found: Identification) -> Table:
     """Every stiffness with its interval, and the exponent; notes say what is to be known of them.
 
-    Without rows where there is no evidence.
+    Without rows where nothing could be judged.
     """
-    evidence = found.evidence
-    if evidence is None:
+    judged = found.judgement
+    if judged is None:
         return Table("", (), ())
-    known, headline = tuple(evidence.quantities.values()), evidence.headline
+    known, headline = tuple(judged.quantities.values()), judged.headline
     own = [(fields.KINDS[each.kind], each.why) for each in known]
     made = table("Result, secants by (28)", fields.QUANTITY, known)
     rows = [*made.rows]
-    if (n := evidence.exponent) is not None:
+    if (n := judged.exponent) is not None:
         low, high = n.interval
         ends = f"[{low:.2f}, {high:.2f}]" if math.isfinite(high - low) else "none"
         to = rows[0][2] if rows else ""
@@ -48,7 +48,7 @@ def stiffness_table(found: Identification) -> Table:
     notes = [f"{name}: {why}" for name, all_why in own for why in all_why
              if why not in headline.why]  # fmt: skip
     contact = [line] if (line := summary(found.run.alignment.quality)) else []
-    return Table(made.title, made.columns, rows, [*notes, *evidence.notes, *contact])
+    return Table(made.title, made.columns, rows, [*notes, *judged.notes, *contact])
 
 
 def budget_table(found: Identification) -> list[Table]:
@@ -63,45 +63,45 @@ def budget_table(found: Identification) -> list[Table]:
 
 def identification_tables(found: Identification) -> list[Table]:
     """Figures, laws, what is not elastic, the contact, and the fits."""
-    tables, why, evidence = [stiffness_table(found)], list[str](), found.evidence
-    if evidence is not None:
-        share, half = evidence.inelastic.share, evidence.within
-        word = "Elastic" if evidence.elastic else "Not elastic"
+    tables, why, judged = [stiffness_table(found)], list[str](), found.judgement
+    if judged is not None:
+        share, half = judged.inelastic.share, judged.within
+        word = "Elastic" if judged.elastic else "Not elastic"
         most = percent(half, 2)
         told = (
             f"{word}: {percent(share, 2)} of the deformation is not (up to {most} counts for none)."
         )
         notes = [told]
-        if (lost := evidence.inelastic.loss) is not None:
+        if (lost := judged.inelastic.loss) is not None:
             work, sigma = (percent(each, 2) for each in lost)
             notes.append(f"Work lost in the first cycle: {work} of that of its loading ± {sigma}.")
         tables += [
-            table("Laws that were tried", fields.LAW, evidence.laws, page_only=True),
-            table("What is not elastic", fields.PART, evidence.inelastic.parts, notes,
+            table("Laws that were tried", fields.LAW, judged.laws, page_only=True),
+            table("What is not elastic", fields.PART, judged.inelastic.parts, notes,
                   page_only=True),
         ]  # fmt: skip
         contact = found.run.alignment.quality
         tables += [] if isinstance(contact, Missing) else [quality_table(contact)]
         why.append("Each fit has a zero and a secant of its own; the result is the table above.")
     rows = fields.fits_of(found)
-    why += [f"best of the fits is {found.believe}: {line}" for line in found.why]
+    why += [f"selected fit {found.selected}: {line}" for line in found.why]
     why += [
         f"doubt about {row.name}: {'; '.join(doubt.message for doubt in row.fit.doubts)}"
         for row in rows
         if row.fit.doubts
     ]
     beyond = found.fit.secant_force_n > 1.02 * found.peak_force_n
-    title = f"Fits (* best of them), secants at {f(found.fit.secant_force_n, 'N')}"
+    title = f"Fits (* selected), secants at {f(found.fit.secant_force_n, 'N')}"
     return [*tables, table(title + (", beyond the data" if beyond else ""), fields.FIT, rows, why)]
 
 
 def brief_lines(found: Identification) -> list[str]:
     """The other stiffnesses, the exponent and the widest errors, a line each."""
-    evidence = found.evidence
-    if evidence is None:
+    judged = found.judgement
+    if judged is None:
         return []
-    headline, rows = evidence.headline, []
-    for each in evidence.quantities.values():
+    headline, rows = judged.headline, []
+    for each in judged.quantities.values():
         if each.kind != headline.kind and math.isfinite(each.value_n_per_m):
             kind, _, zero = fields.KINDS[each.kind].partition(", ")
             at = f"{f(each.from_n, 'N')} to " if "chord" in each.kind else "at "
@@ -110,7 +110,7 @@ def brief_lines(found: Identification) -> list[str]:
             known = interval("N/m")(ends) if all(map(math.isfinite, ends)) else ""
             known += _beside(each.verdict, headline.verdict)
             rows.append((at, f(each.value_n_per_m, "N/m"), known))
-    if (n := evidence.exponent) is not None:
+    if (n := judged.exponent) is not None:
         low, high = n.interval
         known = f"[{low:.2f}, {high:.2f}]" if math.isfinite(high - low) else ""
         known += _beside(n.verdict, headline.verdict)
@@ -214,7 +214,7 @@ def predicted_table(run: Evaluation) -> Table:
 
                 by_law(label, "N/m", smooth, each.value_n_per_m)
         if (seen := envelope.identifiability) is not None:
-            k_max = found.judgement.k_max_n_per_m
+            k_max = found.k_max_n_per_m
             add("K_max (34)", stiffness, seen.k_max_n_per_m, k_max)
     columns = ("figure", "predicted", "measured")
     verdict = (

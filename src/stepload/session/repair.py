@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from stepload.errors import SteploadError, in_words
-from stepload.evidence.identification import Identification
+from stepload.identification.identify import Identification
 from stepload.record.recovery import Recovered, find_unfinished, recover
 from stepload.results.conditions import Stated
 from stepload.results.data import identification_data
@@ -40,7 +40,7 @@ class Repaired:
         text += f", {sum(counts.values())} messages read back, {self.found.cut_bytes} bytes cut); "
         if self.identification is None:
             return text + f"nothing to identify: {self.problem}"
-        found, said = self.identification.headline, self.identification.judgement.verdict.value
+        found, said = self.identification.headline, self.identification.verdict.value
         if found is None:
             return text + f"from what is there: no stiffness, {said}"
         low, high = (format_quantity(force_n, "N") for force_n in (found.from_n, found.to_n))

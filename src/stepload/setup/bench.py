@@ -13,7 +13,7 @@ import numpy as np
 
 from stepload.envelope.envelope import Envelope
 from stepload.errors import DeviceError
-from stepload.estimators.fit import FloatArray
+from stepload.identification.fit import FloatArray
 from stepload.plan.driver_options import read_options
 from stepload.plan.hazards import HAZARDS, PAGE
 from stepload.plan.problems import PlanError

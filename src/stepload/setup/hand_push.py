@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stepload.errors import RefusedError
-from stepload.estimators.fit import FloatArray
+from stepload.identification.fit import FloatArray
 from stepload.setup.bench import ARM, FORCE, SECOND, Bench, Setup, listen, say_hazards
 from stepload.setup.state import Found
 from stepload.setup.yaml_keys import Value

@@ -10,7 +10,7 @@ import numpy as np
 
 from stepload.engine.open_rig import OpenRig
 from stepload.errors import DeviceError
-from stepload.estimators.fit import FloatArray
+from stepload.identification.fit import FloatArray
 from stepload.plan.model import ArmSpec, Plan
 from stepload.record.lag import Lag, measure_lag
 from stepload.rig.samples import ArmSample

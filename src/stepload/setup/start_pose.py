@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from stepload.errors import RefusedError
-from stepload.estimators.fit import FloatArray
+from stepload.identification.fit import FloatArray
 from stepload.plan.tree import resolve
 from stepload.setup.bench import (
     FORCE,

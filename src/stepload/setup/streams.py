@@ -16,7 +16,7 @@ from stepload.engine.watch import wrench_axis
 from stepload.envelope.bounds import age_limit_s
 from stepload.envelope.limits import SECOND_IDENTICAL_COUNTS, identical_counts
 from stepload.errors import DomainError
-from stepload.estimators.fit import FloatArray
+from stepload.identification.fit import FloatArray
 from stepload.plan.model import (
     ArmSpec,
     DisplacementSpec,

@@ -10,7 +10,7 @@ from stepload.contact.limit import elastic_limit
 from stepload.contact.materials import BluntTip, Geometry, Material, Sphere
 from stepload.contact.power_law import secant_stiffness
 from stepload.contact.rough import RoughSphere, roughness_number
-from stepload.estimators.ls import rs_btls
+from stepload.identification.ls import rs_btls
 
 PLASTIC = Material("acetal", 2.75e9, 0.3, 70e6)
 ALUMINIUM = Material("aluminium 6061", 70e9, 0.33, 276e6)

@@ -27,7 +27,7 @@ def found() -> Design:
         patch.setattr(room, "HOLDS_S", (8.0,))
         plans = grid("stvf", SPHERE, limit, "5 mm")
     plan = plans.candidates[-1]
-    return Design(limit, 500.0, plans, [plan], plan, [])
+    return Design(limit, 500.0, plans, [plan], plan)
 
 
 def text(found: Design, path: Path) -> str:

@@ -10,10 +10,10 @@ import pytest
 
 from stepload.design.map import BUY, PAYLOADS, Map, Point, points, row_of
 from stepload.design.map_report import payload_answers, reaches
-from stepload.envelope.map_grid import bench, k_max, specimen
-from stepload.evidence.changes import gauged, known
-from stepload.evidence.expected import expected_chord, narrowing
-from stepload.evidence.quantity import combined
+from stepload.envelope.map_grid import bench, specimen
+from stepload.identification.changes import gauged, known
+from stepload.identification.identifiability import k_max
+from stepload.identification.quantity import combined
 from stepload.plan.shipped import payload_folder
 
 RIG = bench("stvf", None)
@@ -28,14 +28,14 @@ def cell(secant_n_per_m: float, exponent: float = 1.5) -> Point:
 
 def test_the_run_of_a_cell_has_the_chord_of_its_law() -> None:
     for n in (1.0, 1.5, 2.0):
-        found = expected_chord(cell(SOFT, n).run())
+        found = cell(SOFT, n).expected().chord
         span_m = RIG.top_n / SOFT * (1.0 - 0.1 ** (1.0 / n))
         assert found.value_n_per_m == pytest.approx(0.9 * RIG.top_n / span_m, rel=2e-3)
         assert (found.from_n, found.to_n) == pytest.approx((30.0, 300.0), rel=5e-3)
 
 
 def test_the_interval_is_that_of_the_lines_and_grows_with_the_stiffness() -> None:
-    soft, stiff = (expected_chord(cell(k).run()) for k in (SOFT, 4.0 * SOFT))
+    soft, stiff = (cell(k).expected().chord for k in (SOFT, 4.0 * SOFT))
     assert soft.half_width == pytest.approx(math.sinh(1.96 * combined(soft.lines)), rel=1e-3)
     assert stiff.half_width > 2.0 * soft.half_width
     system = next(line for line in stiff.lines if line.source == "system stiffness K_s")
@@ -58,14 +58,14 @@ def test_a_cell_is_measured_within_1_over_t_and_below_k_max_only() -> None:
 
 def test_what_narrows_is_computed_with_the_change_made() -> None:
     told = known(RIG.conditions, 0.1)
-    run = replace(cell(4.0 * SOFT), conditions=told).run()
-    now, (first, *_) = expected_chord(run), narrowing(run)
+    now = replace(cell(4.0 * SOFT), conditions=told).expected()
+    first = now.narrowing[0]
     assert first.line == "system stiffness K_s"
-    better = replace(cell(4.0 * SOFT), conditions=known(told, 0.01)).run()
-    assert first.half_width == pytest.approx(expected_chord(better).half_width, rel=1e-3)
-    assert first.half_width < 0.5 * now.half_width
-    with_gauge = replace(cell(4.0 * SOFT), conditions=gauged(told, 1e-6)).run()
-    assert expected_chord(with_gauge).half_width < first.half_width
+    better = replace(cell(4.0 * SOFT), conditions=known(told, 0.01)).expected()
+    assert first.half_width == pytest.approx(better.chord.half_width, rel=1e-3)
+    assert first.half_width < 0.5 * now.chord.half_width
+    with_gauge = replace(cell(4.0 * SOFT), conditions=gauged(told, 1e-6)).expected()
+    assert with_gauge.chord.half_width < first.half_width
 
 
 def test_a_payload_that_is_not_pressed_has_no_row_and_the_others_say_what_narrows() -> None:

@@ -8,8 +8,7 @@ import pytest
 
 from stepload.engine.enough import SURE, FarEnough, Verdict, judge, nearest
 from stepload.envelope.until import Need, Until
-from stepload.estimators.conditions import Conditions
-from stepload.estimators.sources import Sources
+from stepload.identification.conditions import Conditions, Sources
 from stepload.plan.checks import LEAST_LEVELS
 
 K_S = 3e6

@@ -17,7 +17,7 @@ from stepload.envelope.conditions import (
     misalignment_of,
 )
 from stepload.envelope.reason import Severity
-from stepload.evidence.lateral import TURN_RAD_PER_N
+from stepload.identification.lateral import TURN_RAD_PER_N
 from stepload.plan.model import DisplacementSpec, Plan, Provenance, Structure
 
 CODES = {"friction_unknown"}

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from plan_hints import quantity_in
 
 from stepload.declaration.sections import Key, keys, schema_of
-from stepload.estimators.deflection_rows import upper_stiffness_n_per_m
+from stepload.identification.deflection import upper_stiffness_n_per_m
 from stepload.plan.calibration import CalibrationRecord, read_calibration, write_calibration
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan, Provenance, RecordPolicy

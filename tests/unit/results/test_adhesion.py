@@ -22,8 +22,8 @@ def test_a_contact_that_pulls_is_tried_as_one(seed):
     assert pulls(data)
     assert pressed(data, conditions).adhesive
     found = identify_payload(data, conditions)
-    assert found.evidence is not None
-    assert ADHESIVE in {row.name for row in found.evidence.laws}
+    assert found.judgement is not None
+    assert ADHESIVE in {row.name for row in found.judgement.laws}
 
 
 @pytest.mark.parametrize("seed", range(6))

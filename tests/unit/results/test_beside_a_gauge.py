@@ -11,7 +11,7 @@ from evaluated_runs import pressed as made_by_hand
 from run_plans import SIM
 
 from stepload.envelope.envelope import Envelope, envelope_of
-from stepload.evidence.answer import weigh
+from stepload.identification.verdict import judge
 from stepload.plan.model import DisplacementSpec
 from stepload.results.conditions import FILE, from_attachments, planned, to_bytes
 from stepload.results.press_data import PressData
@@ -40,6 +40,6 @@ def test_the_conditions_of_a_gauge_hold_the_arms_side_and_are_read_back() -> Non
 
 @pytest.mark.parametrize(("gain", "fires"), [(1.0, False), (1.4, True)])
 def test_a_gauge_of_a_run_is_held_against_its_arm(gain: float, fires: bool) -> None:
-    found = weigh(pressed(gauged(gain), planned(with_a_gauge())))
+    found = judge(pressed(gauged(gain), planned(with_a_gauge())))
     assert any("the gauge changes by" in why for why in found.headline.why) is fires
     assert (found.headline.verdict != "identified") or not fires

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stepload.estimators.fit import FloatArray
-from stepload.estimators.selection import select
+from stepload.identification.fit import FloatArray
+from stepload.identification.samples import select
 from stepload.results.curve import clipped_doubts
 
 DEPTH_M, TOP_N, NOISE_N = 60e-6, 300.0, 0.2

@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 
 from stepload.errors import BadInputError
-from stepload.estimators.conditions import Conditions
-from stepload.estimators.sources import Sources
-from stepload.evidence.difference import Agreement
-from stepload.evidence.origin import Origin
+from stepload.identification.conditions import Conditions, Sources
+from stepload.identification.difference import Agreement
+from stepload.identification.origin import Origin
 from stepload.record.curves import Curve
 from stepload.record.lag import Lag
 from stepload.record.rows import Phase
@@ -210,7 +209,7 @@ def test_a_run_that_is_not_identifiable_shows_nothing() -> None:
     wide = replace(CONDITIONS, sources=replace(CONDITIONS.sources, smooth_error_m=5e-5))
     runs = [saved("a"), saved("b", draw=2, conditions=wide)]
     found = compare(runs)
-    assert found.runs[1].found.judgement.verdict == "not identifiable"
+    assert found.runs[1].found.verdict == "not identifiable"
     assert found.differences[0].verdict is Agreement.CANNOT_TELL
     assert found.differences[0].smallest_detectable > 1.0
 

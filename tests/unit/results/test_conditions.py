@@ -10,7 +10,7 @@ from run_plans import SIM, stvf_plan
 
 from stepload.envelope.envelope import envelope_of
 from stepload.errors import BadInputError
-from stepload.estimators.lateral_effect import Across
+from stepload.identification.lateral_coupling import Across
 from stepload.plan.model import DisplacementSpec, Plan, Structure
 from stepload.results.conditions import FILE, Stated, from_attachments, planned, to_bytes
 
@@ -117,7 +117,7 @@ def test_a_table_of_this_pose_is_taken_with_what_its_rows_have_in_common() -> No
     "plan",
     [
         with_table(deflection_force_n=(), deflection_m=(), deflection_sigma_m=()),
-        with_table(arm_pose="sideways"),
+        with_table(arm_pose="lateral_force"),
         with_table(arm_pose=""),
         with_table(pose=""),
         with_table(validity_problem="expired on 2025-03-31"),

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stepload.estimators.fit import FloatArray
+from stepload.identification.fit import FloatArray
 from stepload.results.conditions import Stated
 from stepload.results.from_file import identify_file
 
@@ -51,5 +51,5 @@ def test_a_drift_is_told_by_rows(tmp_path: Path) -> None:
     deep_m = np.diff(depth_m(np.array([chord.from_n, chord.to_n])))
     assert low <= (chord.to_n - chord.from_n) / deep_m[0] <= high
     assert next(line.relative for line in chord.lines if line.source == "drift") > 0.0
-    assert found.evidence is not None
-    assert found.evidence.drift_m_per_s is None
+    assert found.judgement is not None
+    assert found.judgement.drift_m_per_s is None

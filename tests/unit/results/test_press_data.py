@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from recorded_runs import BIAS_N, LATERAL_N, SETS_M, SURFACE_M, recorded
 
-from stepload.estimators.lateral_effect import Across
+from stepload.identification.lateral_coupling import Across
 from stepload.record.reader import Event, Recording
 from stepload.record.rows import DisplacementColumns
 from stepload.results.press_data import LOADING, PressData, press_data

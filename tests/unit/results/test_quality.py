@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from recorded_runs import recorded
 
-from stepload.estimators.contact_quality import NOT_IN_DATA, ContactQuality
-from stepload.estimators.fit import Missing
+from stepload.identification.contact_quality import NOT_IN_DATA, ContactQuality
+from stepload.identification.fit import Missing
 from stepload.record.align import torques
 from stepload.record.plain import json_text
 from stepload.record.rows import Phase

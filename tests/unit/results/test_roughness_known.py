@@ -12,7 +12,7 @@ from evaluated_runs import pressed
 
 from stepload.envelope.envelope import envelope_of
 from stepload.errors import BadInputError
-from stepload.estimators.conditions import ROUGH_LENGTH_SIGMA, Conditions
+from stepload.identification.conditions import ROUGH_LENGTH_SIGMA, Conditions
 from stepload.plan.load import load_plan
 from stepload.results.analyse import identify_payload
 from stepload.results.conditions import FILE, from_attachments, planned, to_bytes

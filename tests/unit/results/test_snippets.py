@@ -12,11 +12,10 @@ from pressed_runs import there_and_back
 
 from stepload.contact.power_law import ContactLaw
 from stepload.errors import BadInputError
-from stepload.estimators.conditions import Conditions
-from stepload.estimators.selection import select
-from stepload.estimators.sources import Sources
-from stepload.evidence.identification import Identification, identify
-from stepload.evidence.quantity import ResultVerdict, without_interval
+from stepload.identification.conditions import Conditions, Sources
+from stepload.identification.identify import Identification, identify
+from stepload.identification.quantity import ResultVerdict, without_interval
+from stepload.identification.samples import select
 from stepload.results.snippets import IMPEDANCE, SIMULATORS, Spring, snippet, spring_of
 
 LAW = ContactLaw(6.57e8, 1.5, "(7)")
@@ -32,7 +31,7 @@ def found() -> Identification:
     sources = Sources(None, force_noise_n=0.1, position_noise_m=2e-8, smooth_error_m=5e-8)
     given = Conditions(sources, 300.0, 0.0, 1e-8, rough_length_m=0.0)
     run = there_and_back(force, deep, given)
-    return identify(select(deep, force), given, run)
+    return identify(select(deep, force), run)
 
 
 def chord(law: ContactLaw, at_n: float) -> float:
@@ -68,8 +67,8 @@ def test_what_is_not_identified_warns_in_every_language(found):
 
 
 def test_no_interval_and_a_force_near_zero_warn(found):
-    unknown = replace(found.evidence, headline=without_interval(found.headline))
-    spring = spring_of(replace(found, evidence=unknown), kind="chord")
+    unknown = replace(found.judgement, headline=without_interval(found.headline))
+    spring = spring_of(replace(found, judgement=unknown), kind="chord")
     assert spring.interval_n_per_m is None
     assert "no interval" in spring.warnings[0]
     assert "the zero decides" in spring_of(found, at_n=20.0, kind="chord").warnings[-1]

@@ -11,8 +11,8 @@ from stepload.session.repair import Repaired
 
 
 def said(headline: Any) -> str:
-    judgement = SimpleNamespace(verdict=SimpleNamespace(value="identified"))
-    found: Any = SimpleNamespace(headline=headline, judgement=judgement)
+    verdict = SimpleNamespace(value="identified")
+    found: Any = SimpleNamespace(headline=headline, verdict=verdict)
     return Repaired(Path("r.part"), Recovered(Path("r"), {"a": 2}, 0, ""), found, "").line
 
 

@@ -7,7 +7,7 @@ import pytest
 from six_rigs import SURFACE_M, go, plant, rig, rub
 
 from stepload.contact.lateral import left_of_limit
-from stepload.estimators.contact_quality import ContactQuality, Wrench, contact_quality
+from stepload.identification.contact_quality import ContactQuality, Wrench, contact_quality
 from stepload.rig.mount import Mount
 from stepload_drivers.sim.six_plant import SixPlant
 

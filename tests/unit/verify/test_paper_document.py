@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stepload.estimators.ls import rs_btls
+from stepload.identification.ls import rs_btls
 from stepload_verify.paper import arithmetic, document, fitted, printed
 from stepload_verify.paper.rows import Row
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from stepload.estimators.system import SystemStiffnessFit, fit_system_stiffness
+from stepload.identification.system_stiffness import SystemStiffnessFit, fit_system_stiffness
 from stepload_verify.paper.bands import HIGH, LOW
 from stepload_verify.paper.rows import number
 from stepload_verify.paper.section import Section

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from stepload.contact.materials import Material
-from stepload.estimators.fit import Fit
-from stepload.estimators.ls import rs_btls
+from stepload.identification.fit import Fit
+from stepload.identification.ls import rs_btls
 from stepload_verify.paper import laws, printed
 from stepload_verify.paper.printed import ALUMINIUM, PAYLOADS, SECANT_FORCE_N, Payload
 from stepload_verify.paper.rows import Row, number, table

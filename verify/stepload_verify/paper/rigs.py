@@ -9,7 +9,7 @@ import numpy as np
 
 from stepload.contact.power_law import secant_stiffness
 from stepload.envelope.draft_plan import plan_of
-from stepload.estimators.identifiability import identifiability
+from stepload.identification.identifiability import identifiability
 from stepload.plan.shipped import payload_folder
 from stepload_verify.paper.chart import COLOURS, Line, chart
 from stepload_verify.paper.printed import FLAT_FACE, LOG_K_MAX, PAYLOADS, SECANT_FORCE_N

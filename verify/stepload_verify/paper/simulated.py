@@ -7,17 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from stepload.estimators.band import confidence_band
-from stepload.estimators.conditions import Conditions
-from stepload.estimators.fit import Fit
-from stepload.estimators.inverse_law import joint
-from stepload.estimators.ls import rs_btls, smallest_direction
-from stepload.estimators.recursive import RsRtls
-from stepload.estimators.selection import uniform_in_force
-from stepload.estimators.sources import Sources
-from stepload.evidence.answer import Evidence, weigh
-from stepload.evidence.loops import Track
-from stepload.evidence.run_data import RunData
+from stepload.identification.conditions import Conditions, Sources
+from stepload.identification.estimators import confidence_band
+from stepload.identification.fit import Fit
+from stepload.identification.inverse_law import joint
+from stepload.identification.loops import Track
+from stepload.identification.ls import rs_btls, smallest_direction
+from stepload.identification.recursive import RsRtls
+from stepload.identification.run_data import RunData
+from stepload.identification.samples import uniform_in_force
+from stepload.identification.verdict import Judgement, judge
 from stepload_verify.paper import laws
 from stepload_verify.paper.chart import Line, chart
 from stepload_verify.paper.printed import PAYLOADS, SECANT_FORCE_N
@@ -168,7 +167,7 @@ def _held(seed: int, truth: _Truth) -> tuple[bool, bool, float]:
     return low <= truth.mean_plane <= high, low <= truth.touch <= high, _chord(free)
 
 
-def _fits(run: RawRun) -> tuple[Fit, Fit, Evidence]:
+def _fits(run: RawRun) -> tuple[Fit, Fit, Judgement]:
     deformation, force = _points(run)
     pressed = slice(run.touch, None)
     track = Track(
@@ -181,7 +180,7 @@ def _fits(run: RawRun) -> tuple[Fit, Fit, Evidence]:
     return (
         rs_btls(deformation, force, secant_force_n=SECANT_FORCE_N),
         free,
-        weigh(RunData([(1, track, None)], told)),
+        judge(RunData([(1, track, None)], told)),
     )
 
 

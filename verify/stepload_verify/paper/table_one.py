@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from stepload.contact.materials import Material
-from stepload.estimators.fit import Fit
-from stepload.estimators.fit_all import fit_all
-from stepload.estimators.selection import select
+from stepload.identification.estimators import fit_all
+from stepload.identification.fit import Fit
+from stepload.identification.samples import select
 from stepload_verify.paper import laws
 from stepload_verify.paper.arithmetic import KINDS
 from stepload_verify.paper.bands import Band, Tally, band, tally

@@ -14,17 +14,17 @@ from pathlib import Path
 
 import numpy as np
 
-from stepload.envelope.conditions import planned_run
+from stepload.envelope.conditions import expected_result
 from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.errors import SteploadError
-from stepload.estimators.conditions import Conditions
-from stepload.estimators.fit import FloatArray
-from stepload.estimators.smooth import NORMAL_95, smooth_correlation
-from stepload.evidence.answer import Evidence, weigh
-from stepload.evidence.expected import SAMPLES_HZ
-from stepload.evidence.loops import Track
-from stepload.evidence.quantity import ResultVerdict
-from stepload.evidence.run_data import RunData
+from stepload.identification.conditions import Conditions
+from stepload.identification.expected import SAMPLES_HZ
+from stepload.identification.fit import FloatArray
+from stepload.identification.loops import Track
+from stepload.identification.quantity import ResultVerdict
+from stepload.identification.run_data import RunData
+from stepload.identification.smooth import NORMAL_95, smooth_correlation
+from stepload.identification.verdict import Judgement, judge
 from stepload.plan.load import load_plan
 from stepload.record.curves import Curve
 from stepload.results.conditions import Stated
@@ -53,7 +53,7 @@ class World:
     n: float
 
 
-Ask = Callable[[World, np.random.Generator], Evidence]
+Ask = Callable[[World, np.random.Generator], Judgement]
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +85,7 @@ def of_plan(path: Path) -> World:
     """A plan's payload by its theory, smooth."""
     envelope = _smooth(path)
     law = envelope.theory.stiffest
-    run = planned_run(envelope.plan, envelope.theory, envelope.climbs)
+    run = expected_result(envelope.plan, envelope.theory, envelope.climbs).run
 
     def deformation(force_n: FloatArray) -> FloatArray:
         return np.asarray((force_n / law.k) ** (1.0 / law.n))
@@ -96,7 +96,7 @@ def of_plan(path: Path) -> World:
 def of_contacts(path: Path, contacts: Sequence[Contact]) -> Iterator[World]:
     """Bodies in place of a plan's payload; of shape and surface nothing is stated."""
     planned = _smooth(path)
-    run = planned_run(planned.plan, planned.theory, planned.climbs)
+    run = expected_result(planned.plan, planned.theory, planned.climbs).run
     told = replace(
         run.conditions, theory_k=None, theory_n=None, modulus_pa=None, elastic_limit_n=None,
         roughness_m=None, rough_length_m=None,
@@ -165,7 +165,7 @@ def _rounded(values: FloatArray, quantum: float) -> FloatArray:
     return np.round(values / quantum) * quantum if quantum > 0.0 else values
 
 
-def rows(world: World, found: Evidence) -> Iterator[tuple[str, Row]]:
+def rows(world: World, found: Judgement) -> Iterator[tuple[str, Row]]:
     """Every figure of the first loading against its truth."""
     for kind in ("chord", "secant_from_touch", "tangent"):
         each = found.quantities.get(kind)
@@ -190,12 +190,12 @@ def rows(world: World, found: Evidence) -> Iterator[tuple[str, Row]]:
         )  # fmt: skip
 
 
-def stated(world: World, rng: np.random.Generator) -> Evidence:
+def stated(world: World, rng: np.random.Generator) -> Judgement:
     """What is said of a drawn run where all its errors are stated."""
-    return weigh(drawn(world.run, rng))
+    return judge(drawn(world.run, rng))
 
 
-def unstated(world: World, rng: np.random.Generator) -> Evidence:
+def unstated(world: World, rng: np.random.Generator) -> Judgement:
     """What is said of the same run as a file of which K_s and its σ alone are stated."""
     sources = world.run.conditions.sources
     track = drawn(replace(world.run, tracks=[(1, _whole(world), None)]), rng).tracks[0][1]
@@ -204,7 +204,7 @@ def unstated(world: World, rng: np.random.Generator) -> Evidence:
         system_stiffness_sigma_n_per_m=sources.system_stiffness_sigma_n_per_m,
     )
     curve = Curve(track.time_s, track.travel_m, None, track.force_n)
-    return weigh(prepare(curve, given).run)
+    return judge(prepare(curve, given).run)
 
 
 def _whole(world: World) -> Track:

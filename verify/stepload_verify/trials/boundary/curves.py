@@ -18,7 +18,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 
-from stepload.estimators.fit import FloatArray
+from stepload.identification.fit import FloatArray
 
 FILE = Path(__file__).with_name("curves.csv")
 SPACED = 60

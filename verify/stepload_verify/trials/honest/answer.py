@@ -8,10 +8,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from stepload.errors import SteploadError
-from stepload.estimators.conditions import Conditions
-from stepload.evidence.answer import weigh
-from stepload.evidence.chord import chord
-from stepload.evidence.quantity import Quantity, ResultVerdict
+from stepload.identification.chord import chord
+from stepload.identification.conditions import Conditions
+from stepload.identification.quantity import Quantity, ResultVerdict
+from stepload.identification.verdict import judge
 from stepload.results.analyse import identify_payload
 from stepload.results.press_data import PressData
 from stepload.results.run_data import pressed
@@ -112,7 +112,7 @@ def evidence(press: PressData, conditions: Conditions) -> Mapping[str, Answer]:
     Raises:
         SteploadError: the program refuses the record.
     """
-    found = weigh(pressed(press, conditions))
+    found = judge(pressed(press, conditions))
     return {name: stated(each) for name, each in found.quantities.items()}
 
 

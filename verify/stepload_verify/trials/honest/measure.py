@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepload.estimators.conditions import Conditions
-from stepload.estimators.sources import ASSUMED_NONLINEARITY, Sources
-from stepload.evidence.loops import Branch, Track, loops_of
+from stepload.identification.conditions import ASSUMED_NONLINEARITY, Conditions, Sources
+from stepload.identification.loops import Branch, Track, loops_of
 from stepload.record.align import ChannelClock
 from stepload.record.lag import measure_lag
 from stepload.results.conditions import measured
