@@ -25,7 +25,7 @@ from stepload_verify.campaign.scenario import SIX_AXES, Scenario, draw
 from stepload_verify.campaign.single import run_scenario
 from stepload_verify.campaign.truth import draw_truth
 
-NOT_DECIDING = ("campaign.py", "digest.py", "replay.py", "summary.py", "without.py")
+NOT_DECIDING = ("campaign.py", "replay.py", "summary.py")
 """Files of this package that only order, store and count runs."""
 DECIDING = ("contact", "engine", "envelope", "identification", "plan", "rig")
 """Packages of stepload whose code determines the result of a simulated run."""
