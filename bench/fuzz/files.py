@@ -17,7 +17,7 @@ from pathlib import Path
 import atheris  # type: ignore[import-not-found, unused-ignore]
 
 with atheris.instrument_imports(include=["stepload"]):
-    from stepload.engine.replayed import replay_file
+    from stepload.engine.replay import replay_file
     from stepload.errors import SteploadError
     from stepload.plan.load import load_plan
     from stepload.record.curves import read_curve

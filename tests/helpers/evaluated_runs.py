@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -63,9 +62,12 @@ def pressed(levels: int, cycles: int = 2, creep_m: float = 0.0, pull_n: float = 
     force = np.concatenate([part[2] for part in parts])
     late = np.concatenate([np.linspace(0.0, part[3], part[2].size) for part in parts])
     travel = (np.maximum(force, 0.0) / K) ** (1.0 / N) + force / KS + late
-    touch = TouchPoint(0.0, 5e-3, 4.0, 1, "first")
-    again = replace(touch, position_m=5e-3 + 2e-6, purpose="again")
-    last = replace(touch, time_s=clock / RATE_HZ, travel_m=1e-6, purpose="last")
+    touch = TouchPoint(
+        time_s=0.0, position_m=5e-3, force_n=4.0, cycle=1, purpose="first", travel_m=0.0
+    )
+    again = touch.model_copy(update={"position_m": 5e-3 + 2e-6, "purpose": "again"})
+    end = {"time_s": clock / RATE_HZ, "travel_m": 1e-6, "purpose": "last"}
+    last = touch.model_copy(update=end)
     data = PressData(
         time_s=np.arange(force.size) / RATE_HZ,
         force_n=force + 0.5 * rng.standard_normal(force.size),

@@ -7,7 +7,6 @@ from typing import Any
 
 from stepload.rig.mount import Matrix3, Mount
 from stepload.rig.world import WorldSpec
-from stepload_drivers.sim.contact import contact_of
 from stepload_drivers.sim.live import DEFAULT_SPEC
 from stepload_drivers.sim.six_plant import SixPlant
 
@@ -41,7 +40,7 @@ def rig(
 
 
 def plant(spec: WorldSpec, mount: Mount, **refine: float) -> SixPlant:
-    return SixPlant(spec, mount, contact_of(spec), step_s=1e-3, **refine)
+    return SixPlant(spec, mount, step_s=1e-3, **refine)
 
 
 def rub(

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from real_runs import ROOT, in_process
 
-from stepload.engine.replayed import replay_file
+from stepload.engine.replay import replay_file
 from stepload.errors import ExitCode
 from stepload.record.reader import read_recording
 

@@ -152,8 +152,19 @@ def closed(schema: Any) -> Any:
 
 @pytest.mark.parametrize("run", ["one", "two", "flat"])
 def test_results_keep_to_their_schema(found: dict[str, Any], place: Path, run: str) -> None:
-    schema = closed(json.loads(in_process("schema", "--results").stdout))
+    schema = closed(json.loads(in_process("schema", "results").stdout))
     jsonschema.validate(json.loads((place / run / "results.json").read_text()), schema)
+
+
+@pytest.mark.parametrize(
+    ("name", "document"),
+    [("compare", "comparison"), ("calibrate", "calibration"), ("preflight_refused", "preflight"),
+     ("preflight", "preflight")],
+)  # fmt: skip
+def test_an_object_keeps_to_its_schema(found: dict[str, Any], name: str, document: str) -> None:
+    schema = closed(json.loads(in_process("schema", document).stdout))
+    of_the_verb = {key: value for key, value in found[name].items() if key != "record"}
+    jsonschema.validate(of_the_verb, schema)
 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in EXPECTED.glob("*.json")))

@@ -18,7 +18,7 @@ from real_runs import in_process
 from websockets.sync.client import connect
 
 import stepload
-from stepload.engine.margins import RULES
+from stepload.engine.rules import RULES
 from stepload.envelope.envelope import envelope_of
 from stepload.envelope.remaining import Remaining
 from stepload.errors import BadInputError
@@ -148,7 +148,8 @@ def test_viewers_are_told_what_the_run_decided(looks: list[dict[str, Any]]) -> N
         assert look["phase"] == Phase(row.phase).name.replace("_", " ").lower()
         assert all(0.0 <= share < 1.0 for share in look["margins"].values()), look
     unstated = {"R13", "R14"}  # the plan states neither rating nor lever
-    assert {rule for look in looks for rule in look["margins"]} == set(RULES) - unstated
+    rated = {code for code, rule in RULES.items() if rule.used}
+    assert {rule for look in looks for rule in look["margins"]} == rated - unstated
 
 
 def test_margins_are_those_of_the_supervisor_itself(looks: list[dict[str, Any]]) -> None:

@@ -109,7 +109,7 @@ def test_preflight(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     if verdict == "refused":
         assert not supervised
     else:
-        rules = {*(f"R{number}" for number in range(3, 11)), "R1, R2", "speed cap"}
+        rules = {*(f"R{number}" for number in range(3, 11)), "R1, R2", "CAP"}
         assert rules <= supervised
         assert ran.data["force_budget"]
         assert ran.data["duration_s"] > 1.0

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from real_runs import in_process
 
-from stepload.engine import replayed
+from stepload.engine import replay
 from stepload.errors import BadInputError
 from stepload.record.reader import Event, read_recording
 
@@ -44,7 +44,7 @@ def test_replay_says_which_rule_when_and_by_how_much(finished: Path) -> None:
 def test_a_limit_that_is_none_is_refused(finished: Path, limit: str, told: str) -> None:
     name, _, value = limit.partition("=")
     with pytest.raises(BadInputError) as caught:
-        replayed.replay_file(finished, {name: value})
+        replay.replay_file(finished, {name: value})
     assert told in f"{caught.value}"
 
 
@@ -55,9 +55,9 @@ def test_what_the_order_of_the_run_ended_is_told_where_no_rule_trips(
     start_s = float(recording.ticks.time_s[0])
     end = Event(start_s + 2.0, "trip", {"rule": "old_zero", "message": "the zero is \x1btoo old"})
     ended = replace(recording, events=(*recording.events, end))
-    assert replayed.replay_file(finished).notes == ()
-    monkeypatch.setattr(replayed, "read_recording", lambda _: ended)
-    [note] = replayed.replay_file(finished).notes
+    assert replay.replay_file(finished).notes == ()
+    monkeypatch.setattr(replay, "read_recording", lambda _: ended)
+    [note] = replay.replay_file(finished).notes
     assert note.startswith("the run itself was ended by old_zero at 2.000 s: the zero is ")
     assert "\x1b" not in note
 

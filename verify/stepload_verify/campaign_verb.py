@@ -130,12 +130,12 @@ def ctrl_c_said(text: str) -> Iterator[None]:
 
 
 def _report(results: Sequence[Result], elapsed_s: float, output: Output) -> None:
-    from stepload.results.model import table
+    from stepload.results.rows import table
     from stepload_verify.campaign.result import REFUSED
     from stepload_verify.campaign.summary import (
-        FAULT,
-        GROUP,
-        RULE,
+        FaultRow,
+        Group,
+        RuleRow,
         by_fault,
         by_rule,
         claimed,
@@ -146,9 +146,9 @@ def _report(results: Sequence[Result], elapsed_s: float, output: Output) -> None
     claim, faults = groups(results)[0], by_fault(results)
     rows = [row for row in claimed(results) if row.status != REFUSED]
     output.tables(
-        table("True peak force against F_c", GROUP, groups(results)),
-        table("How the runs of the claim ended", RULE, by_rule(rows)),
-        *([table("By fault; those with a named hazard apart", FAULT, faults)] if faults else []),
+        table("True peak force against F_c", Group, groups(results)),
+        table("How the runs of the claim ended", RuleRow, by_rule(rows)),
+        *([table("By fault; those with a named hazard apart", FaultRow, faults)] if faults else []),
     )
     data = dict(summary(results))
     for title, name in (

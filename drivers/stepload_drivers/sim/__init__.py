@@ -1,10 +1,11 @@
 """The simulated rig: contact physics on which plans are rehearsed and faults are tried.
 
-From the truth outwards: `laws` (force over deformation, with memory), `layers`, `adhesion` and
-`creep` around them, put together by `contact` → `plant` (drive, tip, contact), `slow` (creep and
-drift) → `channels` (noise, quantum, delay, `faults`) and `sensor_errors` → `simulation` (one world)
-→ `stream`, `arm`, `sensors` (the devices) → `world` (virtual time), `live`, `devices` (real time).
+From the truth outwards: `laws` (force over deformation, with memory) and `layers` around them, put
+together by `contact` → `plant` (`drive`, tip, plate that moves, creep) → `channels` and
+`force_channels` (noise, quantum, delay, `faults`) → `simulation` (one world) → `sensors`, `arm`
+(the devices) → `world` (virtual time), `live`, `devices` (real time).
 
-It is one axis: no lateral slip, no tilt, no temperature but a drift, a plate that does not move, no
-friction in the contact, and a drive that has limits but no control loop of its own to go unstable.
+`plant` presses along one axis. `six_plant` adds the axes across it to the same drive, plate and
+contact: a tip (`six_tip`) on `springs` with `friction`. No axis has a temperature but a drift, nor
+a control loop of its own to go unstable.
 """

@@ -17,9 +17,8 @@ from stepload_drivers.motion import (
 )
 from stepload_drivers.sim.channels import Channel
 from stepload_drivers.sim.faults import ARM, Schedule
-from stepload_drivers.sim.sensors import Listener
+from stepload_drivers.sim.sensors import Host, Listener, Place, not_open
 from stepload_drivers.sim.six_plant import SixPlant
-from stepload_drivers.sim.stream import Host, Place, not_open
 
 _NAME = "sim arm"
 _STILL_M_S = 1e-6

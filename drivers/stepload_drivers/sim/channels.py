@@ -9,41 +9,75 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Mapping
 from typing import Any
 
-from stepload.rig.samples import NOT_TOLD, ArmSample, DisplacementSample, ForceSample, Status
+import numpy as np
+
+from stepload.rig.samples import NOT_TOLD, ArmSample, DisplacementSample, SixFloats, Status
 from stepload.rig.world import WorldSpec
-from stepload_drivers.sim.faults import Schedule
-from stepload_drivers.sim.lag import Lag
-from stepload_drivers.sim.mechanics import Mechanics, Pressed
+from stepload_drivers.sim.faults import LATE, Schedule
 from stepload_drivers.sim.noise import normal_source, smooth_error
-from stepload_drivers.sim.sensor_truth import SensorTruth
+from stepload_drivers.sim.six_plant import Mechanics, SixPlant
 
 ARM_CLOCK_S = 5000.0
 """What the arm's own clock shows when the world begins; devices have been up for a while."""
 GAUGE_CLOCK_S = 400.0
 
-Wrench = tuple[float, float, float, float, float, float]
-WRENCHES: dict[str, Callable[[float], Wrench]] = {
-    "+fx": lambda force_n: (force_n, 0.0, 0.0, 0.0, 0.0, 0.0),
-    "-fx": lambda force_n: (-force_n, 0.0, 0.0, 0.0, 0.0, 0.0),
-    "+fy": lambda force_n: (0.0, force_n, 0.0, 0.0, 0.0, 0.0),
-    "-fy": lambda force_n: (0.0, -force_n, 0.0, 0.0, 0.0, 0.0),
-    "+fz": lambda force_n: (0.0, 0.0, force_n, 0.0, 0.0, 0.0),
-    "-fz": lambda force_n: (0.0, 0.0, -force_n, 0.0, 0.0, 0.0),
-}
-
 _IGNORED_S = 1.0
 
-_new: Any = tuple.__new__
-_FULL_SCALE = int(Status.OVERRANGE | Status.SATURATED)
-_OVERRANGE = int(Status.OVERRANGE)
+new: Any = tuple.__new__
+"""Makes a sample of a row three times as fast as its own constructor."""
+FULL_SCALE = int(Status.OVERRANGE | Status.SATURATED)
 _STOPPED = int(Status.STOPPED)
 
 
-def _quantised(value: float, quantum: float) -> float:
+def quantised(value: float, quantum: float) -> float:
     return (value / quantum + 0.5) // 1.0 * quantum if quantum else value
+
+
+Forces = tuple[float, ...]
+NO_FAULTS: Mapping[str, float] = {}
+
+
+class Lag:
+    """The force that a channel shows, one call per sample; as many components as `shown` is given.
+
+    Args:
+        faults: those of the channel's device.
+        period_s: between two samples.
+        prefix: of the kinds, where the faults have one.
+    """
+
+    def __init__(self, faults: Schedule, period_s: float, prefix: str = "") -> None:
+        self._aged, self._old, self._filter = (prefix + kind for kind in LATE)
+        self._period_s = period_s
+        longest_s = max(faults.largest(self._aged), faults.largest(self._old))
+        self._past: deque[Forces] = deque(maxlen=round(longest_s / period_s) + 1)
+        self.late = any(
+            faults.largest(kind) > 0.0 for kind in (self._aged, self._old, self._filter)
+        )
+        """Whether it ever shows anything but the truth."""
+        self.remembers = longest_s > 0.0
+        """Whether `shown` must be asked before the fault begins, too."""
+        self._aging = 0
+        self._filtered: Forces = ()
+
+    def shown(self, truth: Forces, active: Mapping[str, float]) -> Forces:
+        """What is shown now instead of `truth`."""
+        self._past.append(truth)
+        self._aging = self._aging + 1 if self._aged in active else 0
+        lag = round(active.get(self._old, 0.0) / self._period_s)
+        if self._aging:
+            lag = min(self._aging - 1, round(active[self._aged] / self._period_s))
+        truth = self._past[max(0, len(self._past) - 1 - lag)]
+        if self._filter not in active:
+            self._filtered = truth
+            return truth
+        part = 1.0 - math.exp(-self._period_s / active[self._filter])
+        pairs = zip(self._filtered or truth, truth, strict=True)
+        self._filtered = tuple([was + part * (now - was) for was, now in pairs])
+        return self._filtered
 
 
 class Channel:
@@ -59,6 +93,7 @@ class Channel:
         faults: Schedule,
         delay_s: float = 0.0,
         limit: float = math.inf,
+        late: str = "",
     ) -> None:
         self.period_s = 1.0 / rate_hz
         self.pending: deque[Any]
@@ -69,7 +104,7 @@ class Channel:
         self.sequence = 0
         self.origin_s = 0.0
         """Host time of world time 0."""
-        self._lag = self._lag_of(faults)
+        self._lag = Lag(faults, self.period_s, late)
         self.disturbed = self._lag.remembers
         """Whether a fault has ever been active, or shows what was before it."""
         self.raising = self.swapped = False
@@ -84,9 +119,6 @@ class Channel:
         self.last = 0.0
         """The newest reading, as the device reports it."""
         self._newest_s = -math.inf
-
-    def _lag_of(self, faults: Schedule) -> Lag:
-        return Lag(faults, self.period_s)
 
     def listen(self) -> None:
         """Keep every sample from now on, until it is drained."""
@@ -110,25 +142,25 @@ class Channel:
         self.raising = "raise" in active
         shown = self._kept("stuck_mean", active, self._lag.shown((truth,), active))[0]
         if shown != truth:
-            value = _quantised(value + shown - truth, self._quantum)
+            value = quantised(value + shown - truth, self._quantum)
         if "reversed" in active:
             value = -value
         self.swapped = "swapped" in active
         if "gain" in active:
-            value = _quantised(value * active["gain"], self._quantum)
+            value = quantised(value * active["gain"], self._quantum)
         if "bias" in active:
-            value = _quantised(value + active["bias"], self._quantum)
+            value = quantised(value + active["bias"], self._quantum)
         if "gain_ramp" in active or "bias_ramp" in active:
             self._ramp += self.period_s
             value *= 1.0 + self._ramp * active.get("gain_ramp", 0.0)
-            value = _quantised(value + self._ramp * active.get("bias_ramp", 0.0), self._quantum)
+            value = quantised(value + self._ramp * active.get("bias_ramp", 0.0), self._quantum)
         if "clipped" in active:
             value = max(-active["clipped"], min(active["clipped"], value))
         if "freeze" in active:
             value = self.last
         self.last = value
         if "saturated" in active:
-            value, status = self._range, _FULL_SCALE
+            value, status = self._range, FULL_SCALE
         if "nan" in active:
             value = math.nan
         if arrives := self._arrives(time_s, active):
@@ -155,74 +187,6 @@ class Channel:
         return device_s, receive_s
 
 
-class SensorChannel(Channel):
-    """Common part of the force sensors of one axis and of six."""
-
-    def __init__(self, truth: SensorTruth) -> None:
-        super().__init__(
-            rate_hz=truth.rate_hz,
-            delay_s=truth.delay_s,
-            clock_s=truth.clock_s,
-            noise=normal_source(truth.seed, truth.stream, truth.noise_n),
-            quantum=truth.quantum_n,
-            limit=truth.range_n,
-            faults=truth.faults,
-        )
-
-
-class ForceChannel(SensorChannel):
-    """A force sensor: contact force → wrench.
-
-    Args:
-        pressed: what it feels along its axis.
-        truth: the sensor as it is.
-        wrench: from that reading to the whole wrench; along the axis alone if None.
-    """
-
-    def __init__(
-        self,
-        pressed: Pressed,
-        truth: SensorTruth,
-        *,
-        wrench: Callable[[float], Wrench] | None = None,
-    ) -> None:
-        super().__init__(truth)
-        self._pressed = pressed
-        self._offset = truth.offset_n
-        self._drift = truth.drift_n_per_s
-        self._wrench = wrench or WRENCHES[truth.axis]
-
-    def sample(self, time_s: float, back: float) -> None:
-        pressed = self._pressed
-        truth = pressed.force_n
-        if back:
-            truth -= back * (truth - pressed.last_force_n)
-        value = truth + self._offset + self._drift * time_s + self._noise()
-        limit = self._range
-        status = 0
-        if not -limit <= value <= limit:
-            status = _OVERRANGE
-            if not -1.2 * limit <= value <= 1.2 * limit:
-                status = _FULL_SCALE
-                value = math.copysign(1.2 * limit, value)
-        value = _quantised(value, self._quantum)
-        self.sequence += 1
-        if self.disturbed or time_s >= self._faults.next_s:
-            self._disturb(time_s, truth, value, status)
-            return
-        self.last = value
-        self._emit(self._clock_s + time_s, self.origin_s + time_s + self._delay_s, status, value)
-
-    def _emit(self, device_s: float, receive_s: float, status: int, value: float) -> None:
-        wrench = self._wrench(value)
-        if self.swapped:
-            fx, fy, fz, tx, ty, tz = wrench
-            noise = self._noise  # that of the axis which feels nothing now
-            wrench = (fz + noise(), fx + noise(), fy + noise(), tz, tx, ty)
-        row = (self.sequence, device_s, receive_s, status, wrench, math.nan)
-        self.pending.append(_new(ForceSample, row))
-
-
 class GaugeChannel(Channel):
     """A displacement gauge across the contact; its zero is anywhere within ±20 µm."""
 
@@ -242,7 +206,7 @@ class GaugeChannel(Channel):
     def sample(self, time_s: float, back: float) -> None:
         plant = self._plant
         truth = plant.closed_m - back * plant.step_s * plant.tip_speed
-        value = _quantised(truth + self._offset + self._noise(), self._quantum)
+        value = quantised(truth + self._offset + self._noise(), self._quantum)
         self.sequence += 1
         if self.disturbed or time_s >= self._faults.next_s:
             self._disturb(time_s, truth, value, 0)
@@ -252,11 +216,16 @@ class GaugeChannel(Channel):
 
     def _emit(self, device_s: float, receive_s: float, status: int, value: float) -> None:
         row = (self.sequence, device_s, receive_s, status, value)
-        self.pending.append(_new(DisplacementSample, row))
+        self.pending.append(new(DisplacementSample, row))
 
 
 class ArmChannel(Channel):
-    """The arm's state: measured position and, where it has one, its own force estimate."""
+    """The arm's state: measured position and, where it has one, its own force estimate.
+
+    With six axes its pose shows where its drives across the press are, and it estimates the force
+    along all three axes where it estimates any. Like an arm with encoders on its motors it does not
+    see what gives way behind them.
+    """
 
     def __init__(
         self, plant: Mechanics, spec: WorldSpec, *, force_offset_n: float, faults: Schedule
@@ -267,16 +236,23 @@ class ArmChannel(Channel):
             noise=normal_source(spec.seed, 10, spec.position_noise_m),
             quantum=spec.position_quantum_m,
             faults=faults,
+            late="arm_force_",
         )
         self._plant = plant
+        self._six = plant if isinstance(plant, SixPlant) else None
         self._sign = -1.0 if faults.turned else 1.0
         self._error = smooth_error(spec.seed, 11, spec.kinematic_error_m, spec.kinematic_length_m)
         self._error_at_m, self._error_m = math.nan, 0.0
         self._has_force = spec.arm_has_force
-        self._force_noise = normal_source(spec.seed, 12, spec.arm_force_noise_n)
+        sd_n = spec.arm_force_noise_n
+        self._force_noise = normal_source(spec.seed, 12, sd_n)
         self._force_offset = force_offset_n
         self.arm_force_n = math.nan
         self._drift_m = 0.0
+        self._lag_across = Lag(faults, self.period_s, "arm_force_")
+        self._noise_x, self._noise_y = (normal_source(spec.seed, i, sd_n) for i in (13, 14))
+        self._zeros = (np.random.default_rng([spec.seed, 15]).normal(size=2) * sd_n).tolist()
+        self._across_n = (0.0, 0.0)
 
     def sample(self, time_s: float, back: float) -> None:
         plant = self._plant
@@ -286,7 +262,8 @@ class ArmChannel(Channel):
                 self._error_at_m, self._error_m = value, self._error(value)
             value += self._error_m
         value += self._noise()
-        value = _quantised(value, self._quantum)
+        if quantum := self._quantum:
+            value = (value / quantum + 0.5) // 1.0 * quantum
         if self._has_force:
             self.arm_force_n = plant.force_n + self._force_offset + self._force_noise()
         self.sequence += 1
@@ -294,17 +271,51 @@ class ArmChannel(Channel):
             self._disturb(time_s, plant.force_n, value, 0)
             return
         self.last = value
-        self._tell(self._clock_s + time_s, self.origin_s + time_s, 0, value, self.arm_force_n)
-
-    def _lag_of(self, faults: Schedule) -> Lag:
-        return Lag(faults, self.period_s, "arm_force_")
+        device_s, receive_s = self._clock_s + time_s, self.origin_s + time_s
+        self._tell(device_s, receive_s, 0, value, self.arm_force_n, NO_FAULTS)
 
     def _tell(
-        self, device_s: float, receive_s: float, status: int, value: float, force: float
+        self,
+        device_s: float,
+        receive_s: float,
+        status: int,
+        value: float,
+        force: float,
+        active: Mapping[str, float],
     ) -> None:
-        pose = (0.0, 0.0, -value, 0.0, 0.0, 0.0)
-        row = (self.sequence, device_s, receive_s, status, value, force, pose, NOT_TOLD)
-        self.pending.append(_new(ArmSample, row))
+        pose, wrench = (0.0, 0.0, -value, 0.0, 0.0, 0.0), NOT_TOLD
+        if (six := self._six) is not None:
+            x_m, y_m = six.shift_m
+            if x_m or y_m:
+                pose = (-x_m, y_m, -value, 0.0, 0.0, 0.0)
+            if self._has_force:
+                wrench = self._force_across(six, force, active)
+        row = (self.sequence, device_s, receive_s, status, value, force, pose, wrench)
+        self.pending.append(new(ArmSample, row))
+
+    def _force_across(
+        self, six: SixPlant, along_n: float, active: Mapping[str, float]
+    ) -> SixFloats:
+        """The whole wrench at the TCP, where an arm reports no torque.
+
+        Across the press it is as noisy as along it, with zeros of its own and the same faults.
+        """
+        if "arm_force_freeze" not in active and "arm_freeze" not in active:
+            x_n, y_n, _ = six.load
+            if self._lag_across.late:
+                x_n, y_n = self._lag_across.shown((x_n, y_n), active)
+            if "arm_force_deaf" in active:
+                x_n = y_n = 0.0
+            x_n = x_n + self._zeros[0] + self._noise_x()
+            y_n = y_n + self._zeros[1] + self._noise_y()
+            if active:
+                gain = active.get("arm_force_gain", 1.0)
+                gain *= -1.0 if "arm_force_reversed" in active else 1.0
+                most = active.get("arm_force_clipped", math.inf)
+                x_n, y_n = (max(-most, min(most, gain * force)) for force in (x_n, y_n))
+            self._across_n = (x_n, y_n)
+        x_n, y_n = self._across_n
+        return x_n, y_n, along_n, math.nan, math.nan, math.nan
 
     def _disturb(self, time_s: float, truth: float, value: float, status: int) -> None:
         active = self._faults.active(time_s)
@@ -325,9 +336,9 @@ class ArmChannel(Channel):
         force = self._kept("arm_force_freeze", active, force)
         if "position_drift" in active:
             self._drift_m += active["position_drift"] * self.period_s
-            value = _quantised(value + self._drift_m, self._quantum)
+            value = quantised(value + self._drift_m, self._quantum)
         if "position_jump" in active:
-            value = _quantised(value + active["position_jump"], self._quantum)
+            value = quantised(value + active["position_jump"], self._quantum)
         held = self._kept("position_frozen", active, self.last)
         if "position_frozen" in active:
             value = held
@@ -336,4 +347,4 @@ class ArmChannel(Channel):
         if "arm_nan" in active:
             value = math.nan
         if arrives := self._arrives(time_s, active, "arm_"):
-            self._tell(arrives[0], arrives[1], status, value, force)
+            self._tell(arrives[0], arrives[1], status, value, force, active)

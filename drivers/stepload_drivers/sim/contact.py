@@ -7,8 +7,6 @@ from typing import NamedTuple
 
 from stepload.errors import DomainError
 from stepload.rig.world import PayloadTruth, WorldSpec
-from stepload_drivers.sim.adhesion import Dmt, Jkr
-from stepload_drivers.sim.creep import Creep
 from stepload_drivers.sim.laws import (
     ContactLaw,
     Elastic,
@@ -20,7 +18,17 @@ from stepload_drivers.sim.laws import (
     rough_curve,
     rough_layer,
 )
-from stepload_drivers.sim.layers import Give, RoughLayer, Seating, Series, pad_give, soft_path_give
+from stepload_drivers.sim.layers import (
+    Creep,
+    Dmt,
+    Give,
+    Jkr,
+    RoughLayer,
+    Seating,
+    Series,
+    pad_give,
+    soft_path_give,
+)
 
 _LAWS = ("smooth", "rough", "elastic_plastic", "rough_elastic_plastic")
 

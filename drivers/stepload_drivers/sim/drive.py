@@ -22,7 +22,7 @@ class Drive:
 
     def __init__(self, spec: WorldSpec, step_s: float, *, across: bool = False) -> None:
         self.target_m = self.follower_m = self.position_m = self.speed_m_s = 0.0
-        self._commands: deque[tuple[float, float]] = deque()
+        self.commands: deque[tuple[float, float]] = deque()
         self._step_s = step_s
         lag_s = spec.lag_s
         self._follow = (1.0 - math.exp(-step_s / lag_s) if lag_s > 0.0 else 1.0) / step_s
@@ -47,17 +47,18 @@ class Drive:
 
     def command(self, apply_s: float, target_m: float) -> None:
         """Follow `target_m` from `apply_s` on; commands take effect in order."""
-        commands = self._commands
+        commands = self.commands
         if commands and commands[-1][0] > apply_s:
             apply_s = commands[-1][0]
         commands.append((apply_s, target_m))
 
     def take_commands(self, time_s: float) -> bool:
         """Follow the last command that is due at `time_s`; whether there is one."""
-        commands = self._commands
-        due = bool(commands) and commands[0][0] <= time_s + _EARLY_S
+        commands = self.commands
+        due = False
         while commands and commands[0][0] <= time_s + _EARLY_S:
             self.target_m = commands.popleft()[1]
+            due = True
         return due
 
     @property
@@ -66,6 +67,11 @@ class Drive:
         gap, way = self.target_m - self.follower_m, self.speed_m_s * self._step_s
         return -_THERE_M < gap < _THERE_M and -_THERE_M < way < _THERE_M
 
+    @property
+    def stands(self) -> bool:
+        """Whether its next step changes nothing."""
+        return self.speed_m_s == 0.0 and self.there
+
     def hold(self) -> None:
         """Brake: stand here."""
         self.follower_m = self.target_m = self.position_m
@@ -73,18 +79,27 @@ class Drive:
 
     def advance(self, push_n: float) -> float:
         """One step towards the target while it pushes with `push_n`; returns its speed in it."""
-        if self.there:
-            self.speed_m_s = 0.0
-            return 0.0
         gap = self.target_m - self.follower_m
         speed, h = self.speed_m_s, self._step_s
+        if -_THERE_M < gap < _THERE_M and -_THERE_M < speed * h < _THERE_M:
+            self.speed_m_s = 0.0
+            return 0.0
         want = gap * self._follow
-        if not -self._brake_gap <= gap <= self._brake_gap:
+        most = self._brake_gap
+        if not -most <= gap <= most:
             half = self._brake_half
             brake = math.sqrt(half * half + self._twice_accel * abs(gap)) - half
             want = brake if gap > 0.0 else -brake
-        want = max(-self._max_speed, min(self._max_speed, want))
-        want = max(speed - self._accel_step, min(speed + self._accel_step, want))
+        most = self._max_speed
+        if want > most:
+            want = most
+        elif want < -most:
+            want = -most
+        change = self._accel_step
+        if want > speed + change:
+            want = speed + change
+        elif want < speed - change:
+            want = speed - change
         self.speed_m_s = want
         follower = self.follower_m + want * h
         here, half = self.position_m, self._half_lost

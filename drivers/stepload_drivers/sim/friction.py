@@ -1,4 +1,6 @@
-"""Friction of a pressed contact: it clings like a spring until it slides (Mindlin, Coulomb).
+"""Lateral load on a pressed contact: how much is left of its limit, and friction.
+
+Friction clings like a spring until it slides (Mindlin, Coulomb).
 
 While it clings, friction grows by k_t du, k_t in proportion to the normal stiffness. Where the
 normal stiffness falls, friction falls with it, as the stretched spring becomes softer: held at its
@@ -9,7 +11,10 @@ value instead, a cycle of loading would give energy away (D. Elata, J. G. Berrym
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
+
+from stepload.contact.lateral import left_of_limit
 
 
 class Rubbing(NamedTuple):
@@ -34,6 +39,9 @@ CLEAN = Rubbing(0.0, 0.0, False, 0.0, 0.0, 1.0, 0.0)
 Follow = tuple[float, float, float, float, float, float]
 """a, b, c, d, e, k of dq = [[a, b], [b, c]] du + (d, e) dδ and dN = k dδ."""
 _new = tuple.__new__
+_STEP = 0.01
+"""Step of the lateral shares in the table kept here, fine enough for linear interpolation."""
+_LAST_SHARE = 0.6
 
 
 def rub(
@@ -82,3 +90,22 @@ def following(rubbing: Rubbing, tangential: float, normal: float, kinetic: float
         along * y,
         normal,
     )
+
+
+def lateral_derating(poisson_ratio: float) -> Callable[[float], float]:
+    """g of the lateral share t, F_c(t)/F_c(0), for a body of this Poisson's ratio.
+
+    Beyond the table yield begins at the surface, where the lateral stress alone decides: F_c
+    decreases as 1/t³, and is never zero.
+    """
+    count = round(_LAST_SHARE / _STEP)
+    table = [left_of_limit(poisson_ratio, min(i * _STEP, _LAST_SHARE)) for i in range(count + 1)]
+
+    def left(lateral_share: float) -> float:
+        if lateral_share >= _LAST_SHARE:
+            return float(table[count] * (_LAST_SHARE / lateral_share) ** 3)
+        place = lateral_share / _STEP
+        i = int(place)
+        return table[i] + (table[min(i + 1, count)] - table[i]) * (place - i)
+
+    return left

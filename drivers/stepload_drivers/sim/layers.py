@@ -1,6 +1,8 @@
-"""Layers over or under a contact: asperities, a pad, a soft load path, a seat that settles.
+"""Laws around another one: asperities, pad, soft path, seat that settles, adhesion, creep.
 
-Each is a law around another one: it divides the travel between itself and what is inside.
+A layer divides the travel between itself and what is inside. Contacts that stick have a negative
+force before they part; a stiffness below 0 is given as 0: the mechanics take the steps there that
+the force allows.
 """
 
 from __future__ import annotations
@@ -17,6 +19,10 @@ _CLOSE_M = 1e-15
 _CLOSE_SHARE = 1e-13
 _ATTEMPTS = 100
 _HALVINGS = 60
+_PART_ROOT = (1.0 / 6.0) ** (1.0 / 3.0)
+"""√A at which the neck of an adhesive sphere tears when it is drawn by a stiff rig."""
+_ROOT_CLOSE = 1e-14
+_ROOT_ATTEMPTS = 60
 
 
 def pad_give(stiffness_n_per_m: float, depth_m: float) -> Give:
@@ -160,3 +166,112 @@ class Seating:
         if inside_m > self._deepest_m:
             self._deepest_m = inside_m
             self._seated_m = min(self._most_m, self._most_m * inside_m / self._depth_m)
+
+
+class Dmt(Around):
+    """The force of `inner` less the pull-off force, as long as they touch.
+
+    B. V. Derjaguin, V. M. Muller, Y. P. Toporov, J. Colloid Interface Sci. 53 (1975) 314.
+    """
+
+    def __init__(self, inner: ContactLaw, pull_off_n: float) -> None:
+        super().__init__(inner)
+        self._pull_off_n = pull_off_n
+
+    def evaluate(self, deformation_m: float) -> tuple[float, float]:
+        if deformation_m <= self._inner.residual_m:
+            return 0.0, 0.0
+        force_n, tangent = self._inner.evaluate(deformation_m)
+        return force_n - self._pull_off_n, tangent
+
+
+class Jkr(Around):
+    """An adhesive sphere: `inner` with the Hertz force K δ^1.5 replaced by that of the neck.
+
+    δ = δ0 (A² − ⅔ √A), F = 4 P (A³ − A^1.5), δ0 = (4 P/K)^(2/3), A the contact radius over that at
+    no load, P the pull-off force (K. L. Johnson, K. Kendall, A. D. Roberts, Proc. R. Soc. A 324
+    (1971) 301). The bodies join when they touch, and part at A = 6^(−2/3), where δ is least.
+    """
+
+    def __init__(self, inner: ContactLaw, k: float, pull_off_n: float) -> None:
+        super().__init__(inner)
+        self._k = k
+        self._four_p = 4.0 * pull_off_n
+        self._scale_m = (4.0 * pull_off_n / k) ** (2.0 / 3.0)
+        self._part_m = self._scale_m * (_PART_ROOT**4 - 2.0 / 3.0 * _PART_ROOT)
+        self._joined = False
+
+    def _root(self, elastic_m: float) -> float:
+        """√A ≥ 6^(−1/3): the upper zero of s⁴ − ⅔ s − δ/δ0."""
+        ratio = elastic_m / self._scale_m
+        root = 1.0 + math.sqrt(math.sqrt(max(ratio, 0.0)))
+        for _ in range(_ROOT_ATTEMPTS):
+            step = (root**4 - 2.0 / 3.0 * root - ratio) / (4.0 * root**3 - 2.0 / 3.0)
+            root -= step
+            if step <= _ROOT_CLOSE * root:
+                break
+        return max(root, _PART_ROOT)
+
+    def evaluate(self, deformation_m: float) -> tuple[float, float]:
+        elastic_m = deformation_m - self._inner.residual_m
+        if elastic_m < (self._part_m if self._joined else 0.0):
+            return 0.0, 0.0
+        force_n, tangent = self._inner.evaluate(deformation_m)
+        root = self._root(elastic_m)
+        cube = root**3
+        neck_n = self._four_p * cube * (cube - 1.0)
+        slope = self._four_p * 1.5 * root * root * (2.0 * cube - 1.0)
+        rise = self._scale_m * (2.0 * cube - 1.0 / 3.0)
+        if elastic_m > 0.0:
+            hertz_n = self._k * elastic_m**1.5
+            force_n -= hertz_n
+            tangent -= 1.5 * hertz_n / elastic_m
+        if slope <= 0.0:
+            return force_n + neck_n, 0.0
+        return force_n + neck_n, max(0.0, tangent + slope / rise)
+
+    def remember(self, deformation_m: float) -> None:
+        self._inner.remember(deformation_m)
+        elastic_m = deformation_m - self._inner.residual_m
+        self._joined = elastic_m >= (self._part_m if self._joined else 0.0)
+
+
+class Creep:
+    """`inner` in series with Kelvin elements, driven by its own elastic deformation.
+
+    Under constant force the elastic deformation δ of `inner` grows to
+    δ (1 + Σ c_i (1 − e^(−t/τ_i))) (linear viscoelasticity); the elements share the creep evenly,
+    one a decade of time.
+    """
+
+    def __init__(self, inner: ContactLaw, share: float, time_s: float, decades: int) -> None:
+        self._inner = inner
+        self._times_s = [time_s * 10.0**i for i in range(decades + 1)]
+        self._share = share / len(self._times_s)
+        self._crept_m = [0.0] * len(self._times_s)
+        self._elastic_m = self._sum_m = 0.0
+        self._dt_s = 0.0
+        self._parts: list[float] = []
+
+    @property
+    def residual_m(self) -> float:
+        return self._inner.residual_m + self._sum_m
+
+    def evaluate(self, deformation_m: float) -> tuple[float, float]:
+        return self._inner.evaluate(deformation_m - self._sum_m)
+
+    def remember(self, deformation_m: float) -> None:
+        inside_m = deformation_m - self._sum_m
+        self._inner.remember(inside_m)
+        self._elastic_m = max(0.0, inside_m - self._inner.residual_m)
+
+    def flow(self, dt_s: float) -> None:
+        """Let `dt_s` pass at the deformation that is remembered."""
+        if dt_s != self._dt_s:
+            self._dt_s = dt_s
+            self._parts = [-math.expm1(-dt_s / time_s) for time_s in self._times_s]
+        goal_m = self._share * self._elastic_m
+        crept = self._crept_m
+        for i, part in enumerate(self._parts):
+            crept[i] += (goal_m - crept[i]) * part
+        self._sum_m = sum(crept)

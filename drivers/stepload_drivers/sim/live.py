@@ -16,7 +16,7 @@ from stepload.rig.faults import FaultCode
 from stepload.rig.mount import ZERO, Vector3
 from stepload.rig.samples import SixFloats
 from stepload.rig.world import PayloadTruth, WorldSpec
-from stepload_drivers.sim.sensor_load import SensorLoad
+from stepload_drivers.sim.force_channels import SensorLoad
 from stepload_drivers.sim.simulation import World
 from stepload_drivers.sim.six_plant import SixPlant
 

@@ -8,15 +8,18 @@ import numpy as np
 
 from stepload.errors import DomainError
 from stepload.rig.world import WorldSpec
-from stepload_drivers.sim.channels import ArmChannel, Channel, ForceChannel, GaugeChannel
-from stepload_drivers.sim.contact import contact_of
+from stepload_drivers.sim.channels import ArmChannel, Channel, GaugeChannel
 from stepload_drivers.sim.faults import ARM, Schedule, check_kinds
-from stepload_drivers.sim.mechanics import Pressed
-from stepload_drivers.sim.noise import normal_source
-from stepload_drivers.sim.sensor_errors import Bent, sideways
-from stepload_drivers.sim.sensor_truth import SensorTruth, main_sensor, second_sensor
-from stepload_drivers.sim.six_plant import SixPlant
-from stepload_drivers.sim.six_world import SixArmChannel, mechanics_of, sensor_of
+from stepload_drivers.sim.force_channels import (
+    ForceChannel,
+    SensorLoad,
+    SensorTruth,
+    WrenchChannel,
+    main_sensor,
+    second_sensor,
+)
+from stepload_drivers.sim.plant import Plant
+from stepload_drivers.sim.six_plant import Mechanics, SixPlant
 
 _EARLY_S = 1e-9
 _LONGEST_STEP_S = 1e-3
@@ -52,28 +55,23 @@ class World:
         self.spec = spec
         period_s = 1.0 / spec.arm_rate_hz
         parts = math.ceil(period_s / _LONGEST_STEP_S - 1e-6)
-        self.plant = mechanics_of(spec, contact_of(spec), step_s=period_s / parts)
-        self._step_s = self.plant.step_s
+        step_s = period_s / parts
+        self.plant: Mechanics
+        if spec.mount is not None:
+            self.plant = SixPlant(spec, spec.mount, step_s=step_s)
+        else:
+            self.plant = Plant(spec, step_s=step_s)
         chance = np.random.default_rng([spec.seed, 0])
         arm_offset_n = float(chance.normal()) * spec.arm_force_noise_n
         gauge_zero_m = float(chance.uniform(-_GAUGE_ZERO_M, _GAUGE_ZERO_M))
         second_offset_n = float(chance.normal()) * 3.0 * spec.second_force_noise_n
-        arm_faults = Schedule(spec.faults, kinds=ARM)
-        self.arm: ArmChannel
-        self.force: Channel
+        self.arm = ArmChannel(
+            self.plant, spec, force_offset_n=arm_offset_n, faults=Schedule(spec.faults, kinds=ARM)
+        )
+        self.force = self._sensor(main_sensor(spec))
         self.second_force: Channel | None = None
-        if isinstance(self.plant, SixPlant):
-            six = self.plant
-            self.arm = SixArmChannel(six, spec, force_offset_n=arm_offset_n, faults=arm_faults)
-            bend = spec.sensor_quadratic, spec.sensor_cubic
-            self.force = sensor_of(six, six.mount.sensor, main_sensor(spec), bend)
-            if spec.second_force_rate_hz > 0.0:
-                truth = second_sensor(spec, second_offset_n)
-                self.second_force = sensor_of(six, six.mount.second_sensor, truth)
-        else:
-            self.arm, self.force, self.second_force = self._one_axis(
-                spec, arm_offset_n, second_offset_n, arm_faults
-            )
+        if spec.second_force_rate_hz > 0.0:
+            self.second_force = self._sensor(second_sensor(spec, second_offset_n), second=True)
         self.channels: list[Channel] = [self.arm, self.force]
         if self.second_force is not None:
             self.channels.append(self.second_force)
@@ -84,27 +82,17 @@ class World:
                 self.plant, spec, offset_m=gauge_zero_m, stream=40, faults=faults
             )
             self.channels.append(self.gauge)
+        self._next_s = 0.0
+        """No channel has a sample before this world time."""
 
-    def _one_axis(
-        self, spec: WorldSpec, arm_offset_n: float, second_offset_n: float, arm_faults: Schedule
-    ) -> tuple[ArmChannel, Channel, Channel | None]:
-        """Arm and force sensors of a rig with the pressing axis alone."""
-        arm = ArmChannel(self.plant, spec, force_offset_n=arm_offset_n, faults=arm_faults)
-        bent = spec.lateral * spec.cross_talk or spec.sensor_quadratic or spec.sensor_cubic
-        force = self._sensor(main_sensor(spec), Bent(self.plant, spec) if bent else self.plant)
-        second: Channel | None = None
-        if spec.second_force_rate_hz > 0.0:
-            second = self._sensor(second_sensor(spec, second_offset_n), self.plant)
-        return arm, force, second
-
-    def _sensor(self, truth: SensorTruth, pressed: Pressed) -> ForceChannel:
-        """A force sensor of such a rig."""
-        spec = self.spec
-        across = normal_source(truth.seed, truth.stream + 1, truth.noise_n)
-        wrench = sideways(
-            self.plant, truth.axis, share=spec.lateral, noise=across, six=spec.six_components
-        )
-        return ForceChannel(pressed, truth, wrench=wrench)
+    def _sensor(self, truth: SensorTruth, *, second: bool = False) -> Channel:
+        """A force sensor; only the main one is bent."""
+        spec, plant = self.spec, self.plant
+        if isinstance(plant, Plant):
+            return ForceChannel(plant, spec, truth, bent=not second)
+        mount = plant.mount.second_sensor if second else plant.mount.sensor
+        bend = (0.0, 0.0) if second else (spec.sensor_quadratic, spec.sensor_cubic)
+        return WrenchChannel(SensorLoad(plant, mount, truth.axis), mount, truth, bend=bend)
 
     @property
     def time_s(self) -> float:
@@ -125,16 +113,23 @@ class World:
 
     def advance(self, to_s: float) -> None:
         """Advance the world to `to_s` (whole base steps); nothing happens if that is past."""
-        plant = self.plant
-        h = self._step_s
+        plant, h, channels = self.plant, self.plant.step_s, self.channels
+        step, next_s = plant.step, self._next_s
         limit = to_s + _EARLY_S - h
         while plant.time_s <= limit:
-            plant.step()
+            step()
             now_s = plant.time_s
             due_s = now_s + _EARLY_S
-            for channel in self.channels:
-                while channel.next_s <= due_s:
-                    early_s = now_s - channel.next_s
-                    channel.sample(channel.next_s, early_s / h if early_s > _EARLY_S else 0.0)
-                    channel.samples += 1
-                    channel.next_s = (channel.samples + 1) * channel.period_s
+            if next_s > due_s:
+                continue
+            next_s = math.inf
+            for channel in channels:
+                sample_s = channel.next_s
+                while sample_s <= due_s:
+                    early_s = now_s - sample_s
+                    channel.sample(sample_s, early_s / h if early_s > _EARLY_S else 0.0)
+                    channel.samples = samples = channel.samples + 1
+                    channel.next_s = sample_s = (samples + 1) * channel.period_s
+                if sample_s < next_s:
+                    next_s = sample_s
+        self._next_s = next_s

@@ -4,30 +4,26 @@ from __future__ import annotations
 
 import math
 
-from stepload.rig.mount import Mount, Vector3
+from stepload.rig.mount import ZERO, Mount, Vector3
 from stepload.rig.world import WorldSpec
-from stepload_drivers.sim.contact import Contact, path_give
 from stepload_drivers.sim.drive import Drive
 from stepload_drivers.sim.faults import Schedule
-from stepload_drivers.sim.frames import times
-from stepload_drivers.sim.moving_plate import moving_plate
+from stepload_drivers.sim.plant import BasePlant, Plant
 from stepload_drivers.sim.six_tip import SWING_RAD, SixTip
-from stepload_drivers.sim.tip_constraint import tip_constraint
+from stepload_drivers.sim.springs import times, tip_constraint
 
 _WAY_STEPS = 500
 """Base steps of the way to a start pose that presses, and of rest after it."""
 
 
-class SixPlant:
-    """What `Plant` is for one axis: the same attributes, and those of the other axes.
+class SixPlant(BasePlant):
+    """Adds the axes across the press: `load` is the contact force on the plate, pressing frame.
 
-    `force_n`, `tip_m`, `drive_m` and their like are along the press. `peak_n` is of the resultant
-    contact force, `peak_equivalent_n` of |f|/g(t); both also between samples.
+    `peak_n` is of the resultant contact force.
 
     Args:
         spec: the truth.
         mount: how the tip is held.
-        contact: the normal law, with what of it goes on with time.
         step_s: base step; the drives' speed is constant within it.
         swing_rad, error_factor: refine the sub-stepping (tests of convergence).
 
@@ -39,34 +35,26 @@ class SixPlant:
         self,
         spec: WorldSpec,
         mount: Mount,
-        contact: Contact,
         *,
         step_s: float,
         swing_rad: float = SWING_RAD,
         error_factor: float = 1.0,
     ) -> None:
+        super().__init__(spec, step_s=step_s)
         self.mount = mount
-        self.step_s = step_s
-        self.time_s = 0.0
-        self.braked = False
-        self._steps = 0
-        self._axial = Drive(spec, step_s)
         self._across = Drive(spec, step_s, across=True), Drive(spec, step_s, across=True)
         self._shifted = False
         self._held = tip_constraint(spec, mount, step_s)
-        axes = self._held.to_press
+        self.to_press = axes = self._held.to_press
         self._pulls = tuple(times(self._held.stiffness, axis) for axis in axes)
-        self._creep = contact.creep
-        self._give = path_give(spec)
-        self._plate = moving_plate(spec, step_s)
         self._slippery = Schedule(spec.faults, kinds=("plate_slips",))
-        self._drive: Vector3 = (0.0, 0.0, 0.0)
-        self._steep = self._held.to_press[2][2]
+        self._drive = ZERO
+        self._steep = axes[2][2]
         """Cosine of the tilt: depth along the normal over travel along the press."""
         self.tip = SixTip(
             self._held,
             mount,
-            contact.law,
+            self._law,
             self._steep * spec.surface_m,
             spec.payload.poisson_ratio,
             spec.payload.n,
@@ -74,19 +62,19 @@ class SixPlant:
             swing_rad=swing_rad,
             error_factor=error_factor,
         )
-        if self.tip.depth_m > self.tip.touching_m:
+        if self.tip.depth_m > self._law.residual_m:
             self._begin_in_contact()
-        self.load: Vector3 = self._load()
-        """Contact force on the plate, pressing frame."""
-        self.last_load = self.load
+        self.peak_equivalent_n = 0.0
+        self._take_load()
+        self.last_load, self.last_force_n = self.load, self.force_n
 
     def _begin_in_contact(self) -> None:
         """The start pose presses: the drives came there along the press, slowly, from free air.
 
         Friction held the tip on that way as it does in a run.
         """
-        x, y, z = self._held.to_press[2]
-        at_m = (self.tip.surface_m + self.tip.touching_m) / self._steep
+        x, y, z = self.to_press[2]
+        at_m = (self.tip.surface_m + self._law.residual_m) / self._steep
         self.tip.at = (x * at_m, y * at_m, z * at_m)
         for i in range(2 * _WAY_STEPS):
             share = math.cos(0.5 * math.pi * min(1.0, i / _WAY_STEPS))
@@ -95,33 +83,51 @@ class SixPlant:
             drive = x * at_m * share, y * at_m * share, z * at_m * share
             self.tip.step(drive, (x * speed, y * speed, z * speed), 0.0)
 
-    def command(self, apply_s: float, target_m: float) -> None:
-        """Let the drive follow `target_m` from `apply_s` on; commands take effect in order."""
-        self._axial.command(apply_s, target_m)
-
     def command_shift(self, apply_s: float, x_m: float, y_m: float) -> None:
-        """Let the drives across the press follow these targets likewise."""
+        """Let the drives across the press follow these targets."""
         for drive, target_m in zip(self._across, (x_m, y_m), strict=True):
             drive.command(apply_s, target_m)
 
     def step(self) -> None:
         """Go on by `step_s`: what moves by itself, the drives at constant speed, then the tip."""
-        self.last_load = self.load
-        self._axial.take_commands(self.time_s)
-        for drive in self._across:
-            self._shifted = drive.take_commands(self.time_s) or self._shifted
-        if self.time_s >= self._slippery.next_s:
+        self.last_load, self.last_force_n = self.load, self.force_n
+        time_s = self.time_s
+        one, other = self._across
+        waiting = self._axis.commands or one.commands or other.commands
+        if waiting or not self._idle or self.braked or time_s >= self._slippery.next_s:
+            self._move(time_s)
+        self._steps = steps = self._steps + 1
+        self.time_s = steps * self.step_s
+
+    def _move(self, time_s: float) -> None:
+        axial, (one, other), tip = self._axis, self._across, self.tip
+        axial.take_commands(time_s)
+        for drive in (one, other):
+            if drive.commands:
+                self._shifted = drive.take_commands(time_s) or self._shifted
+        if time_s >= self._slippery.next_s:
             self._take_friction()
         before = self._drive
         moving = self._advance_drives()
-        nearer_m_s = 0.0 if self._plate is None else self._plate.speed_m_s(self.time_s)
+        nearer_m_s = 0.0
+        if self._moves:
+            nearer_m_s = self._drift_m_s + self._plate_change_m() / self.step_s
         if self._creep is not None:
             self._creep.flow(self.step_s)
-            self.tip.yielded()
-        if self.tip.step(before, moving, self._steep * nearer_m_s):
-            self.load = self._load()
-        self._steps += 1
-        self.time_s = self._steps * self.step_s
+            tip.yielded()
+        if tip.step(before, moving, self._steep * nearer_m_s):
+            self._take_load()
+            self._idle = False
+        else:
+            stand = axial.stands and one.stands and other.stands
+            self._idle = stand and not self._moves and self._creep is None
+
+    def _take_load(self) -> None:
+        tip = self.tip
+        rubbing = tip.rubbing
+        self.load: Vector3 = times(self.to_press, (rubbing[0], rubbing[1], tip.normal_n))
+        self.force_n = self.load[2]
+        self.peak_n, self.peak_equivalent_n = tip.peak_n, tip.peak_equivalent_n
 
     def _take_friction(self) -> None:
         static, kinetic = self.mount.friction_static, self.mount.friction_kinetic
@@ -130,18 +136,19 @@ class SixPlant:
 
     def _advance_drives(self) -> Vector3:
         """All drives by one base step; their speed in the plate's frame."""
-        axial, (one, other) = self._axial, self._across
+        axial, (one, other) = self._axis, self._across
         if self.braked:
             axial.hold()
             one.hold()
             other.hold()
-            return 0.0, 0.0, 0.0
-        x, y, z = self._held.to_press
+            return ZERO
+        x, y, z = self.to_press
         along = axial.advance(self._push_n(2))
         at_m = axial.position_m
         if not self._shifted:
-            self._drive = (z[0] * at_m, z[1] * at_m, z[2] * at_m)
-            return z[0] * along, z[1] * along, z[2] * along
+            z1, z2, z3 = z
+            self._drive = (z1 * at_m, z2 * at_m, z3 * at_m)
+            return z1 * along, z2 * along, z3 * along
         first, second = one.advance(self._push_n(0)), other.advance(self._push_n(1))
         x_m, y_m = one.position_m, other.position_m
         d1, d2, d3 = (x[i] * x_m + y[i] * y_m + z[i] * at_m for i in range(3))
@@ -155,32 +162,6 @@ class SixPlant:
         p, q, r = self._pulls[axis]
         return p * (d1 - x1) + q * (d2 - x2) + r * (d3 - x3)
 
-    def _load(self) -> Vector3:
-        rubbing = self.tip.rubbing
-        return times(self._held.to_press, (rubbing[0], rubbing[1], self.tip.normal_n))
-
-    # what a `Plant` has
-
-    @property
-    def force_n(self) -> float:
-        """Contact force along the press."""
-        return self.load[2]
-
-    @property
-    def last_force_n(self) -> float:
-        """The same a base step ago."""
-        return self.last_load[2]
-
-    @property
-    def peak_n(self) -> float:
-        """Largest resultant contact force so far, also between samples."""
-        return self.tip.peak_n
-
-    @property
-    def peak_equivalent_n(self) -> float:
-        """Largest |f|/g(t) so far, also between samples."""
-        return self.tip.peak_equivalent_n
-
     @property
     def sub_steps(self) -> int:
         return self.tip.sub_steps
@@ -191,34 +172,21 @@ class SixPlant:
         return self.tip.surface_m / self._steep
 
     @property
-    def target_m(self) -> float:
-        return self._axial.target_m
-
-    @property
-    def drive_m(self) -> float:
-        return self._axial.position_m
-
-    @property
     def drive_speed(self) -> float:
         """Along the press, m/s; of the fastest drive where others move too."""
-        speed = self._axial.speed_m_s
+        speed = self._axis.speed_m_s
         if not self._shifted:
             return speed
         return max(speed, *(drive.speed_m_s for drive in self._across), key=abs)
 
     @property
-    def measured_m(self) -> float:
-        """Travel where the arm measures it: before what slips, and before what gives way."""
-        return self._axial.measured_m
-
-    @property
     def tip_m(self) -> float:
         """Travel of the tip along the press."""
-        return times(self._held.to_press, self.tip.at)[2]
+        return times(self.to_press, self.tip.at)[2]
 
     @property
     def tip_speed(self) -> float:
-        return times(self._held.to_press, self.tip.speed)[2]
+        return times(self.to_press, self.tip.speed)[2]
 
     @property
     def closed_m(self) -> float:
@@ -231,8 +199,6 @@ class SixPlant:
             turn = self.turn_rad
             closed_m += turn[0] * y_m - turn[1] * x_m
         return closed_m
-
-    # attributes of six axes only
 
     @property
     def turn_rad(self) -> Vector3:
@@ -247,10 +213,14 @@ class SixPlant:
     @property
     def tip_shift_m(self) -> tuple[float, float]:
         """How far the tip is across the press from where it began."""
-        x_m, y_m, _ = times(self._held.to_press, self.tip.at)
+        x_m, y_m, _ = times(self.to_press, self.tip.at)
         return x_m, y_m
 
     @property
     def friction_n(self) -> float:
         """Contact force in the plane of the plate, at least 0."""
         return math.hypot(self.tip.rubbing.x, self.tip.rubbing.y)
+
+
+Mechanics = Plant | SixPlant
+"""Along the press alone, or in six axes."""

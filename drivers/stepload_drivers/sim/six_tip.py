@@ -13,11 +13,16 @@ from __future__ import annotations
 import math
 
 from stepload.rig.mount import Mount, Vector3
-from stepload_drivers.sim.friction import CLEAN, Follow, Rubbing, following, rub
-from stepload_drivers.sim.lateral_derating import lateral_derating
+from stepload_drivers.sim.friction import (
+    CLEAN,
+    Follow,
+    Rubbing,
+    following,
+    lateral_derating,
+    rub,
+)
 from stepload_drivers.sim.laws import ContactLaw
-from stepload_drivers.sim.springs import Springs, Swing
-from stepload_drivers.sim.tip_constraint import TipConstraint
+from stepload_drivers.sim.springs import Springs, Swing, TipConstraint
 
 SWING_RAD = 0.3
 """Largest phase of the fastest oscillation in one sub-step while it rings."""
@@ -31,7 +36,7 @@ _SHORTEST_S = 1e-8
 _STILL_M, _STILL_M_S = 1e-18, 1e-15
 _ZERO: Vector3 = (0.0, 0.0, 0.0)
 
-End = tuple[float, float, Rubbing, float]
+End = tuple[float, float, Rubbing, float, float]
 
 
 class SixTip:
@@ -78,7 +83,10 @@ class SixTip:
             held.lightest,
             held.heaviest,
         )
-        self._free = held.apart
+        a, b, c, d = held.apart
+        self._free = [
+            (*one, *two) for p, q in ((a, b), (c, d)) for one, two in zip(p, q, strict=True)
+        ]
         self._step_s = self._sub_s = step_s
         self._swing, self._error_factor = swing_rad, error_factor
         omega2 = held.stiffest / held.lightest
@@ -90,11 +98,6 @@ class SixTip:
     def depth_m(self) -> float:
         """Approach along the normal; negative apart."""
         return self.at[2] - self.surface_m
-
-    @property
-    def touching_m(self) -> float:
-        """Depth at which the payload touches as it is now."""
-        return self._law.residual_m
 
     def slips_at(self, static: float, kinetic: float) -> None:
         """From now on payload and plate have this friction."""
@@ -122,10 +125,10 @@ class SixTip:
             if still and self.at == drive and self.speed == _ZERO:
                 return False
             self._fly(drive, moving, nearer_m_s)
-        elif still and self.resting:
+            return True
+        if still and self.resting:
             return False
-        else:
-            self._press(drive, moving, nearer_m_s)
+        self._press(drive, moving, nearer_m_s)
         return True
 
     def _fly(self, drive: Vector3, moving: Vector3, nearer_m_s: float) -> None:
@@ -141,13 +144,16 @@ class SixTip:
             at, speed = (d1 + g1 * h, d2 + g2 * h, d3 + g3 * h), moving
         else:
             u1, u2, u3, w1, w2, w3 = x1 - d1, x2 - d2, x3 - d3, v1 - g1, v2 - g2, v3 - g3
-            (a, b, c, d) = self._free
-            moved = []
-            for one, other in ((a, b), (c, d)):
-                for (p, q, r), (s, t, u) in zip(one, other, strict=True):
-                    moved.append(p * u1 + q * u2 + r * u3 + s * w1 + t * w2 + u * w3)
-            u1, u2, u3, w1, w2, w3 = moved
-            if max(map(abs, moved[:3])) < _STILL_M and max(map(abs, moved[3:])) < _STILL_M_S:
+            u1, u2, u3, w1, w2, w3 = [
+                p * u1 + q * u2 + r * u3 + s * w1 + t * w2 + u * w3
+                for p, q, r, s, t, u in self._free
+            ]
+            if (
+                -_STILL_M_S < w1 < _STILL_M_S
+                and -_STILL_M < u1 < _STILL_M
+                and max(abs(u2), abs(u3)) < _STILL_M
+                and max(abs(w2), abs(w3)) < _STILL_M_S
+            ):
                 u1 = u2 = u3 = w1 = w2 = w3 = 0.0
             at = (d1 + g1 * h + u1, d2 + g2 * h + u2, d3 + g3 * h + u3)
             speed = (g1 + w1, g2 + w2, g3 + w3)
@@ -257,14 +263,16 @@ class SixTip:
         return self._ratio * (self._exponent * force_n / (depth_m - self._law.residual_m))
 
     def _end(self, move: Vector3, come: float) -> End:
-        """Normal force, its tangent, friction and depth after a move."""
+        """Normal force, its tangent, friction, depth and clinging stiffness after a move."""
         depth_m = self.at[2] + move[2] - self.surface_m + come
         force, tangent = self._evaluate(depth_m)
         if force <= 0.0:
-            return force, tangent, CLEAN, depth_m
-        most = (self._kinetic if self.rubbing[2] else self._static) * force
-        stiffness = self._clings, self._clinging(force, depth_m)
-        return force, tangent, rub(self.rubbing, move[0], move[1], stiffness, most), depth_m
+            return force, tangent, CLEAN, depth_m, 0.0
+        before = self.rubbing
+        most = (self._kinetic if before[2] else self._static) * force
+        clings = self._clinging(force, depth_m)
+        rubbing = rub(before, move[0], move[1], (self._clings, clings), most)
+        return force, tangent, rubbing, depth_m, clings
 
     def _take(
         self,
@@ -276,8 +284,7 @@ class SixTip:
         ringing: float,
     ) -> None:
         """Go on to the end of a sub-step; `ringing` is the swinging force that it stepped over."""
-        force, self._tangent, rubbing, depth_m = end
-        self._clings = self._clinging(force, depth_m)
+        force, self._tangent, rubbing, depth_m, self._clings = end
         if force > 0.0:
             friction = math.sqrt(rubbing[0] * rubbing[0] + rubbing[1] * rubbing[1])
             self._note(self._most(speed[2] + nearer, nearer, dt, force) + ringing, friction)

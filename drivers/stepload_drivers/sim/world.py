@@ -10,7 +10,7 @@ from stepload_drivers.sim.simulation import World
 
 
 class VirtualHost:
-    """The program's side of a simulated rig (a `stream.Host`, and its place), and its clock.
+    """The program's side of a simulated rig (a `sensors.Host`, and its place), and its clock.
 
     Time passes only when it is slept on, and takes the world with it.
     """

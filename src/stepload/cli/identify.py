@@ -82,10 +82,10 @@ def identify(
     Example: stepload identify runs/20260801-101500-demo --out again
     """
     from stepload.results.conditions import Stated, laws_of, with_payload
-    from stepload.results.data import identification_data, system_data
     from stepload.results.from_file import is_record, results_of_file, system_results_of_file
-    from stepload.results.provenance import about
+    from stepload.results.identified import identification_data
     from stepload.results.run_document import identification_document, system_document
+    from stepload.results.run_results import about, system_data
 
     stated = Stated(
         system_stiffness_n_per_m=system_stiffness,

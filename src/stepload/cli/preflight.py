@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from typer import Option
@@ -16,54 +16,6 @@ if TYPE_CHECKING:
     from stepload.envelope.envelope import Envelope
     from stepload.envelope.limits import RunLimits
     from stepload.envelope.theory import CountedLimit
-    from stepload.envelope.until import Until
-
-
-def preflight_data(envelope: Envelope) -> dict[str, Any]:
-    """The JSON object of a preflight."""
-    from stepload.envelope.theory import chance_of_yield
-    from stepload.results import fields
-    from stepload.results.model import data
-    from stepload.results.preflight import expected_of
-
-    expected = expected_of(envelope) if envelope.stages else None
-    theory, found = envelope.theory, envelope.identifiability
-    top_n, limit_n = envelope.plan.procedure.top_force_n, envelope.force_limit_n
-    return {
-        "verdict": envelope.verdict,
-        "reasons": envelope.reasons,
-        "elastic_limit_n": theory.elastic_limit_n,
-        "elastic_limit_equation": theory.limit_equation,
-        "elastic_limit": theory.counted,
-        "k": theory.law.k,
-        "n": theory.law.n,
-        "k_softest": theory.softest.k,
-        "k_stiffest": theory.stiffest.k,
-        "top_force_n": top_n,
-        "largest_safe_force_n": envelope.largest_safe_force_n,
-        "force_limit_n": limit_n,
-        "deformation_m": envelope.deformation_m,
-        "secant_n_per_m": envelope.secant_n_per_m,
-        "secant_force_n": envelope.plan.identify.secant_force_n,
-        "k_max_n_per_m": found.k_max_n_per_m if found else None,
-        "identifiability": found,
-        "guarded_speed_m_s": envelope.guarded_speed_m_s,
-        "fast_speed_m_s": envelope.fast_speed_m_s,
-        "force_budget": [data(fields.FORCE_TERM, term) for term in envelope.force_budget],
-        "chance_of_yield": chance_of_yield(envelope.plan.payload, theory, max(top_n, limit_n)),
-        "expected": None if expected is None else data(fields.QUANTITY, expected.chord),
-        "schedule": [data(fields.STAGE, stage) for stage in envelope.stages],
-        "duration_s": envelope.duration_s if envelope.stages else None,
-        **_until_data(envelope.until),
-    }
-
-
-def _until_data(until: Until | None) -> dict[str, Any]:
-    """Requirements of every level, where the plan loads only as far as an interval needs."""
-    if until is None:
-        return {}
-    expected = None if until.expected is None else until.needs[until.expected].level_n
-    return {"until": {"asked": until.asked, "expected_level_n": expected, "levels": until.needs}}
 
 
 MOODS = {"go": "good", "warn": "doubt", "refused": "bad"}
@@ -100,10 +52,9 @@ def show_figures(envelope: Envelope, out: Output) -> None:
     """Every figure of a preflight, the schedule and the budget of forces."""
     from stepload.envelope.bounds import common_error
     from stepload.envelope.reason import PlanVerdict
-    from stepload.results import fields
-    from stepload.results.model import Table, table
-    from stepload.results.reasons import need_table
-    from stepload.results.tables import force_budget_table
+    from stepload.results.model import Table
+    from stepload.results.preflight_results import StageRow, force_budget_table, need_table
+    from stepload.results.rows import table
     from stepload.units import format_quantity as f
 
     theory, found = envelope.theory, envelope.identifiability
@@ -128,7 +79,7 @@ def show_figures(envelope: Envelope, out: Output) -> None:
     if envelope.verdict is not PlanVerdict.REFUSED:
         out.tables(force_budget_table(envelope))
         title = f"Schedule: about {envelope.duration_s:.0f} s"
-        out.tables(table(title, fields.STAGE, envelope.stages))
+        out.tables(table(title, StageRow, envelope.stages))
     if envelope.until is not None:
         out.tables(need_table(envelope.until))
 
@@ -231,6 +182,8 @@ def preflight(
         if limits is not None:
             show_thresholds(limits, out)
     if as_json:
-        out.result(preflight_data(envelope) | {"limits": limits.terms if limits else ()})
+        from stepload.results.preflight_results import preflight_data
+
+        out.result(preflight_data(envelope))
     if refused:
         raise typer.Exit(ExitCode.REFUSED)

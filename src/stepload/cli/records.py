@@ -88,7 +88,7 @@ def replay(
 
     Example: stepload replay runs/20260801-101500-demo --force-limit "250 N"
     """
-    from stepload.engine.replayed import replay_file
+    from stepload.engine.replay import replay_file
     from stepload.results.run_record import record_in
 
     output = Output(as_json=as_json)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
-from typer import Argument, Context, Option, Typer
+from typer import Argument, Context, Typer
 
 from stepload.errors import BadInputError
 from stepload.results.terminal import AsJson, Output
@@ -84,23 +85,39 @@ def profiles(
     )
 
 
+class Documents(StrEnum):
+    """What a schema describes."""
+
+    PLAN = "plan"
+    RESULTS = "results"
+    COMPARISON = "comparison"
+    CALIBRATION = "calibration"
+    PREFLIGHT = "preflight"
+
+
 def schema(
-    results: Annotated[
-        bool, Option("--results", help="The schema of results.json instead.")
-    ] = False,
+    document: Annotated[
+        Documents, Argument(help="Which: a plan, results.json, or the JSON of a verb.")
+    ] = Documents.PLAN,
 ) -> None:
-    """Print the JSON Schema of a plan, for editors, or that of results.json.
+    """Print the JSON Schema of a plan, for editors, or of results.
 
-    Example: stepload schema --results
+    Example: stepload schema results
     """
-    if results:
-        from stepload.results.provenance import schema_text
+    from stepload.plan.schema import json_schema
+    from stepload.results.calibration_document import calibration_schema
+    from stepload.results.comparison_document import comparison_schema
+    from stepload.results.preflight_results import preflight_schema
+    from stepload.results.run_results import results_schema
 
-        print(schema_text(), end="")
-    else:
-        from stepload.plan.load import json_schema
-
-        print(json.dumps(json_schema(), indent=2))
+    made = {
+        Documents.PLAN: json_schema,
+        Documents.RESULTS: results_schema,
+        Documents.COMPARISON: comparison_schema,
+        Documents.CALIBRATION: calibration_schema,
+        Documents.PREFLIGHT: preflight_schema,
+    }
+    print(json.dumps(made[document](), indent=1, ensure_ascii=False))
 
 
 def layout(
@@ -110,9 +127,9 @@ def layout(
 
     Example: stepload layout stepload-layout.json
     """
-    from importlib import resources
+    from stepload.live.state import layout as made
 
-    text = (resources.files("stepload.live") / "layout.json").read_text()
+    text = made()
     try:
         with file.open("x", encoding="utf-8") as out:
             out.write(text)

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import BeforeValidator
 
 from stepload.data.columns import library
 from stepload.errors import BadInputError
 from stepload.record.summary import Summary, read_summary
 from stepload.record.untrusted import untrusted
+from stepload.results.model import number_or_nan
+from stepload.results.rows import OrNan, Row, figure
 
 if TYPE_CHECKING:
     import pandas
@@ -21,38 +24,47 @@ MOST_DEEP = 4
 """Levels of subdirectories that are searched."""
 
 
-@dataclass(frozen=True, slots=True)
-class RunRow:
-    """One run; texts are "" and numbers NaN where the record does not state them.
+Text = Annotated[str, BeforeValidator(lambda value: value if isinstance(value, str) else "")]
+Number = Annotated[OrNan, BeforeValidator(number_or_nan)]
 
-    `verdict` is that of the evaluation; `status` says how the run ended, "unfinished" without an
-    end. `chord_n_per_m` is the headline, `low_n_per_m` and `high_n_per_m` its 95 % interval.
-    `problem` says why a record could not be read.
+
+def _began(meaning: str, key: str) -> Any:
+    return figure(meaning, at=f"metadata.{key}", default="")
+
+
+def _result(meaning: str, at: str) -> Any:
+    return figure(meaning, at=f"results.{at}", default=math.nan)
+
+
+class RunRow(Row):
+    """One run by the summary of its record, whose content is not trusted.
+
+    Texts are "" and numbers NaN where the record does not state them.
     """
 
-    run_id: str
-    started: str
-    payload: str
-    specimen: str
-    batch: str
-    plan: str
-    rig: str
-    operator: str
-    verdict: str
-    status: str
-    chord_n_per_m: float
-    low_n_per_m: float
-    high_n_per_m: float
-    secant_n_per_m: float
-    peak_force_n: float
-    simulated: bool
-    tags: str
-    stepload: str
-    path: str
-    problem: str = ""
+    run_id: Text = _began("Twelve hexadecimal digits.", "run_id")
+    started: Text = _began("ISO 8601 with time zone.", "started")
+    payload: Text = _began("Name of the payload.", "payload")
+    specimen: Text = _began("Which piece.", "specimen")
+    batch: Text = _began("Which batch.", "batch")
+    plan: Text = _began("Name of the plan.", "plan")
+    rig: Text = _began("Name of the rig.", "rig")
+    operator: Text = _began("Who ran it.", "operator")
+    verdict: Text = figure("Of the evaluation.", default="")
+    status: Text = figure('How it ended; "unfinished" without an end.', default="")
+    chord_n_per_m: Number = _result("The headline.", "headline.value_n_per_m")
+    low_n_per_m: Number = _result("Lower end, 95 %.", "headline.interval_n_per_m.0")
+    high_n_per_m: Number = _result("Upper end, 95 %.", "headline.interval_n_per_m.1")
+    secant_n_per_m: Number = figure("Secant of the fit to use.", default=math.nan)
+    peak_force_n: Number = _result("Largest measured force.", "peak_force_n")
+    simulated: bool = figure("A dry run.", default=False)
+    tags: Text = figure("Free words.", default="")
+    stepload: Text = _began("Version that ran it.", "stepload")
+    path: Text = figure("Its record.")
+    problem: Text = figure("Why the record could not be read.", default="")
 
 
-COLUMNS = tuple(field.name for field in fields(RunRow))
+COLUMNS = tuple(RunRow.model_fields)
 
 
 def rows(directory: str | Path) -> list[RunRow]:
@@ -81,7 +93,7 @@ def catalog(directory: str | Path) -> pandas.DataFrame:
         BadInputError: it is no directory, or pandas is not installed.
     """
     pd = library("pandas", "the catalogue")
-    frame = pd.DataFrame([asdict(row) for row in rows(directory)], columns=COLUMNS)
+    frame = pd.DataFrame([row.model_dump() for row in rows(directory)], columns=COLUMNS)
     frame["started"] = pd.to_datetime(frame["started"], utc=True, errors="coerce", format="ISO8601")
     return frame
 
@@ -164,38 +176,22 @@ def _row(record: Path) -> RunRow:
 
 
 def _unread(path: Path, problem: str) -> RunRow:
-    nothing = {f.name: math.nan if f.type == "float" else "" for f in fields(RunRow)}
-    told: dict[str, Any] = {"simulated": False, "path": str(path), "problem": problem}
-    return RunRow(**nothing | told)
+    return RunRow(path=str(path), problem=problem)
 
 
 def _told(summary: Summary) -> RunRow:
     began, results = summary.metadata, summary.results or {}
-    names = (
-        "run_id", "started", "payload", "specimen", "batch", "plan", "rig", "operator", "stepload",
-    )  # fmt: skip
-    headline = _mapping(results.get("headline"))
-    interval = headline.get("interval_n_per_m")
-    low, high = interval if isinstance(interval, list) and len(interval) == 2 else (None, None)
-    fit = _mapping(_mapping(results.get("fits")).get(str(results.get("selected"))))
-    return RunRow(
-        **{name: began.get(name, "") for name in names},
-        verdict=str(summary.outcome.get("verdict", results.get("verdict", ""))),
-        status=str(results.get("status", "")) or "unfinished",
-        chord_n_per_m=_number(headline.get("value_n_per_m")),
-        low_n_per_m=_number(low),
-        high_n_per_m=_number(high),
-        secant_n_per_m=_number(fit.get("secant_n_per_m")),
-        peak_force_n=_number(results.get("peak_force_n")),
-        simulated="true" in (began.get("simulated"), began.get("dry_run")),
-        tags=", ".join(began.get("tags", "").split("\n")),
-        path=str(summary.path),
+    fits = results.get("fits")
+    fit = fits.get(str(results.get("selected"))) if isinstance(fits, dict) else None
+    return RunRow.model_validate(
+        {
+            "metadata": began,
+            "results": results,
+            "verdict": summary.outcome.get("verdict", results.get("verdict")),
+            "status": results.get("status") or "unfinished",
+            "secant_n_per_m": fit.get("secant_n_per_m") if isinstance(fit, dict) else None,
+            "simulated": "true" in (began.get("simulated"), began.get("dry_run")),
+            "tags": ", ".join(began.get("tags", "").split("\n")),
+            "path": str(summary.path),
+        }
     )
-
-
-def _mapping(value: object) -> Mapping[str, Any]:
-    return value if isinstance(value, dict) else {}
-
-
-def _number(value: object) -> float:
-    return float(value) if isinstance(value, (int, float)) else math.nan

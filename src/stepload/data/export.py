@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from stepload.data.run import STREAMS, Run
 from stepload.data.table import PHASE, Table
 from stepload.errors import BadInputError, printable
 from stepload.record.rows import Phase
+from stepload.results.rows import Row
 
 EXCEL_ROWS = 1_048_575
 """Largest number of rows below the header in an Excel sheet."""
@@ -105,12 +105,12 @@ def _whole(path: Path) -> Iterator[Path]:
         raise
 
 
-def _of_objects(objects: tuple[Any, ...], time: str) -> Table:
+def _of_objects(objects: Sequence[Row], time: str) -> Table:
     if not objects:
         return Table({time: np.empty(0)}, time)
-    first = asdict(objects[0])
+    names = type(objects[0]).model_fields
     return Table(
-        {name: np.array([getattr(each, name) for each in objects]) for name in first}, time
+        {name: np.array([getattr(each, name) for each in objects]) for name in names}, time
     )
 
 

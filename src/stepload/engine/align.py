@@ -10,9 +10,9 @@ import math
 
 from stepload.contact.plane import CIRCLE, Tilt, circle, tilt_of
 from stepload.engine.approach import Approach
-from stepload.engine.course import Course
 from stepload.engine.phases import Exit, May, Steps, phase
 from stepload.engine.retract import REST_S, not_open
+from stepload.engine.run_state import RunState
 from stepload.envelope.aligning import HUMP_SIGMAS, SURE, Aligning
 from stepload.record.rows import Phase
 
@@ -35,7 +35,7 @@ class Alignment:
         aligning: radius, limits and speeds.
     """
 
-    def __init__(self, course: Course, approach: Approach, aligning: Aligning) -> None:
+    def __init__(self, course: RunState, approach: Approach, aligning: Aligning) -> None:
         self._course, self._approach, self._aligning = course, approach, aligning
         self._shifting = Shifting(course, aligning)
         self._points = (CENTRE, *circle(aligning.radius_m))
@@ -98,7 +98,7 @@ class Shifting:
         aligning: clearance, speed, acceleration and force limit.
     """
 
-    def __init__(self, course: Course, aligning: Aligning) -> None:
+    def __init__(self, course: RunState, aligning: Aligning) -> None:
         self._course, self._aligning = course, aligning
         self._speed_m_s = 0.0
         self._along: Place | None = None

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from stepload.engine.course import Course
+from stepload.engine.controller import Lead
+from stepload.engine.force_state import RingTest, TouchTest
 from stepload.engine.phases import Exit, May, Steps, phase
 from stepload.engine.retract import REST_S, not_open
-from stepload.engine.settle import RingTest
-from stepload.engine.touch import TouchTest
-from stepload.engine.tracking import Lead
+from stepload.engine.run_state import RunState
 from stepload.engine.zeroing import Zeroing
 from stepload.envelope.schedule import SLOW_SHARE, WORTH, touch_gap_m
 from stepload.record.outcome import Touch
@@ -33,7 +32,7 @@ class Approach:
         zeroing: proves free air and takes the zero anew, where it has moved on the way.
     """
 
-    def __init__(self, course: Course, zeroing: Zeroing) -> None:
+    def __init__(self, course: RunState, zeroing: Zeroing) -> None:
         self._course = course
         self._zeroing = zeroing
         self._zeroed = False

@@ -3,22 +3,125 @@
 λ = 0.25/T with the loop delay T keeps the loop free of overshoot as long as c is not above the true
 tangent compliance; c is a lower confidence bound of it. F_level rises along a ramp of the plan's
 load rate, so that what is measured on the way is close to static. With one force channel a travel
-limit bounds the target by what the force has *proved* so far (`engine.anchor`); with two the other
-channel stops the run. Nor may the target run so far ahead of an arm that does not follow that a
-sudden catch-up would bring the true force above F_c.
+limit bounds the target by what the force has *proved* so far (`engine.travel_limit`); with two the
+other channel stops the run. Nor may the target run so far ahead of an arm that does not follow that
+a sudden catch-up would bring the true force above F_c.
 """
 
 from __future__ import annotations
 
 import math
 
-from stepload.engine.anchor import Anchor
-from stepload.engine.compliance import TangentCompliance
-from stepload.engine.tracking import Lead
+from stepload.engine.travel_limit import TravelLimit
 from stepload.envelope.command_backlog import sudden_step
 from stepload.envelope.limits import RunLimits
 from stepload.envelope.load_times import LOOK_AHEAD, STIFFENING
 from stepload.envelope.pressing import LONGEST_STALL_S
+
+LEAD_FILTER_S = 0.5
+"""Time constant of how far the target leads the position of an arm that follows."""
+
+
+class Lead:
+    """How far the target leads the measured position: servo lag, lost motion, kinematic error.
+
+    A command link may stall, and deliver at once what it held back: the arm then catches up faster
+    than was commanded. So the target does not lead an arm that stands still by more than is allowed
+    for such a step. The lead is not updated while the arm does not follow.
+    """
+
+    def __init__(self, period_s: float) -> None:
+        self._share = min(1.0, period_s / LEAD_FILTER_S)
+        self._lead_m = 0.0
+
+    def begin(self, lead_m: float) -> None:
+        """Use this lead as that of an arm that follows."""
+        self._lead_m = lead_m
+
+    def excess(self, target_m: float, position_m: float, allowed_m: float) -> float:
+        """By how much the target is more than `allowed_m` ahead; 0.0 while it is not."""
+        ahead_m = target_m - position_m - self._lead_m
+        if ahead_m > allowed_m:
+            return ahead_m - allowed_m
+        self._lead_m += self._share * ahead_m
+        return 0.0
+
+
+CONFIDENCE = 3.0
+FORGET_SHARE = 0.2
+"""Data are forgotten over the travel in which the force changes by this share of itself."""
+POINTS_PER_MEMORY = 20.0
+LEAST_MEMORY_QUANTA = 8.0
+
+
+class TangentCompliance:
+    """Lower confidence bound of the tangent compliance dx/dF, from force and position in motion.
+
+    Recursive regression of force on position (the position is the quieter of the two, so noise does
+    not pull the slope down), forgotten by travel. Readings are averaged until the arm has moved by
+    a small share of the memory, so that time spent at rest carries no weight. `c_m_per_n` is never
+    below 1/K_s: the arm cannot feel stiffer than itself.
+    """
+
+    def __init__(self, stiffness_n_per_m: float, noise_n: float, resolution_m: float) -> None:
+        self._floor = 1.0 / stiffness_n_per_m
+        self._noise_n = noise_n
+        self._quantum_m = resolution_m
+        self._least_bin_m = 0.5 * resolution_m
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget everything: a new contact, or a change of direction."""
+        self.c_m_per_n = self._floor
+        self._remember(0.0)
+        self._bin_start_m = math.nan
+        self._bin_f = self._bin_x = 0.0
+        self._bin_n = 0
+        self._w = self._mx = self._mf = self._sxx = self._sxf = self._sff = 0.0
+        self._x_last = 0.0
+
+    def add(self, position_m: float, force_n: float) -> None:
+        """Take one pair in; force and position must be of the same moment."""
+        self._bin_f += force_n
+        self._bin_x += position_m
+        self._bin_n = n = self._bin_n + 1
+        moved_m = position_m - self._bin_start_m
+        if moved_m != moved_m:
+            self._bin_start_m = position_m
+            return
+        bin_m = self._memory_m / POINTS_PER_MEMORY
+        if -bin_m < moved_m < bin_m or -self._least_bin_m < moved_m < self._least_bin_m:
+            return
+        self._push(self._bin_x / n, self._bin_f / n, n)
+        self._bin_start_m = position_m
+        self._bin_f = self._bin_x = 0.0
+        self._bin_n = 0
+
+    def _push(self, x: float, f: float, averaged: int) -> None:
+        keep = max(0.2, 1.0 - abs(x - self._x_last) / self._memory_m) if self._w else 0.0
+        self._x_last = x
+        self._w = w = keep * self._w + 1.0
+        dx, df = x - self._mx, f - self._mf
+        self._mx += dx / w
+        self._mf += df / w
+        rest = 1.0 - 1.0 / w
+        self._sxx = sxx = keep * self._sxx + rest * dx * dx
+        self._sxf = sxf = keep * self._sxf + rest * dx * df
+        self._sff = sff = keep * self._sff + rest * df * df
+        if w < 2.5 or sxx <= 0.0:
+            return
+        slope = sxf / sxx
+        scatter = max(sff - slope * sxf, 0.0) / (w - 2.0)
+        noise = self._noise_n * self._noise_n / averaged
+        quantum = slope * self._quantum_m
+        variance = max(scatter, noise + quantum * quantum / (12.0 * averaged)) / sxx
+        stiffest = max(slope, 0.0) + CONFIDENCE * math.sqrt(variance)
+        self.c_m_per_n = max(self._floor, 1.0 / stiffest)
+        self._remember(f)
+
+    def _remember(self, force_n: float) -> None:
+        travel_m = self.c_m_per_n * max(FORGET_SHARE * abs(force_n), 12.0 * self._noise_n)
+        self._memory_m = max(travel_m, LEAST_MEMORY_QUANTA * self._quantum_m)
 
 
 class StepController:
@@ -34,8 +137,8 @@ class StepController:
         self._compliance = TangentCompliance(
             limits.stiffness_n_per_m, limits.noise_n, limits.position_resolution_m
         )
-        self._anchor = Anchor(limits)
-        self._change_n = max(self._anchor.rise_n, 0.5 * limits.band_n)
+        self._travel = TravelLimit(limits)
+        self._change_n = max(self._travel.rise_n, 0.5 * limits.band_n)
         self._band_n = limits.band_n
         self._delay = [0.0] * (
             1 + round((limits.force_delay_s + limits.period_s) / limits.period_s)
@@ -74,7 +177,7 @@ class StepController:
         proved_n = rested_n if rested_n == rested_n else force_n
         if target_m != target_m:
             target_m = position_m
-        self._anchor.begin(target_m, proved_n, same=given_up)
+        self._travel.begin(target_m, proved_n, same=given_up)
         self._started = False
         self._delay = [position_m] * len(self._delay)
         self._targets_m = [target_m] * len(self._targets_m)
@@ -115,7 +218,7 @@ class StepController:
             if sign > 0.0:
                 payload *= (present_n / (present_n + LOOK_AHEAD * error_n)) ** STIFFENING
             c += payload
-        elif sign * (self._anchor.mean_n - self._start_n) > self._change_n:
+        elif sign * (self._travel.mean_n - self._start_n) > self._change_n:
             self._trusted = True
         self.c_m_per_n = c
 
@@ -148,16 +251,16 @@ class StepController:
         targets_m[at] = target_m
         at += 1
         self._targets_at = at if at < len(targets_m) else 0
-        anchor = self._anchor
-        anchor.add(force_n)
+        travel = self._travel
+        travel.add(force_n)
         if sign > 0.0:
             if not self._started:
                 self._started = True
                 self._lead.begin(target_m - position_m)
-            end_m = anchor.end_m() if self._leash else math.inf
+            end_m = travel.end_m() if self._leash else math.inf
             if target > end_m:
                 if seen_m == target_m:
-                    anchor.add_at_end(seen_m, force_n)
+                    travel.add_at_end(seen_m, force_n)
                 target = end_m if end_m > target_m else target_m
                 speed = (target - target_m) / step_s
             excess_m = self._lead.excess(target, position_m, ahead_m)

@@ -1,6 +1,6 @@
 """Rule R6: the arm presses on, and the force does not respond as the softest payload would.
 
-Independent of the step controller's travel limit (`engine.anchor`), with its own filters.
+Independent of the step controller's travel limit (`engine.travel_limit`), with its own filters.
 """
 
 from __future__ import annotations
@@ -57,13 +57,19 @@ class ForceResponseWatch:
 
     def rest(self, target_m: float, smooth_n: float, phase: int) -> None:
         """Update in a tick outside a load step; the force of a hold and a dwell is averaged."""
-        then_m = self._delayed(target_m)
-        self._dwelt = self._dwelt + 1 if phase == _DWELL else 0
+        targets_m = self._targets_m
+        then_m = targets_m[0]
+        targets_m.append(target_m)
+        if then_m != then_m:
+            then_m = target_m
         weight = self._alpha if phase == _HOLD and self._pressed else 1.0
-        if self._dwelt:
+        if phase == _DWELL:
+            self._dwelt += 1
             weight /= self._dwelt
-        self._mean_n += weight * (smooth_n - self._mean_n)
-        self.answer_n = self._risen_n = self._mean_n
+        else:
+            self._dwelt = 0
+        mean_n = self._mean_n
+        self._mean_n = self.answer_n = self._risen_n = mean_n + weight * (smooth_n - mean_n)
         self._answer_m = self._risen_m = self._mean_m = then_m
         self._taut_s = 0.0
         self._pressed = phase in (_LOAD, _HOLD)
@@ -71,7 +77,11 @@ class ForceResponseWatch:
     def load(self, target_m: float, smooth_n: float) -> Breach | None:
         """Judge a tick of a load step."""
         limits = self._limits
-        then_m = self._delayed(target_m)
+        targets_m = self._targets_m
+        then_m = targets_m[0]
+        targets_m.append(target_m)
+        if then_m != then_m:
+            then_m = target_m
         self._pressed = True
         self._mean_n = mean_n = self._mean_n + self._alpha * (smooth_n - self._mean_n)
         self._mean_m = mean_m = self._mean_m + self._alpha * (then_m - self._mean_m)
@@ -94,9 +104,3 @@ class ForceResponseWatch:
             f"{travel_m * 1e6:.1f} um of travel without the rise in force that the softest payload"
             " stated would give",
         )  # fmt: skip
-
-    def _delayed(self, target_m: float) -> float:
-        """The target of `reaction_s` ago; take in the newest."""
-        then_m = self._targets_m[0]
-        self._targets_m.append(target_m)
-        return then_m if then_m == then_m else target_m

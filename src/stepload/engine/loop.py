@@ -7,12 +7,10 @@ import threading
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext, suppress
 
-from stepload.engine.cadence import Cadence
-from stepload.engine.device_faults import DeviceFaults
-from stepload.engine.hang import LOOK_S, LOOKS, LoopHungError, hang_watch
+from stepload.engine.cadence import Cadence, DeviceFaults
 from stepload.engine.interfaces import RecordSink, RigDevices
 from stepload.engine.notices import EventLog, Say, nothing
-from stepload.engine.realtime import realtime_conditions
+from stepload.engine.realtime import LOOK_S, LOOKS, LoopHungError, hang_watch, realtime_conditions
 from stepload.engine.safe_end import make_rig_safe
 from stepload.engine.safing import Action, make_safe, stop_notice, why_it_stopped
 from stepload.engine.tick import Engine

@@ -80,16 +80,8 @@ class MotionWatch:
             self.model_m = self._still_model_m = self._still_m = position_m
             self._delayed.extend([position_m] * (self._delayed.maxlen or 1))
             return None
-        self._follow(step_s, target_m, last_m)
-        away = self._judge_place(position_m)
-        if phase in SEARCHING:
-            return away or self._judge_search(now_s, position_m)
-        self._progress_s = math.nan
-        return away
-
-    def _follow(self, step_s: float, target_m: float, last_m: float) -> None:
-        """Update the speeds of the target and the model of the arm."""
-        period_s = self._limits.period_s
+        limits = self._limits
+        period_s = limits.period_s
         self.speed_m_s = speed = (target_m - last_m) / (step_s if step_s > period_s else period_s)
         recent = self.recent_m_s * self._speed_decay
         if speed > recent:
@@ -97,40 +89,48 @@ class MotionWatch:
         elif -speed > recent:
             recent = -speed
         self.recent_m_s = recent
-        self.steps = steps = 1 if step_s < 1.5 * period_s else min(round(step_s / period_s), 1000)
-        delayed, model_m = self._delayed, self.model_m
-        for _ in range(steps):
-            model_m += self._model_alpha * (delayed[0] - model_m)
-            delayed.append(target_m)
-        self.model_m = model_m
-
-    def _judge_place(self, position_m: float) -> Breach | None:
-        """R7: the arm is not where its commands put it, or does not move as far as they say."""
-        limits, model_m, recent = self._limits, self.model_m, self.recent_m_s
-        error_m = position_m - model_m
+        delayed, alpha, model_m, steps = self._delayed, self._model_alpha, self.model_m, 1
+        if not step_s < 1.5 * period_s:
+            steps = min(round(step_s / period_s), 1000)
+            for _ in range(steps - 1):
+                model_m += alpha * (delayed[0] - model_m)
+                delayed.append(target_m)
+        self.model_m = model_m = model_m + alpha * (delayed[0] - model_m)
+        delayed.append(target_m)
+        self.steps = steps
+        # R7: the arm is not where its commands put it, or does not move as far as they say.
+        error_m, moved_m = position_m - model_m, model_m - self._still_model_m
         blur_m = limits.model_lag_s * recent
-        tolerance_m = limits.model_tolerance_m + blur_m
+        tolerance_m, span_m = limits.model_tolerance_m + blur_m, limits.still_m + blur_m
+        away = None
         if not -tolerance_m <= error_m <= tolerance_m:
-            return self._found(
+            away = self._found(
                 "R7", error_m, tolerance_m, "m",
                 f"the arm is {error_m * 1e6:+.1f} um away from where its commands should put it",
             )  # fmt: skip
-        moved_m = model_m - self._still_model_m
-        span_m = limits.still_m + blur_m
-        self._rest = rest = 0 if self.speed_m_s else self._rest + self.steps
-        if rest >= self._rest_steps and self._still_blur_m > limits.still_m:
-            # A reference taken in fast motion is replaced at rest: the arm lagged behind then.
-            self._still_model_m, self._still_m, self._still_blur_m = model_m, position_m, 0.0
-        elif not -span_m <= moved_m <= span_m:
-            seen_m = position_m - self._still_m
-            self._still_model_m, self._still_m, self._still_blur_m = model_m, position_m, blur_m
-            if not seen_m / moved_m >= STILL_SHARE:
-                return self._found(
-                    "R7", seen_m, STILL_SHARE * moved_m, "m",
-                    f"the arm was told to move by {moved_m * 1e6:+.1f} um and moved by"
-                    f" {seen_m * 1e6:+.1f} um: its position is frozen, or it does not follow",
-                )  # fmt: skip
-        return None
+        else:
+            self._rest = rest = 0 if speed else self._rest + steps
+            if rest >= self._rest_steps and self._still_blur_m > limits.still_m:
+                # A reference of fast motion is replaced at rest: the arm lagged behind then.
+                self._still_model_m, self._still_m, self._still_blur_m = model_m, position_m, 0.0
+            elif not -span_m <= moved_m <= span_m:
+                away = self._judge_still(moved_m, position_m, blur_m)
+        if phase in SEARCHING:
+            return away or self._judge_search(now_s, position_m)
+        self._progress_s = math.nan
+        return away
+
+    def _judge_still(self, moved_m: float, position_m: float, blur_m: float) -> Breach | None:
+        """R7 where the commands have moved the arm by `moved_m`; a new reference is taken."""
+        seen_m = position_m - self._still_m
+        self._still_model_m, self._still_m, self._still_blur_m = self.model_m, position_m, blur_m
+        if seen_m / moved_m >= STILL_SHARE:
+            return None
+        return self._found(
+            "R7", seen_m, STILL_SHARE * moved_m, "m",
+            f"the arm was told to move by {moved_m * 1e6:+.1f} um and moved by"
+            f" {seen_m * 1e6:+.1f} um: its position is frozen, or it does not follow",
+        )  # fmt: skip
 
     def _judge_search(self, now_s: float, position_m: float) -> Breach | None:
         """R8, and R7 where an approach makes no progress."""

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import math
 
-from stepload.engine.course import Course
 from stepload.engine.phases import May, Steps, phase
+from stepload.engine.run_state import RunState
 from stepload.envelope.aligning import NullingLaw
 from stepload.record.rows import Phase
 
@@ -54,7 +54,7 @@ class Nulling:
         law: gains and limits; None where the plan asks for no nulling.
     """
 
-    def __init__(self, course: Course, law: NullingLaw | None) -> None:
+    def __init__(self, course: RunState, law: NullingLaw | None) -> None:
         self._course = course
         self._law = law
 

@@ -28,7 +28,7 @@ class Exit(StrEnum):
     END = "end"
     """The operator ends the run, and the contact is open."""
     FAIL = "fail"
-    """The run cannot go on: `Course.failure` says why, and safing follows."""
+    """The run cannot go on: `RunState.failure` says why, and safing follows."""
 
 
 class May(StrEnum):

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from stepload.engine.course import Course
 from stepload.engine.phases import Exit, May, Steps, phase
+from stepload.engine.run_state import RunState
 from stepload.record.rows import Phase
 
 REST_S = 0.2
 
 
-def not_open(course: Course, limit_n: float) -> Exit:
+def not_open(course: RunState, limit_n: float) -> Exit:
     """End the run because force is left where there should be none."""
     left_n, second_n = course.sup.smooth_n, course.sup.second_n
     drifted = ""
@@ -34,7 +34,7 @@ def not_open(course: Course, limit_n: float) -> Exit:
 
 
 @phase(Phase.RETRACT, "after contact", May.BACK, Exit.FAIL)
-def retract(course: Course) -> Steps:
+def retract(course: RunState) -> Steps:
     """Open the contact, rest, and check that the force is gone."""
     course.level_n = 0.0
     course.enter(Phase.RETRACT)

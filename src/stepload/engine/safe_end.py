@@ -11,12 +11,11 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from stepload.engine.force_left import ForceLeft
 from stepload.engine.interfaces import RigDevices, by_role
 from stepload.engine.notices import Say, nothing
 from stepload.engine.safing import Action, make_safe
 from stepload.engine.tick import Engine
-from stepload.engine.unload import Way, unload
+from stepload.engine.unload import ForceLeft, Way, unload
 from stepload.errors import in_words
 from stepload.record.outcome import ActionResult
 from stepload.rig.device import Arm, Device

@@ -6,11 +6,11 @@ import math
 from collections.abc import Callable
 
 from stepload.engine.controller import StepController
-from stepload.engine.course import Course
+from stepload.engine.force_state import SettleTest
 from stepload.engine.nulling import Nulling
 from stepload.engine.phases import Exit, May, Steps, phase
 from stepload.engine.retract import not_open
-from stepload.engine.settle import SettleTest
+from stepload.engine.run_state import RunState
 from stepload.envelope.aligning import NullingLaw
 from stepload.envelope.bounds import step_patience_s
 from stepload.envelope.limits import RunLimits
@@ -35,7 +35,7 @@ class LoadSteps:
     """
 
     def __init__(
-        self, course: Course, controller: Control, nulling: NullingLaw | None = None
+        self, course: RunState, controller: Control, nulling: NullingLaw | None = None
     ) -> None:
         self._course = course
         self._control = controller

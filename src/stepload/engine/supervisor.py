@@ -1,18 +1,8 @@
-"""Says stop, and nothing else: rules R1–R14 and the in-contact speed cap.
+"""Says stop, and nothing else, by the rules of `stepload.engine.rules`.
 
 A function of its own state, the samples and the limits; it reads no clock and touches no device, so
 the same code judges a dry run, hardware and a recording. It is asked at arming, in every tick, and
 when data are missing. The first cause is latched.
-
-R1  force above the limit                      R6  travel without an answer in force
-R2  predicted peak force above the limit       R7  position away from the model of the arm
-R3  no new sample in time                      R8  end of the search distance
-R4  sample not finite, frozen, out of range    R9  force jump without motion
-    or flagged by the device                   R10 sequence or device clock out of order
-R5  the two force channels disagree                or stamps of the future
-R11 force grows the wrong way in an approach   R12 dragged across the pressing axis
-R13 a component of the wrench near its rating  R14 touched beside the pressing axis
-CAP faster than a hidden hard stop would allow
 
 R1 and R2 judge both force channels, and the magnitude of each: a sensor with the wrong sign must
 stop a run too.
@@ -23,13 +13,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from stepload.engine.cross_check import CrossCheck
-from stepload.engine.force_filter import ForceFilter
+from stepload.engine.cross_check import CrossCheck, SecondFilter, filter_times
 from stepload.engine.force_response import ForceResponseWatch
 from stepload.engine.motion import SEARCHING, MotionWatch
-from stepload.engine.overload import OverloadWatch
 from stepload.engine.watch import ArmWatch, Breach, ForceWatch, Found
-from stepload.engine.wrench import WrenchRules
+from stepload.engine.wrench import OverloadWatch, WrenchRules
 from stepload.envelope.lateral import arm_error_n
 from stepload.envelope.limits import RunLimits
 from stepload.record.outcome import Cause
@@ -104,9 +92,9 @@ class Supervisor:
         sensors = (self.overload, self.force), (self.second_overload, self.second)
         self._rated = [(rule, sensor) for rule, sensor in sensors if sensor and rule.stated]
         period_s = limits.period_s
-        self._filter = ForceFilter(period_s, limits.reaction_s, limits.noise_n)
-        self._second_filter = ForceFilter(period_s, limits.second_late_s, limits.second_noise_n)
-        self.smooth_tau_s, self.smooth_alpha = self._filter.tau_s, self._filter.alpha
+        times_s = filter_times(period_s, limits.reaction_s)
+        self.smooth_tau_s, self.smooth_alpha, self._span_s = times_s
+        self._second_filter = SecondFilter(period_s, limits.second_late_s, limits.second_noise_n)
         self.tared = self._sound = False
         self._wrong_way = self._second_wrong_way = 0
         noises_n = limits.noise_n, limits.second_noise_n
@@ -115,7 +103,7 @@ class Supervisor:
         self._cross_s = self._last_n = 0.0
         self._now_s = self._zeroed_s = 0.0
         self.zero_n = self.second_zero_n = 0.0
-        self.force_n = self.smooth_n = self.slope_n_per_s = 0.0
+        self.force_n = self.smooth_n = self._slow_n = self.slope_n_per_s = 0.0
         self.second_n = math.nan
         self.predicted_n = self.second_predicted_n = self.arm_across_n = 0.0
         self.cause: Cause | None = None
@@ -130,7 +118,8 @@ class Supervisor:
         self.wrench.adopt(limits)
         self.arm_wrench.adopt(limits)
         slope_noise_n = 1.5 * noise_n * math.sqrt(self.smooth_alpha)
-        self._slope_noise_n_per_s = slope_noise_n / self._filter.span_s
+        self._slope_noise_n_per_s = slope_noise_n / self._span_s
+        self._across_limit_n = max(limits.touch_force_n, ACROSS_SIGMAS * noise_n)
         self._second_filter.expect(limits.second_noise_n)
         self.force.identical_counts = limits.identical_counts
 
@@ -182,8 +171,7 @@ class Supervisor:
         if self.second is not None:
             self.second.tare()
         self.arm.side.tare()
-        self.smooth_n = self._last_n = self.force.raw_n - zero_n
-        self._filter.restart(self.smooth_n)
+        self.smooth_n = self._slow_n = self._last_n = self.force.raw_n - zero_n
         self._second_filter.restart(self.second_raw_n - second_zero_n)
         self._cross.restart()
         self._cross_s = 0.0
@@ -232,19 +220,20 @@ class Supervisor:
 
     def _judge_force(self, target_m: float, compliance_m_per_n: float, phase: int) -> Breach | None:
         """R1, R2, R5, R6, R9, R11, R12, R14 and the speed cap; keeps the filtered force."""
-        limits, motion, follow = self._limits, self.motion, self._filter
+        limits, motion, alpha = self._limits, self.motion, self.smooth_alpha
         limit_n, noise_n = limits.force_limit_n, limits.noise_n
         jump_n, force_n = 0.0, self.force_n
         if self.force.fresh:
             self.force_n = force_n = self.force.raw_n - self.zero_n
             jump_n = force_n - self._last_n
             self._last_n = force_n
-        follow.add(force_n)
-        self.smooth_n, self.slope_n_per_s = smooth_n, slope = follow.smooth_n, follow.slope_n_per_s
+        self.smooth_n = smooth_n = self.smooth_n + alpha * (force_n - self.smooth_n)
+        self._slow_n = slow_n = self._slow_n + alpha * (smooth_n - self._slow_n)
+        self.slope_n_per_s = slope = (smooth_n - slow_n) / self._span_s
         breach = None
 
         rise = slope - self._slope_noise_n_per_s
-        speed, recent, steps = motion.speed_m_s, motion.recent_m_s, motion.steps
+        speed = motion.speed_m_s
         peak_n = smooth_n + 4.0 * noise_n
         if phase == _LOAD and speed > 0.0:
             stiffness = limits.stiffness_n_per_m
@@ -270,16 +259,8 @@ class Supervisor:
                 f" before the arm can give way{_below_zero(force_n)}",
             )  # fmt: skip
 
-        jump_limit_n = (limits.jump_n + limits.contact_n_s_per_m * recent) * steps
-        fall_limit_n = jump_limit_n
-        if not limits.cross_check and phase in PRESSED and speed >= 0.0:
-            ring_n = limits.ring_n_s_per_m * recent
-            fall_limit_n = min(jump_limit_n, (limits.jump_n + ring_n) * steps)
-        if not -fall_limit_n <= jump_n <= jump_limit_n:
-            breach = breach or self._found(
-                "R9", jump_n, jump_limit_n if jump_n > 0.0 else fall_limit_n, "N",
-                f"force jumped by {jump_n:+.4g} N without a motion that explains it",
-            )  # fmt: skip
+        if not -limits.jump_n <= jump_n <= limits.jump_n:
+            breach = breach or self._judge_jump(jump_n, phase)
         if limits.cross_check:
             second = self._judge_second()
             breach = self._judge_cross_check(force_n, smooth_n) or breach or second
@@ -291,14 +272,26 @@ class Supervisor:
             self.answers.rest(target_m, smooth_n, phase)
         return breach
 
+    def _judge_jump(self, jump_n: float, phase: int) -> Breach | None:
+        """R9 for a jump beyond the limit at rest; while the arm moves it is larger."""
+        limits, recent, steps = self._limits, self.motion.recent_m_s, self.motion.steps
+        rise_n = fall_n = (limits.jump_n + limits.contact_n_s_per_m * recent) * steps
+        if not limits.cross_check and phase in PRESSED and self.motion.speed_m_s >= 0.0:
+            fall_n = min(rise_n, (limits.jump_n + limits.ring_n_s_per_m * recent) * steps)
+        if -fall_n <= jump_n <= rise_n:
+            return None
+        return self._found(
+            "R9", jump_n, rise_n if jump_n > 0.0 else fall_n, "N",
+            f"force jumped by {jump_n:+.4g} N without a motion that explains it",
+        )  # fmt: skip
+
     def _judge_second(self) -> Breach | None:
         """R1 and R2 for the second channel: stops a main one that reads too little."""
         limits, follow = self._limits, self._second_filter
         limit_n = limits.second_limit_n
         raw_n = self.arm.force_n if self.second is None else self.second.raw_n
         self.second_n = second_n = raw_n - self.second_zero_n
-        follow.add(second_n)
-        self.second_predicted_n = peak_n = follow.peak_n()
+        self.second_predicted_n = peak_n = follow.peak_n(second_n)
         if not peak_n > limit_n:
             return None
         if abs(follow.smooth_n) > limit_n:
@@ -399,11 +392,11 @@ class Supervisor:
         """
         limits = self._limits
         limit_n, across_n = limits.touch_force_n, self.force.smooth_across_n
-        across_limit_n = max(limit_n, ACROSS_SIGMAS * limits.noise_n)
-        if limits.cross_check:
+        across_limit_n, pulls = self._across_limit_n, force_n < -limit_n
+        if pulls and limits.cross_check:
             drifted_n = limits.drift_n_per_s * (self._now_s - self._zeroed_s)
             limit_n += min(drifted_n, limits.zero_shift_n)
-        pulls = force_n < -limit_n
+            pulls = force_n < -limit_n
         across = across_n > across_limit_n and across_n > 2.0 * abs(force_n)
         if self.force.fresh:
             self._wrong_way = self._wrong_way + 1 if pulls or across else 0

@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from stepload.engine.controller import StepController
-from stepload.engine.course import Course
 from stepload.engine.notices import Say, nothing
 from stepload.engine.operator import Operator, StopLevel
-from stepload.engine.order import RunOrder
+from stepload.engine.run_state import RunState
+from stepload.engine.sequence import RunSequence
 from stepload.engine.steps import Control
 from stepload.engine.supervisor import Supervisor
 from stepload.engine.watch import Breach, Found
@@ -75,10 +75,10 @@ class Engine:
         self.operator = operator
         self.events: list[tuple[float, str, dict[str, object]]] = []
         self.supervisor = Supervisor(limits, rig.force.axis, second_axis, found)
-        self.course = Course(
+        self.course = RunState(
             plan.procedure, limits, self.supervisor, operator, self._emit, start_cycle
         )
-        self.steps = RunOrder(
+        self.steps = RunSequence(
             self.course, self._adopt, start_level, controller, envelope.until,
             lambda words: self.on_word(words), envelope.aligning, envelope.nulling,
         ).steps  # fmt: skip

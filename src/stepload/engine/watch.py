@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from math import hypot
+from typing import NamedTuple
 
-from stepload.engine.arm_side import ArmSide
 from stepload.rig.samples import ArmSample, ForceSample, SixFloats
 
 AXES = {"fx": 0, "fy": 1, "fz": 2}
@@ -70,50 +69,38 @@ class _StreamWatch:
         self.receive_s = self._offset_s = float("nan")
         self.fresh = False
 
-    def take(self, samples: Sequence[Any], now_s: float) -> Breach | None:
-        """Process new samples; returns the first breach of a rule, or None."""
-        if not samples:
-            return self._missing(now_s)
-        self._empty = 0
-        self.fresh = True
-        breach, last = None, self._sequence
-        for newest in samples:
-            if (sequence := newest.sequence) <= last:
-                breach = breach or self.found(
-                    "R10", float(sequence), float(last), "",
-                    f"{self.name}: sample {sequence} came after sample {last}",
-                )  # fmt: skip
-            last = sequence
-        self._sequence = last
-        judged = self._judge(samples)
-        breach = breach or judged
-        self.receive_s = receive_s = newest.receive_time_s
+    def _timed(
+        self, device_s: float, receive_s: float, now_s: float, breach: Breach | None
+    ) -> Breach | None:
+        """R10 for the times of the newest sample, where no earlier rule is broken."""
+        self.receive_s = receive_s
         if receive_s - now_s > AHEAD_S:
             breach = breach or self.found(
                 "R10", receive_s - now_s, AHEAD_S, "s",
                 f"{self.name}: a sample is stamped {(receive_s - now_s) * 1e3:.3g} ms later than"
                 " now: its age cannot be known",
             )  # fmt: skip
-        offset_s = receive_s - newest.device_time_s
-        away_s = offset_s - self._offset_s
-        if -self._clock_s < away_s < self._clock_s:
+        away_s, clock_s = receive_s - device_s - self._offset_s, self._clock_s
+        if -clock_s < away_s < clock_s:
             self._offset_s += CLOCK_TRACKING * away_s
             self._late = 0
             return breach
         if away_s != away_s:  # no device clock, or the first sample
-            self._offset_s = offset_s
+            self._offset_s = receive_s - device_s
             return breach
         self._late += 1
         if self._late >= LATE_CLOCK_TICKS:
             breach = breach or self.found(
-                "R10", away_s, self._clock_s, "s",
+                "R10", away_s, clock_s, "s",
                 f"{self.name}: device time is {away_s * 1e3:+.1f} ms away from host time",
             )  # fmt: skip
         return breach
 
-    def _judge(self, samples: Sequence[Any]) -> Breach | None:
-        """Process the values; returns the breach of R4 by the first unusable one, or None."""
-        raise NotImplementedError
+    def _disorder(self, sequence: int, last: int) -> Breach | None:
+        return self.found(
+            "R10", float(sequence), float(last), "",
+            f"{self.name}: sample {sequence} came after sample {last}",
+        )  # fmt: skip
 
     def _missing(self, now_s: float) -> Breach | None:
         self.fresh = False
@@ -197,7 +184,7 @@ class ForceWatch(_StreamWatch):
         across_i, across_j = self._smooth_i - zero[i], self._smooth_j - zero[j]
         torque_i, torque_j = self._torque_i - zero[3 + i], self._torque_j - zero[3 + j]
         return min(
-            math.hypot(torque_i + side * across_j, torque_j - side * across_i)
+            hypot(torque_i + side * across_j, torque_j - side * across_i)
             for side in (lever_m, -lever_m)
         )
 
@@ -215,8 +202,11 @@ class ForceWatch(_StreamWatch):
             zero[i], zero[j] = self._smooth_i, self._smooth_j
             zero[3 + i], zero[3 + j] = self._torque_i, self._torque_j
             self._zero = tuple(zero)
-        if self.wrench:
-            self._take_off_zero(self._i, self._j)
+        if wrench := self.wrench:
+            zero_i, zero_j = self._zero[self._i], self._zero[self._j]
+            self.across_n = hypot(wrench[self._i] - zero_i, wrench[self._j] - zero_j)
+            if self._smooth_i == self._smooth_i:
+                self.smooth_across_n = hypot(self._smooth_i - zero_i, self._smooth_j - zero_j)
 
     @property
     def axis(self) -> tuple[int, float]:
@@ -227,20 +217,34 @@ class ForceWatch(_StreamWatch):
         """Force along the pressing axis, not tared."""
         return self._sign * sample.wrench[self._index]
 
-    def _judge(self, samples: Sequence[ForceSample]) -> Breach | None:
-        breach, index, sign, scale_n = None, self._index, self._sign, self._full_scale_n
+    def take(self, samples: Sequence[ForceSample], now_s: float) -> Breach | None:
+        """Process new samples; returns the first breach of a rule, or None."""
+        if not samples:
+            return self._missing(now_s)
+        self._empty = 0
+        self.fresh = True
+        disorder = breach = None
+        last, held, scale_n = self._sequence, self.wrench, self._full_scale_n
+        index, sign, i, j = self._index, self._sign, self._i, self._j
         for sample in samples:
-            wrench = sample.wrench
+            sequence, device_s, receive_s, status, wrench, _ = sample
+            if sequence <= last:
+                disorder = disorder or self._disorder(sequence, last)
+            last = sequence
             raw_n = sign * wrench[index]
-            if wrench == self.wrench:
+            if wrench == held:
                 self.same += 1
                 if self.same >= self.identical_counts > 0:
                     breach = breach or self._frozen(self.name, self.same + 1, self.identical_counts)
             else:
-                breach = breach or self._judge_across(wrench, self.wrench)
+                if breach is None:
+                    if self._lives_across is not None and wrench[i] != held[i]:
+                        self._same_across = 0
+                    else:
+                        breach = self._judge_across(wrench, held)
                 self.same = 0
-                self.wrench = wrench
-            if status := sample.status:
+                self.wrench = held = wrench
+            if status:
                 breach = breach or self.found(
                     "R4", float(status), 0.0, "",
                     f"{self.name}: the device flags its sample (status {status})",
@@ -254,18 +258,30 @@ class ForceWatch(_StreamWatch):
                     f"{self.name}: {raw_n:.4g} N, or a force across it, is not finite or beyond"
                     " full scale",
                 )  # fmt: skip
-        i, j = self._i, self._j
+        self._sequence = last
+        zero, smooth_i, smooth_j = self._zero, self._smooth_i, self._smooth_j
         if breach is None:
-            if self._smooth_i != self._smooth_i:
-                self.smooth_n, self._smooth_i, self._smooth_j = raw_n, wrench[i], wrench[j]
-                self._torque_i, self._torque_j = wrench[3 + i], wrench[3 + j]
+            force_i, force_j = wrench[i], wrench[j]
+            torque_i, torque_j = wrench[i + 3], wrench[j + 3]
+            if smooth_i != smooth_i:
+                self.smooth_n, smooth_i, smooth_j = raw_n, force_i, force_j
+                self._torque_i, self._torque_j = torque_i, torque_j
             self.smooth_n += ACROSS_ALPHA * (raw_n - self.smooth_n)
-            self._smooth_i += ACROSS_ALPHA * (wrench[i] - self._smooth_i)
-            self._smooth_j += ACROSS_ALPHA * (wrench[j] - self._smooth_j)
-            self._torque_i += ACROSS_ALPHA * (wrench[3 + i] - self._torque_i)
-            self._torque_j += ACROSS_ALPHA * (wrench[3 + j] - self._torque_j)
-        self._take_off_zero(i, j)
-        return breach
+            self._smooth_i = smooth_i = smooth_i + ACROSS_ALPHA * (force_i - smooth_i)
+            self._smooth_j = smooth_j = smooth_j + ACROSS_ALPHA * (force_j - smooth_j)
+            self._torque_i += ACROSS_ALPHA * (torque_i - self._torque_i)
+            self._torque_j += ACROSS_ALPHA * (torque_j - self._torque_j)
+        zero_i, zero_j = zero[i], zero[j]
+        self.across_n = hypot(held[i] - zero_i, held[j] - zero_j)
+        if smooth_i == smooth_i:
+            self.smooth_across_n = hypot(smooth_i - zero_i, smooth_j - zero_j)
+        away_s, clock_s = receive_s - device_s - self._offset_s, self._clock_s
+        if receive_s - now_s <= AHEAD_S and -clock_s < away_s < clock_s:
+            self.receive_s = receive_s
+            self._offset_s += CLOCK_TRACKING * away_s
+            self._late = 0
+            return disorder or breach
+        return self._timed(device_s, receive_s, now_s, disorder or breach)
 
     def _judge_across(self, wrench: Sequence[float], last: Sequence[float]) -> Breach | None:
         """R4 where the lateral components are frozen while the rest of the reading changes.
@@ -297,12 +313,33 @@ class ForceWatch(_StreamWatch):
             self._step_j = change_j
         return change_i > STEPS * self._step_i or change_j > STEPS * self._step_j
 
-    def _take_off_zero(self, i: int, j: int) -> None:
-        """Lateral forces less those at `tare`."""
-        wrench, zero_i, zero_j = self.wrench, self._zero[i], self._zero[j]
-        self.across_n = math.hypot(wrench[i] - zero_i, wrench[j] - zero_j)
-        if self._smooth_i == self._smooth_i:
-            self.smooth_across_n = math.hypot(self._smooth_i - zero_i, self._smooth_j - zero_j)
+
+class ArmSide:
+    """Lateral force by the arm's own estimate, filtered; `across_n` is it less that at `tare`.
+
+    `told` is true once the arm has reported any.
+    """
+
+    def __init__(self) -> None:
+        self.told = False
+        self.across_n = self._x_n = self._y_n = self._zero_x_n = self._zero_y_n = 0.0
+
+    def take(self, wrench: SixFloats) -> bool:
+        """Filter the newest wrench; False if it is not finite although an earlier one was."""
+        x_n, y_n = wrench[0], wrench[1]
+        if not (x_n - x_n == 0.0 and y_n - y_n == 0.0):
+            return not self.told
+        if not self.told:
+            self.told, self._x_n, self._y_n = True, x_n, y_n
+        self._x_n += ACROSS_ALPHA * (x_n - self._x_n)
+        self._y_n += ACROSS_ALPHA * (y_n - self._y_n)
+        self.across_n = hypot(self._x_n - self._zero_x_n, self._y_n - self._zero_y_n)
+        return True
+
+    def tare(self) -> None:
+        """Use the present filtered force as zero."""
+        self._zero_x_n, self._zero_y_n = self._x_n, self._y_n
+        self.across_n = 0.0
 
 
 class ArmWatch(_StreamWatch):
@@ -326,33 +363,55 @@ class ArmWatch(_StreamWatch):
         self.force_n = float("nan")
         self.position_m = float("nan")
         self.pose: SixFloats = (float("nan"),) * 6
-        self.side = ArmSide(ACROSS_ALPHA)
+        self.side = ArmSide()
 
-    def _judge(self, samples: Sequence[ArmSample]) -> Breach | None:
-        breach = None
+    def take(self, samples: Sequence[ArmSample], now_s: float) -> Breach | None:
+        """Process new samples; returns the first breach of a rule, or None."""
+        if not samples:
+            return self._missing(now_s)
+        self._empty = 0
+        self.fresh = True
+        disorder = breach = None
+        last, needs_force = self._sequence, self._needs_force
         for sample in samples:
-            position_m = sample.position_m
-            if status := sample.status:
+            sequence, device_s, receive_s, status, position_m, force_n, pose, wrench = sample
+            if sequence <= last:
+                disorder = disorder or self._disorder(sequence, last)
+            last = sequence
+            if status:
                 breach = breach or self.found(
                     "R4", float(status), 0.0, "",
                     f"arm: cannot follow commands, or flags its sample (status {status})",
                 )  # fmt: skip
             if position_m - position_m == 0.0:
-                self.position_m, self.pose = position_m, sample.pose
+                self.position_m = position_m
+                self.pose = pose
             else:
                 breach = breach or self.found(
                     "R4", position_m, 0.0, "m", f"arm: position {position_m} is not finite"
                 )
-            if self._needs_force:
-                force = self._judge_force(sample.force_n)
-                breach = breach or force
-        if self._needs_force and not self.side.take(sample.wrench):
+            if needs_force:
+                if force_n != self._force_n and force_n - force_n == 0.0:
+                    self._same = 0
+                    self._force_n = self.force_n = force_n
+                else:
+                    force = self._judge_force(force_n)
+                    breach = breach or force
+        self._sequence = last
+        if needs_force and not self.side.take(wrench):
             breach = breach or self.found(
                 "R4", float("nan"), 0.0, "N", "arm force: it is not finite across the press"
             )
-        return breach
+        away_s, clock_s = receive_s - device_s - self._offset_s, self._clock_s
+        if receive_s - now_s <= AHEAD_S and -clock_s < away_s < clock_s:
+            self.receive_s = receive_s
+            self._offset_s += CLOCK_TRACKING * away_s
+            self._late = 0
+            return disorder or breach
+        return self._timed(device_s, receive_s, now_s, disorder or breach)
 
     def _judge_force(self, force_n: float) -> Breach | None:
+        """R4 for a force of the arm that repeats itself, or is not finite."""
         if force_n == self._force_n:
             self._same += 1
             if self._same >= self._counts > 0:
@@ -360,7 +419,4 @@ class ArmWatch(_StreamWatch):
             return None
         self._same = 0
         self._force_n = force_n
-        if force_n - force_n == 0.0:
-            self.force_n = force_n
-            return None
         return self.found("R4", force_n, 0.0, "N", f"arm force: {force_n} N is not finite")

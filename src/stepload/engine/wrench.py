@@ -1,4 +1,4 @@
-"""Rules on lateral force and torque: R12 dragged sideways, R14 touched beside the pressing axis.
+"""Rules on the wrench: R12 lateral force, R13 near a rating, R14 contact off the pressing axis.
 
 A payload that is dragged sideways yields at a smaller force along the axis than one that is not.
 """
@@ -6,6 +6,7 @@ A payload that is dragged sideways yields at a smaller force along the axis than
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from stepload.engine.watch import Breach, ForceWatch, Found
 from stepload.envelope.limits import RunLimits
@@ -78,18 +79,17 @@ class WrenchRules:
         counted = share if share < largest else largest
         worse = counted * (counted + 2.0 * limits.lateral_askew)
         allowed_n = limits.allowed_n * (1.0 - limits.lateral_weakening * worse)
-        for along_n in (force_n, predicted_n):
-            whole_n = math.hypot(along_n, across_n)
-            if whole_n > allowed_n:
-                word = "is" if along_n == force_n else "would be"
-                return self._found(
-                    "R12", whole_n, allowed_n, "N",
-                    f"{by}the whole force {word} {whole_n:.4g} N, and with "
-                    f"{percent(share, 2)} of it across"
-                    f" the axis only {allowed_n:.4g} N are allowed: a payload that is dragged"
-                    " sideways yields earlier",
-                )  # fmt: skip
-        return None
+        word, whole_n = "is", math.hypot(force_n, across_n)
+        if not whole_n > allowed_n:
+            word, whole_n = "would be", math.hypot(predicted_n, across_n)
+        if not whole_n > allowed_n:
+            return None
+        return self._found(
+            "R12", whole_n, allowed_n, "N",
+            f"{by}the whole force {word} {whole_n:.4g} N, and with {percent(share, 2)} of it across"
+            f" the axis only {allowed_n:.4g} N are allowed: a payload that is dragged sideways"
+            " yields earlier",
+        )  # fmt: skip
 
     def judge_centre(self, watch: ForceWatch, smooth_n: float) -> Breach | None:
         """R14: where the plate is touched, by the torques about the sensor's origin.
@@ -117,4 +117,45 @@ class WrenchRules:
             f"the plate is touched {off_m * 1e3:.2g} mm beside the force sensor's pressing axis"
             f" (allowed {limits.eccentricity_m * 1e3:.2g} mm): look at payload, tool and start"
             " pose, or at rig.force.lever",
+        )  # fmt: skip
+
+
+OVERLOADED_SAMPLES = 2
+"""Readings in a row beyond 80 % of the rating: one may be a spike."""
+COMPONENTS = ("fx", "fy", "fz", "tx", "ty", "tz")
+
+
+class OverloadWatch:
+    """R13 of one force sensor; `used` is the largest reading as a share of its limit,
+    `stated` the components with a rating, as (index, limit).
+
+    Args:
+        name: of the sensor.
+        limits: largest reading of each component in N and N·m, inf where none is stated.
+        found: makes the `Breach` of a rule; see `stepload.engine.watch`.
+    """
+
+    def __init__(self, name: str, limits: Sequence[float], found: Found) -> None:
+        self._name, self._found = name, found
+        self.stated = [(i, limit) for i, limit in enumerate(limits) if limit < math.inf]
+        self._over = 0
+        self.used = 0.0
+
+    def judge(self, wrench: Sequence[float]) -> Breach | None:
+        """Judge a fresh reading, not tared: the weight of the tool loads the sensor too."""
+        # A component that is no number may be anything.
+        shares = [
+            abs(wrench[index]) / limit if wrench[index] == wrench[index] else math.inf
+            for index, limit in self.stated
+        ]
+        self.used = used = max(shares, default=0.0)
+        self._over = self._over + 1 if used > 1.0 else 0
+        if self._over < OVERLOADED_SAMPLES:
+            return None
+        index, limit = self.stated[shares.index(used)]
+        value, unit = abs(wrench[index]), "N" if index < 3 else "N m"
+        return self._found(
+            "R13", value, limit, unit,
+            f"the {self._name}'s {COMPONENTS[index]} reads {value:.4g} {unit}, beyond {limit:.4g}"
+            f" {unit}: 80 % of what it is rated for",
         )  # fmt: skip

@@ -12,9 +12,9 @@ from collections.abc import Callable
 from dataclasses import asdict
 from functools import partial
 
-from stepload.engine.course import Course
 from stepload.engine.phases import Exit, May, Steps, phase
 from stepload.engine.retract import REST_S
+from stepload.engine.run_state import RunState
 from stepload.engine.tare import TareWindow
 from stepload.envelope.bounds import Measured
 from stepload.envelope.schedule import BETWEEN_CYCLES_TARE_S
@@ -47,7 +47,7 @@ class Zeroing:
         adopt: derives thresholds from what was measured where it is worse than planned.
     """
 
-    def __init__(self, course: Course, adopt: Adopt) -> None:
+    def __init__(self, course: RunState, adopt: Adopt) -> None:
         self._course = course
         self._adopt = adopt
 

@@ -54,7 +54,7 @@ def _limit(unit: str, source: str, rule: str = "", *, zero: bool = False) -> Any
 class RunLimits:
     """Thresholds of a run in SI units; all are finite, and positive unless 0 has a meaning.
 
-    The rules are those of `stepload.engine.supervisor`. `identical_counts` 0 switches the
+    The rules are those of `stepload.engine.rules`. `identical_counts` 0 switches the
     frozen-value rule off: the sensor's noise is so far below its resolution that a sound sensor
     repeats itself as well; the same for the second channel. `cross_check` names the second force
     channel: "arm", "sensor", or "" where there is none.
@@ -109,7 +109,7 @@ class RunLimits:
     search_end_m: float = _limit("m", "plan", "R8")
     jump_n: float = _limit("N", "10 sigma + 2 quanta; more while the arm moves", "R9")
     clock_s: float = _limit("s", "15 ms, 5 periods or the longest age limit", "R10")
-    contact_n_s_per_m: float = _limit("N s/m", "a hidden hard stop of 1 GN/m", "speed cap")
+    contact_n_s_per_m: float = _limit("N s/m", "a hidden hard stop of 1 GN/m", "CAP")
     guarded_speed_m_s: float = _limit("m/s", "force budget")
     fast_speed_m_s: float = _limit("m/s", "force budget with all of F_lim")
     retract_speed_m_s: float = _limit("m/s", "half the arm's, 20 mm/s")

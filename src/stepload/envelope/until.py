@@ -77,6 +77,11 @@ class Until:
             (i for i, need in enumerate(self.needs) if need.is_enough(i, need.expected_m)), None
         )
 
+    @property
+    def expected_level_n(self) -> float | None:
+        """That level; None where no level will do."""
+        return None if self.expected is None else self.needs[self.expected].level_n
+
 
 def until_of(plan: Plan, theory: Theory) -> Until | None:
     """What every level of a plan needs; None where the plan does not ask.

@@ -1,5 +1,5 @@
-"""The explanations of all codes, read from their table; keys and thresholds are explained by the
-plan and the limits themselves."""
+"""The explanations of all codes, read from their table; rules, keys and thresholds are explained by
+their own tables, the plan and the limits."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ import tomllib
 from dataclasses import dataclass, fields
 from functools import cache
 from importlib import resources
+from itertools import chain
 
 from stepload.declaration.sections import Key, keys_below
+from stepload.engine.rules import RULES
 from stepload.envelope.limits import RunLimits
 from stepload.errors import BadInputError
 from stepload.plan.model import Plan
@@ -44,11 +46,14 @@ class Explanation:
 def explanations() -> tuple[Explanation, ...]:
     """Every code, in the order of its table."""
     text = (resources.files("stepload.explain") / "codes.toml").read_text(encoding="utf-8")
-    return tuple(
-        Explanation(group, code, **about)
+    found = {
+        group: [Explanation(group, code, **about) for code, about in codes.items()]
         for group, codes in tomllib.loads(text).items()
-        for code, about in codes.items()
-    )
+    }
+    found["stop"][:0] = [
+        Explanation("stop", rule.code, rule.means, rule.do, rule.page) for rule in RULES.values()
+    ]
+    return tuple(chain.from_iterable(found.values()))
 
 
 def explained(code: str) -> tuple[Explanation, ...]:

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections import deque
 from collections.abc import Mapping
+from importlib import resources
 from typing import Any
 
 import numpy as np
 
-from stepload.engine.margins import MEANING, margins
-from stepload.engine.order import PHASES
-from stepload.engine.replay import Replayer, group_by_tick
-from stepload.engine.replayed import changed_limits, limits_from, zero_of
+from stepload.engine.replay import Replayer, changed_limits, group_by_tick, limits_from, zero_of
+from stepload.engine.rules import RULES, margins
+from stepload.engine.sequence import PHASES
 from stepload.engine.watch import wrench_axis
 from stepload.record.reader import Event
 from stepload.record.rows import ArmColumns, ForceColumns, Phase, TickColumns, TickRow, rows_of
@@ -52,11 +53,23 @@ LIVE_SCHEMA: dict[str, Any] = {
         "margins": {
             "type": "object",
             "description": "share of its limit that each rule has used; 1 stops the run",
-            "properties": {rule: _number(meaning) for rule, meaning in MEANING.items()},
+            "properties": {code: _number(rule.name) for code, rule in RULES.items() if rule.used},
         },
     },
 }
 """Content of `State.told`, as JSON Schema."""
+
+
+def layout() -> str:
+    """A layout for Foxglove and Lichtblick, as JSON."""
+    made = json.loads((resources.files("stepload.live") / "layout.json").read_text())
+    made["configById"]["Plot!margins"]["paths"] = [
+        {"value": f"{LIVE}.margins.{code}", "label": f"{code} {rule.name}", "enabled": True,
+         "timestampMethod": "receiveTime"}
+        for code, rule in RULES.items()
+        if rule.used
+    ]  # fmt: skip
+    return json.dumps(made, indent=1) + "\n"
 
 
 class State:

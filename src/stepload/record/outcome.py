@@ -160,6 +160,11 @@ class RunOutcome:
     errors: tuple[str, ...] = field(default=())
 
     @property
+    def duration_s(self) -> float:
+        """From the first tick to the last."""
+        return self.end_s - self.start_s
+
+    @property
     def safing_failed(self) -> bool:
         """Whether an action that makes the rig safe was not confirmed."""
         return any(action.error for action in self.safing)

@@ -11,23 +11,22 @@ import numpy as np
 
 from stepload.identification.smooth import NORMAL_95
 from stepload.plan.calibration import CalibrationRecord
-from stepload.results import fields, figures
+from stepload.record.plain import plain
+from stepload.results import figures
 from stepload.results.calibration import Calibration
 from stepload.results.certificate import NOT_STATED, few, shared_facts, short, stated
-from stepload.results.data import system_data
 from stepload.results.model import (
     Certificate,
     Document,
     Figure,
     Table,
     Verdict,
-    by_name,
     first_rows,
-    interval,
-    table,
 )
 from stepload.results.provenance import runs_table
+from stepload.results.rows import Row, data, figure, in_one_unit, schema_of, table
 from stepload.results.run_figures import misfit_figure
+from stepload.results.run_results import SystemRun, SystemStiffness, smooth_error, system_data
 from stepload.units import format_quantity as f
 from stepload.units import percent
 
@@ -35,10 +34,13 @@ from stepload.units import percent
 def calibration_document(found: Calibration, file: Path) -> Document:
     """A calibration whose record was written to `file`, for people."""
     record, reasons = found.record, _reasons(found)
-    rows = [(run.name, fit) for run, fit in zip(found.runs, found.fits, strict=False)]
-    known = fields.smooth_error(record.smooth_error_m or 0.0, record.smooth_degrees)
+    rows = [
+        {"run": run.name, **system_data(fit)}
+        for run, fit in zip(found.runs, found.fits, strict=False)
+    ]
+    known = smooth_error(record.smooth_error_m or 0.0, record.smooth_degrees)
     reasons.append(f"calibration record: {file}")
-    shown = [table("System stiffness (26)", by_name("run", fields.SYSTEM), rows)] if rows else []
+    shown = [table("System stiffness (26)", SystemRun, rows)] if rows else []
     return Document(
         title="Calibration",
         subtitle=f"{record.rig} · {record.measured_on} · {record.run}",
@@ -117,10 +119,10 @@ def _sheet(found: Calibration, reasons: Sequence[str], tables: Sequence[Table]) 
 
 def _figures_table(record: CalibrationRecord) -> Table:
     half = NORMAL_95 * record.sigma_n_per_m
-    low, high = record.stiffness_n_per_m - half, record.stiffness_n_per_m + half
+    stiffness = record.stiffness_n_per_m
+    shown, ends = in_one_unit((stiffness - half, stiffness + half), "N/m", stiffness)
     rows = [
-        ("K_s (26)", f(record.stiffness_n_per_m, "N/m"), f(record.sigma_n_per_m, "N/m"),
-         interval("N/m")((low, high))),
+        ("K_s (26)", shown, f(record.sigma_n_per_m, "N/m"), ends),
         ("MSDE, rms misfit of the line", f(record.msde_m, "m"), "", ""),
         ("C_s, lower bound", f"{record.damping_n_s_per_m:.3g} N s/m", "", ""),
     ]  # fmt: skip
@@ -225,14 +227,51 @@ def _deflection(record: CalibrationRecord) -> str:
     return figures.lines(curves, "force [N]", "deflection − F/K_s [µm]", zero=True)
 
 
+class CalibratedRun(SystemStiffness):
+    """K_s of one run."""
+
+    path: Path = figure("Its record.")
+    run_id: str | None = figure("Twelve hexadecimal digits.")
+
+
+class Pooled(Row):
+    """K_s of all runs together."""
+
+    stiffness_n_per_m: float = figure("K_s.")
+    sigma_n_per_m: float = figure("Its standard uncertainty.")
+    msde_m: float = figure("Rms misfit of the runs.")
+    smooth_error_m: float = figure("Rms smooth error of the runs.")
+    smooth_degrees: float | None = figure("Its degrees of freedom.")
+    damping_lower_bound_n_s_per_m: float | None = figure("Lower bound of the damping C_s.")
+    force_range_n: tuple[float, float] = figure("Forces common to all runs.")
+    runs: int = figure("Number of runs.")
+    independent_runs: float = figure("Number of independent runs that they count as.")
+    misfit_correlation: float = figure("Mean correlation of the misfits of two runs.")
+    scatter: float = figure("Of the runs, over their own uncertainties.")
+
+
+class CalibrationRow(Row):
+    """JSON of `stepload calibrate` (which adds `record`), version 1. SI units; NaN is null."""
+
+    simulated: bool = figure("Whether simulated devices made the data.")
+    calibration: dict[str, Any] = figure("The calibration record, SI units in its keys.")
+    runs: tuple[CalibratedRun, ...] = figure("K_s of every run.")
+    pooled: Pooled | None = figure("K_s of all runs together.")
+
+
+def calibration_schema() -> dict[str, Any]:
+    """The JSON Schema of a calibration."""
+    return schema_of(CalibrationRow, "calibration")
+
+
 def calibration_data(found: Calibration) -> dict[str, Any]:
     """A calibration for programs."""
-    return {
+    return data(CalibrationRow, {
         "simulated": found.record.simulated,
-        "calibration": found.record,
+        "calibration": plain(found.record),
         "runs": [
             {"path": run.path, "run_id": run.metadata.get("run_id"), **system_data(fit)}
             for run, fit in zip(found.runs, found.fits, strict=False)
         ],
         "pooled": found.pooled,
-    }
+    })  # fmt: skip

@@ -3,35 +3,33 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import BeforeValidator
 
 import stepload
-from stepload.identification.difference import Agreement, Difference, DifferenceLine
-from stepload.results import fields, figures
+from stepload.identification.difference import Agreement, Difference
+from stepload.results import figures
 from stepload.results.certificate import few, shared_facts
 from stepload.results.comparison import Comparison
 from stepload.results.comparison_curve import AgainstCurve
-from stepload.results.data import fits_data
+from stepload.results.identified import FitRow, reported_fits
 from stepload.results.model import (
     NOTHING,
     Certificate,
     Document,
-    Field,
     Figure,
     Mood,
     Table,
     Verdict,
-    data,
     first_rows,
-    named,
-    quantity,
-    table,
 )
 from stepload.results.provenance import runs_table
+from stepload.results.rows import Row, data, figure, part, schema_of, table
 from stepload.units import change, changes, percent
 from stepload.units import format_quantity as f
 
@@ -52,62 +50,119 @@ _MOODS: dict[Agreement, Mood] = {
 }
 
 
-def _part(of: str, name: str, key: str, label: str, show: Any) -> Field[AgainstCurve]:
-    """A figure of the difference of a curve from a run's chord or secant."""
-
-    def value(row: AgainstCurve) -> Any:
-        part = getattr(row, of)
-        return None if part is None else getattr(part, name)
-
-    return Field(value, key, label, show)
-
-
-CURVE: tuple[Field[AgainstCurve], ...] = (
-    named("run", "run"),
-    Field(lambda row: row.from_n, "chord_from_n", "chord from", quantity("N")),
-    Field(lambda row: row.to_n, "secant_force_n", "to", quantity("N")),
-    _part("chord", "relative", "chord_change", "chord", change),
-    _part("chord", "interval", "chord_interval", "95 % interval", changes),
-    _part("secant", "relative", "secant_change", "secant", change),
-    _part("secant", "interval", "secant_interval", "95 % interval", changes),
-    _part("judged", "smallest_detectable", "smallest_detectable", "could show", percent),
-    named("verdict", "verdict"),
-    named("secant_n_per_m"),
-    *map(named, ("estimator", "force_rms_n", "deformation_rms_m", "correction")),
-    Field(lambda row: len(row.force_n), "points"),
-    Field(lambda row: row.left_out, "points_beyond"),
-)  # fmt: skip
 _two_digits = partial(percent, digits=2)
-DIFFERENCE_LINE: tuple[Field[DifferenceLine], ...] = (
-    named("source", "source"),
-    named("first", "group 1", _two_digits),
-    named("second", "group 2", _two_digits),
-    named("common", "shared"),
-    named("left", "in all", _two_digits),
-)
-DIFFERENCE: tuple[Field[Difference], ...] = (
-    Field(lambda each: " + ".join(each.first), label="group 1"),
-    Field(lambda each: " + ".join(each.second), label="group 2"),
-    Field(lambda each: NAMES[each.kind], "quantity", "of"),
-    Field(lambda each: each.from_n or None, label="from", show=quantity("N")),
-    named("from_n"),
-    named("to_n", "to", quantity("N")),
-    *map(named, ("first", "second")),
-    named("relative", "2 against 1", change),
-    named("interval", "95 % interval", changes),
-    named("smallest_detectable", "could show", percent),
-    named("tolerance"),
-    named("verdict", "verdict"),
-    *map(named, ("why", "scatter", "scatter_degrees", "scatter_expected", "open_sources")),
-    Field(lambda each: [data(DIFFERENCE_LINE, line) for line in each.lines], "lines"),
-)
+Groups = Annotated[tuple[str, ...], " + ".join]
+Changes = Annotated[tuple[float, float] | None, changes]
+
+
+class CurveRow(Row):
+    """The difference of a curve from the chord and the secant of a run."""
+
+    run: str = figure("Name of the run.", "run")
+    chord_from_n: float = figure("Lower force of the chord.", "chord from", at="from_n")
+    secant_force_n: float = figure("Upper force; that of the secant.", "to", at="to_n")
+    chord_change: Annotated[float | None, part("relative"), change] = figure(
+        "Difference of the chords, relative.", "chord", at="chord"
+    )
+    chord_interval: Annotated[Changes, part("interval")] = figure(
+        "Its 95 % interval.", "95 % interval", at="chord"
+    )
+    secant_change: Annotated[float | None, part("relative"), change] = figure(
+        "Difference of the secants, relative.", "secant", at="secant"
+    )
+    secant_interval: Annotated[Changes, part("interval")] = figure(
+        "Its 95 % interval.", "95 % interval", at="secant"
+    )
+    smallest_detectable: Annotated[float | None, part("smallest_detectable"), percent] = figure(
+        "Smallest relative difference that could have been seen.", "could show", at="judged"
+    )
+    verdict: str = figure("agree, differ or cannot tell.", "verdict")
+    secant_n_per_m: float | None = figure("Secant of the curve.")
+    estimator: str = figure("The fit of the run.")
+    force_rms_n: float | None = figure("Rms difference at equal deformation.")
+    deformation_rms_m: float | None = figure("Rms difference at equal force.")
+    correction: float = figure("Ratio of the equivalent moduli (V-A) in the forces of the curve.")
+    points: Annotated[int, BeforeValidator(len)] = figure("Of the curve.", at="force_n")
+    points_beyond: int = figure("Beyond the forces of the run.", at="left_out")
+
+
+class DifferenceLineRow(Row):
+    """Contribution of one source to a difference; relative standard uncertainties."""
+
+    source: str = figure("Where the uncertainty comes from.", "source")
+    first: Annotated[float, _two_digits] = figure("In a run of group 1.", "group 1")
+    second: Annotated[float, _two_digits] = figure("In a run of group 2.", "group 2")
+    common: str = figure("Which runs share it.", "shared")
+    left: Annotated[float, _two_digits] = figure("Of the difference.", "in all")
+
+
+class DifferenceRow(Row):
+    """The difference of two groups of runs."""
+
+    first: Groups = figure("Runs of group 1.", "group 1")
+    second: Groups = figure("Runs of group 2.", "group 2")
+    quantity: Annotated[str, BeforeValidator(NAMES.__getitem__)] = figure(
+        "Which stiffness.", "of", at="kind"
+    )
+    from_n: Annotated[float, lambda n: f(n, "N") if n else NOTHING] = figure("Lower force.", "from")
+    to_n: float = figure("Upper force.", "to")
+    relative: Annotated[float, change] = figure("Of 2 against 1, relative.", "2 against 1")
+    interval: Changes = figure("Its 95 % interval.", "95 % interval")
+    smallest_detectable: Annotated[float | None, percent] = figure(
+        "Smallest relative difference that could have been seen.", "could show"
+    )
+    tolerance: float = figure("Relative difference that matters.")
+    verdict: str = figure("agree, differ or cannot tell.", "verdict")
+    why: str = figure("The same in a sentence.")
+    scatter: float | None = figure("Of the runs of a group, relative; null without repeats.")
+    scatter_degrees: int = figure("Its degrees of freedom.")
+    scatter_expected: float | None = figure("By the errors of the runs.")
+    open_sources: tuple[str, ...] = figure("Sources that may or may not be shared.")
+    lines: tuple[DifferenceLineRow, ...] = figure("Its budget.")
+
+
+class ComparedRow(Row):
+    """One run of a comparison."""
+
+    name: str = figure("Its name in the comparison.")
+    path: Path = figure("Its record.")
+    run_id: str | None = figure("Twelve hexadecimal digits.")
+    specimen: str | None = figure("Which piece.")
+    payload: str | None = figure("Name of the payload.")
+    rig: str | None = figure("Name of the rig.")
+    selected: str = figure("Which of the fits is the one to use.")
+    fits: Mapping[str, FitRow] = figure("By the name of the estimator.")
+    interval_secant_n_per_m: tuple[float, float] | None = figure("95 % interval of its secant.")
+
+
+class ComparisonRow(Row):
+    """JSON of `stepload compare`, version 1. SI units; NaN and infinities are null."""
+
+    simulated: bool = figure("Whether simulated devices made the data of a run.")
+    verdict: str = figure("agree, disagree, differs (a run and a curve) or cannot tell.")
+    headline: str = figure("The same in a sentence.")
+    agreement: str = figure("agree, differ or cannot tell.")
+    tolerance: float = figure("Relative difference that matters.")
+    groups: tuple[tuple[str, ...], ...] = figure("Names of the runs that are repeats.")
+    differences: tuple[DifferenceRow, ...] = figure("Of every group from the first.")
+    secant_force_n: float = figure("Force of the secants.")
+    runs: tuple[ComparedRow, ...] = figure("Every run.")
+    curve: tuple[CurveRow, ...] = figure("The curve against every run.")
+    notes: tuple[str, ...] = figure("What a reader must know.")
+
+
+def comparison_schema() -> dict[str, Any]:
+    """The JSON Schema of a comparison."""
+    return schema_of(ComparisonRow, "comparison")
 
 
 def comparison_document(found: Comparison) -> Document:
     """A comparison for people."""
     tables = [_differences(found), table_one(found), *map(_difference_table, found.differences)]
     if found.curve:
-        tables.append(table("Against the curve", CURVE, found.curve, correction_notes(found.curve)))
+        tables.append(
+            table("Against the curve", CurveRow, found.curve, correction_notes(found.curve))
+        )
     reasons = [*_reasons(found), *found.notes]
     return Document(
         title="Comparison",
@@ -129,7 +184,7 @@ def _named(found: Comparison) -> str:
 
 
 def _differences(found: Comparison) -> Table:
-    return table("Differences", DIFFERENCE, found.differences)
+    return table("Differences", DifferenceRow, found.differences)
 
 
 def _difference_table(each: Difference) -> Table:
@@ -145,7 +200,7 @@ def _difference_table(each: Difference) -> Table:
     span = f"{f(each.from_n, 'N')} to {f(each.to_n, 'N')}"
     title = f"Difference of {NAMES[each.kind]}, {span}: {len(each.first)} against "
     rows = [line for line in each.lines if line.left or line.first or line.second]
-    return table(f"{title}{len(each.second)}", DIFFERENCE_LINE, rows, notes)
+    return table(f"{title}{len(each.second)}", DifferenceLineRow, rows, notes)
 
 
 def _reasons(found: Comparison) -> list[str]:
@@ -246,32 +301,30 @@ def _laws(found: Comparison) -> str:
 def comparison_data(found: Comparison) -> dict[str, Any]:
     """A comparison for programs."""
     judged = verdict(found)
-    return {
+    keys = ("run_id", "specimen", "payload", "rig")
+    return data(ComparisonRow, {
         "simulated": any(each.run.simulated for each in found.runs),
         "verdict": _v1_word(found, judged),
         "headline": judged.text,
         "agreement": judged.word,
         "tolerance": found.tolerance,
         "groups": [[found.runs[place].run.name for place in group] for group in found.groups],
-        "differences": [data(DIFFERENCE, each) for each in found.differences],
+        "differences": found.differences,
         "secant_force_n": found.secant_force_n,
         "runs": [
             {
                 "name": each.run.name,
                 "path": each.run.path,
-                **{
-                    key: each.run.metadata.get(key)
-                    for key in ("run_id", "specimen", "payload", "rig")
-                },
+                **{key: each.run.metadata.get(key) for key in keys},
                 "selected": each.found.selected,
-                "fits": fits_data(fields.fits_of(each.found)),
+                "fits": {row.name: row for row in reported_fits(each.found)},
                 "interval_secant_n_per_m": each.found.interval_secant_n_per_m,
             }
             for each in found.runs
         ],
-        "curve": [data(CURVE, each) for each in found.curve],
+        "curve": found.curve,
         "notes": found.notes,
-    }
+    })  # fmt: skip
 
 
 def _v1_word(found: Comparison, judged: Verdict) -> str:

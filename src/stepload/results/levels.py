@@ -4,23 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
+from typing import Annotated
 
 import numpy as np
 
 from stepload.identification.conditions import Conditions
 from stepload.identification.fit import FloatArray
 from stepload.record.reader import Event
-from stepload.results.model import (
-    Field,
-    Table,
-    finite,
-    named,
-    number,
-    quantity,
-    table,
-)
+from stepload.results.model import NOTHING, Table
 from stepload.results.press_data import HOLDS, PressData, TouchPoint, event_number
+from stepload.results.rows import Cell, OrNan, Row, figure, form, table
 from stepload.units import format_quantity
 
 END_SHARE = 0.1
@@ -29,33 +23,40 @@ SHEET_ROWS = 8
 """Largest number of load levels on the first sheet; of more, some are left out there."""
 
 
-@dataclass(frozen=True, slots=True)
-class Level:
-    """One hold of a load level.
+def micrometres(value_m: float) -> str:
+    """A change in µm with its sign; a zero has none."""
+    text = f"{value_m * 1e6:+.2f}"
+    return text if text.strip("+-0.") else "0.00"
 
-    Attributes:
-        cycle, step: numbers from 1; `loading` is True on the way up.
-        level_n: the commanded force.
-        start_s, end_s: on the run's clock.
-        settled: whether the level was reached and the force came to rest within the allowed time.
-        force_n, deformation_m: means over the hold; the deflection of the system is subtracted from
-            the deformation. NaN where the record has no sample of the hold.
-        force_change_n, creep_m: from the first tenth of the hold to its last.
-        samples: number of samples in the means.
-    """
 
-    cycle: int
-    step: int
-    loading: bool
-    level_n: float
-    start_s: float
-    end_s: float
-    settled: bool
-    force_n: float
-    deformation_m: float
-    force_change_n: float
-    creep_m: float
-    samples: int
+class Level(Row):
+    """One hold of a load level."""
+
+    cycle: int = figure("From 1.", "cycle")
+    step: int = figure("From 1.", "step")
+    loading: Annotated[bool, lambda up: "up" if up else "down"] = figure("On the way up.", "way")
+    level_n: float = figure("Force aimed at.", "load level")
+    start_s: float = figure("Begin of the hold on the run's clock.")
+    end_s: Annotated[float, Cell(lambda row: f"{row.end_s - row.start_s:.1f} s")] = figure(
+        "End of the hold.", "held for"
+    )
+    settled: Annotated[bool, lambda rest: "yes" if rest else "NO"] = figure(
+        "Whether the level was reached, and the force came to rest in the time it had.", "settled"
+    )
+    force_n: Annotated[OrNan, form(".1f")] = figure(
+        "Mean contact force; null where the record has no sample of the hold.", "force [N]"
+    )
+    deformation_m: Annotated[OrNan, lambda m: f"{1e6 * m:.2f}"] = figure(
+        "Mean deformation, the deflection of the system taken out.", "deformation [µm]"
+    )
+    force_change_n: Annotated[OrNan, form("+.2f")] = figure(
+        "Change of the force from the first tenth of the hold to the last.", "change of force [N]"
+    )
+    creep_m: Annotated[OrNan, micrometres] = figure(
+        "Change of the deformation from the first tenth of the hold to the last.",
+        "creep in the hold [µm]",
+    )
+    samples: int = figure("Samples in the means.")
 
 
 def levels_of(
@@ -102,12 +103,6 @@ def _change(values: FloatArray) -> float:
     return float(values[-part:].mean() - values[:part].mean()) if part >= 2 else math.nan
 
 
-def micrometres(value_m: float) -> str:
-    """A change in µm with its sign; a zero has none."""
-    text = f"{value_m * 1e6:+.2f}"
-    return text if text.strip("+-0.") else "0.00"
-
-
 def changes_again(levels: Sequence[Level]) -> list[tuple[Level, float | None]]:
     """The levels of the first loading, each with its change of deformation in the last loading.
 
@@ -131,17 +126,8 @@ def changes_again(levels: Sequence[Level]) -> list[tuple[Level, float | None]]:
     return rows
 
 
-def _fields(what: str) -> tuple[Field[Level], ...]:
-    """The columns of a level; `what` is "travel" where the system's deflection is not out of it."""
-    return (
-        named("level_n", "load level", quantity("N")),
-        Field(lambda each: finite(each.force_n), label="force [N]", show=number(".1f")),
-        Field(
-            lambda each: finite(1e6 * each.deformation_m), label=f"{what} [µm]", show=number(".2f")
-        ),
-        Field(lambda each: finite(each.creep_m), label="creep in the hold [µm]", show=micrometres),
-        Field(lambda each: "yes" if each.settled else "NO", label="settled"),
-    )
+def _on_sheet(what: str) -> tuple[str, ...]:
+    return ("load level", "settled", "force [N]", f"{what} [µm]", "creep in the hold [µm]")
 
 
 def sheet_table(
@@ -150,41 +136,38 @@ def sheet_table(
     resolution_m: float,
     what: str = "deformation",
 ) -> Table:
-    """The load levels of the first loading for the first sheet, with the touches' repeatability."""
+    """The load levels of the first loading for the first sheet, with the touches' repeatability.
+
+    `what` is "travel" where the system's deflection is not taken out.
+    """
     rows, notes = changes_again(levels), list[str]()
     shown = rows
     if len(rows) > SHEET_ROWS:
         places = np.unique(np.round(np.linspace(0, len(rows) - 1, SHEET_ROWS)).astype(int))
         shown = [rows[place] for place in places]
         notes.append(f"{len(shown)} of {len(rows)} levels; all are in the table of every hold.")
-    columns: list[Field[tuple[Level, float | None]]] = [
-        field.of(lambda row: row[0]) for field in _fields(what)
-    ]
-    if any(again is not None for _, again in rows):
-        last = max(each.cycle for each in levels if each.loading)
-        label = f"cycle {last} less cycle 1 [µm]"
-        columns.append(
-            Field(lambda row: None if row[1] is None else finite(row[1]), "", label, micrometres)
-        )
     if loose := sum(not level.settled for level, _ in rows):
         notes.append(f"{loose} of {len(rows)} levels did not settle in the time that they had.")
     notes.append(touch_repeatability(touches, resolution_m))
-    title = "Load levels of the first loading"
-    return table(title, columns, shown, [*filter(None, notes)])
+    every = hold_table([level for level, _ in shown], what)
+    kept = [place for place, name in enumerate(every.columns) if name in _on_sheet(what)]
+    columns, *lines = ([row[place] for place in kept] for row in (every.columns, *every.rows))
+    if any(again is not None for _, again in rows):
+        last = max(each.cycle for each in levels if each.loading)
+        columns = [*columns, f"cycle {last} less cycle 1 [µm]"]
+        lines = [
+            [*line, NOTHING if again is None or math.isnan(again) else micrometres(again)]
+            for line, (_, again) in zip(lines, shown, strict=True)
+        ]
+    return Table("Load levels of the first loading", columns, lines, [*filter(None, notes)])
 
 
 def hold_table(levels: Sequence[Level], what: str = "deformation") -> Table:
     """Every hold of the run; `what` as in `sheet_table`."""
-    columns: list[Field[Level]] = [
-        named("cycle", "cycle"),
-        named("step", "step"),
-        Field(lambda each: "up" if each.loading else "down", label="way"),
-        *_fields(what),
-        Field(lambda each: f"{each.end_s - each.start_s:.1f} s", label="held for"),
-        Field(lambda each: finite(each.force_change_n), "", "change of force [N]", number("+.2f")),
-    ]
     note = f"Force and {what} are means over the hold; changes go from its first tenth to its last."
-    return table("Every hold", columns, levels, [note], page_only=True)
+    made = table("Every hold", Level, levels, [note], page_only=True)
+    columns = [each.replace("deformation", what) for each in made.columns]
+    return replace(made, columns=columns)
 
 
 def touch_repeatability(touches: Sequence[TouchPoint], resolution_m: float) -> str:

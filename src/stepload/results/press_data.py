@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,8 @@ from stepload.record.align import Aligned, ChannelClock, align
 from stepload.record.lag import Lag, measure_lag
 from stepload.record.reader import Event, Recording
 from stepload.record.rows import Phase
+from stepload.results.model import number_or_nan
+from stepload.results.rows import Row, figure
 
 WRONG_READINGS = {
     "R4": "a reading could not be used",
@@ -37,19 +39,15 @@ UNLOADING = (Phase.UNLOAD, Phase.UNLOAD_HOLD)
 HOLDS = (Phase.HOLD, Phase.UNLOAD_HOLD)
 
 
-@dataclass(frozen=True, slots=True)
-class TouchPoint:
-    """One touch as the engine detected it; `purpose` is first, again, cycle, resume or last.
+class TouchPoint(Row):
+    """One touch as the engine detected it."""
 
-    `position_m` is the arm's, raw; `travel_m` is that of the data at the touch, from their zero.
-    """
-
-    time_s: float
-    position_m: float
-    force_n: float
-    cycle: int
-    purpose: str
-    travel_m: float = 0.0
+    time_s: float = figure("On the run's clock.")
+    position_m: float = figure("Position of the arm, raw.")
+    force_n: float = figure("Force at the touch.")
+    cycle: int = figure("From 1.")
+    purpose: str = figure("first, again, cycle, resume or last.")
+    travel_m: float = figure("Travel from the zero of the data.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,19 +148,15 @@ def event_number(event: Event, key: str) -> float:
         ) from None
 
 
-def number_or_nan(value: object) -> float:
-    """A number of a record, whose content is not trusted; NaN where it is none."""
-    return float(value) if isinstance(value, int | float) else math.nan
-
-
 def _touches(recording: Recording) -> tuple[TouchPoint, ...]:
     return tuple(
         TouchPoint(
-            event.time_s,
-            event_number(event, "position_m"),
-            event_number(event, "force_n"),
-            int(event_number(event, "cycle")),
-            str(event.data.get("purpose", "")),
+            time_s=event.time_s,
+            position_m=event_number(event, "position_m"),
+            force_n=event_number(event, "force_n"),
+            cycle=int(event_number(event, "cycle")),
+            purpose=str(event.data.get("purpose", "")),
+            travel_m=0.0,
         )
         for event in recording.events
         if event.kind == "touch"
@@ -206,7 +200,8 @@ def _zeroed(
         began = max(int(np.searchsorted(times, loaded_s[0], side="right")) - 1, 0)
     since_m = travel_m - travel_m[index[began]]
     told = (
-        replace(touch, travel_m=float(m)) for touch, m in zip(touches, since_m[index], strict=True)
+        touch.model_copy(update={"travel_m": float(m)})
+        for touch, m in zip(touches, since_m[index], strict=True)
     )
     return since_m, tuple(told)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -45,21 +44,6 @@ def wrench_of(data: PressData) -> Wrench | None:
 def quality_of(data: PressData, lever_m: float | None) -> ContactQuality | Missing:
     """Evaluate how the contact of a run was made."""
     return contact_quality(wrench_of(data), lever_m)
-
-
-def quality_data(found: ContactQuality | Missing) -> dict[str, Any]:
-    """The object for programs: `missing` says why there is no result; all else is then null."""
-    if isinstance(found, Missing):
-        keys = ("branches", "slips", "unseen_slip_n", "place", "place_missing")
-        return {"missing": found.why, **dict.fromkeys(keys)}
-    return {
-        "missing": "",
-        "branches": [branch._asdict() for branch in found.branches],
-        "slips": [slip._asdict() for slip in found.slips],
-        "unseen_slip_n": found.unseen_n,
-        "place": None if isinstance(found.place, Missing) else found.place._asdict(),
-        "place_missing": found.place.why if isinstance(found.place, Missing) else "",
-    }
 
 
 def summary(found: ContactQuality | Missing) -> str:

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from stepload.envelope.domains import beyond_range, payload_doubts
-from stepload.envelope.until import MARGIN, Need, Until
 from stepload.identification.identify import Identification
 from stepload.identification.quantity import ResultVerdict
 from stepload.record.reader import Event
 from stepload.results.analyse import Evaluation
-from stepload.results.model import Field, Table, named, quantity, table
-from stepload.results.press_data import LOADING, UNLOADING, PressData, event_number, number_or_nan
-from stepload.units import beside_limit, format_quantity, percent
+from stepload.results.model import number_or_nan
+from stepload.results.press_data import LOADING, UNLOADING, PressData, event_number
+from stepload.results.rows import Row, figure
+from stepload.units import beside_limit, format_quantity
 
 MOST_SHORT = 0.9
 """A later loading counts where it reached this share of the highest force of the first."""
@@ -121,38 +120,30 @@ def beyond_theory(run: Evaluation) -> tuple[str, ...]:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class Look:
-    """One level of the first loading: the payload's deformation from 10 % of the level to it, the
-    required deformation (inf where none suffices), and the verdict: more, enough, unreachable."""
+class Look(Row):
+    """One level of the first loading."""
 
-    level_n: float
-    deformation_m: float
-    needed_m: float
-    verdict: str
+    level_n: float = figure("The level.")
+    deformation_m: float = figure("Deformation of the payload from 10 % of the level to it.")
+    needed_m: float | None = figure("Deformation that is needed; null where none is enough.")
+    verdict: str = figure("more, enough or unreachable.")
 
 
-@dataclass(frozen=True, slots=True)
-class Loaded:
-    """How far a run was loaded.
+class Loaded(Row):
+    """How far the first loading went for the interval that the plan asks for."""
 
-    Attributes:
-        asked: half width required by the plan.
-        verdict: "enough", "unreachable"; "more" where the loading ended before either.
-        level_n: the highest level of the first loading.
-        top_force_n: that of the plan.
-        half_width: of the resulting interval; None where there is none.
-        met: whether the result is identified with an interval as narrow as required.
-        looks: every level.
-    """
-
-    asked: float
-    verdict: str
-    level_n: float
-    top_force_n: float
-    half_width: float | None
-    met: bool
-    looks: tuple[Look, ...]
+    asked: float = figure("Half width that the plan asks for, as a share.")
+    verdict: str = figure(
+        "What the last level said: unreachable (the run stopped there), enough (the loading ended"
+        " there), more (neither)."
+    )
+    level_n: float = figure("Highest level of the first loading.")
+    top_force_n: float = figure("Top force of the plan.")
+    half_width: float | None = figure("Half width of the interval of the headline, as a share.")
+    met: bool = figure(
+        "Whether the headline is identified with an interval as narrow as asked for."
+    )
+    looks: tuple[Look, ...] = figure("Every level of the first loading.")
 
     @property
     def text(self) -> str:
@@ -165,7 +156,7 @@ class Loaded:
         if self.verdict == "enough":
             deformation, needed = last.deformation_m, last.needed_m
             said += f"it deformed by {format_quantity(deformation, 'm')}, {asked} needs "
-            said += format_quantity(needed, "m")
+            said += format_quantity(needed or math.inf, "m")
         else:
             said += f"no level showed enough deformation for {asked}"
         if self.met:
@@ -189,10 +180,10 @@ def loaded(events: Sequence[Event], found: Identification | None) -> Loaded | No
         return None
     looks = tuple(
         Look(
-            event_number(event, "level_n"),
-            event_number(event, "deformation_m"),
-            event_number(event, "needed_m"),
-            str(event.data.get("verdict", "")),
+            level_n=event_number(event, "level_n"),
+            deformation_m=event_number(event, "deformation_m"),
+            needed_m=event_number(event, "needed_m"),
+            verdict=str(event.data.get("verdict", "")),
         )
         for event in told
     )
@@ -209,33 +200,3 @@ def loaded(events: Sequence[Event], found: Identification | None) -> Loaded | No
         met=identified and half is not None and half <= asked,
         looks=looks,
     )
-
-
-def _needed(deformation_m: float) -> str:
-    return quantity("m")(deformation_m) if math.isfinite(deformation_m) else "none is enough"
-
-
-NEED: tuple[Field[Need], ...] = (
-    named("level_n", "level", quantity("N")),
-    Field(lambda need: need.needed_m, "", "deformation needed", _needed),
-    named("expected_m", "deformation by theory", quantity("m")),
-    named("half_width", "half width by theory", lambda half: f"±{percent(half, 2)}"),
-    Field(lambda n: "yes" if n.expected_m >= n.needed_m else "no", "", "enough by theory"),
-)
-
-
-def need_table(until: Until) -> Table:
-    """Requirements of every level before the run."""
-    top, expected = quantity("N")(until.needs[-1].level_n), "By theory "
-    if until.expected is None:
-        expected += f"no level up to {top} is enough"
-    else:
-        expected += f"the loading ends at {quantity('N')(until.needs[until.expected].level_n)}"
-        expected += f" of {top}"
-    expected += "; the run goes by the deformation that it measures."
-    notes = [
-        expected,
-        "Deformation is that of the payload from 10 % of a level to the level. Half width is that "
-        f"of the 95 % interval of the chord, {MARGIN:g} times what the known errors give.",
-    ]
-    return table(f"How far to load for ±{100.0 * until.asked:g} %", NEED, until.needs, notes)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -17,8 +16,9 @@ from stepload.results.analyse import Evaluation
 from stepload.results.certificate import run_certificate
 from stepload.results.conditions import planned
 from stepload.results.from_file import FromFile
+from stepload.results.identified import QuantityRow
 from stepload.results.levels import Level, hold_table, levels_of
-from stepload.results.model import Document, Mood, Table, Verdict, interval
+from stepload.results.model import NOTHING, Document, Mood, Table, Verdict
 from stepload.results.provenance import provenance_table
 from stepload.results.reasons import reasons_of
 from stepload.results.run_figures import figures_of, law_figure
@@ -146,12 +146,12 @@ def _identified(found: Identification) -> Verdict:
     verdict, headline = found.verdict, found.headline
     if headline is None:
         return Verdict(MOOD[verdict], verdict.value, found.reasons[0])
-    low, high = headline.interval_n_per_m
-    known = f"95 % {interval('N/m')((low, high))}" if math.isfinite(high) else "no interval"
+    value, known = QuantityRow.model_validate(headline).shown
+    known = "no interval" if known == NOTHING else f"95 % {known}"
     return Verdict(
         MOOD[verdict],
         verdict.value,
-        f"{_called(found)} {f(headline.value_n_per_m, 'N/m')}, {known}, from "
+        f"{_called(found)} {value}, {known}, from "
         f"{f(headline.from_n, 'N')} to {f(headline.to_n, 'N')}",
     )
 

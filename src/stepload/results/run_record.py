@@ -25,7 +25,8 @@ from stepload.record.summary import read_summary
 from stepload.record.untrusted import of_damaged, untrusted
 from stepload.results.analyse import Evaluation, evaluate
 from stepload.results.conditions import Stated, from_attachments, measured
-from stepload.results.press_data import PressData, number_or_nan, press_data
+from stepload.results.model import number_or_nan
+from stepload.results.press_data import PressData, press_data
 from stepload.rig.device import ArmConfiguration
 from stepload.rig.pose import from_texts
 

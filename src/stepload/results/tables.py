@@ -13,9 +13,19 @@ from stepload.identification.quantity import Quantity, ResultVerdict
 from stepload.identification.run_in import STEADY_CYCLES, RunIn
 from stepload.identification.smooth import NORMAL_95
 from stepload.identification.system_stiffness import SystemStiffnessFit
-from stepload.results import fields
-from stepload.results.model import NOTHING, Show, Table, interval, number, quantity, table
+from stepload.results.identified import (
+    KINDS,
+    FitRow,
+    Law,
+    Line,
+    QuantityRow,
+    Sign,
+    reported_fits,
+)
+from stepload.results.model import NOTHING, Table
 from stepload.results.quality import quality_table, summary
+from stepload.results.rows import Show, cells, form, quantity, table
+from stepload.results.run_results import Clock, CycleRow, SystemStiffness
 from stepload.units import format_quantity as f
 from stepload.units import percent
 
@@ -36,8 +46,8 @@ def stiffness_table(found: Identification) -> Table:
     if judged is None:
         return Table("", (), ())
     known, headline = tuple(judged.quantities.values()), judged.headline
-    own = [(fields.KINDS[each.kind], each.why) for each in known]
-    made = table("Result, secants by (28)", fields.QUANTITY, known)
+    own = [(KINDS[each.kind], each.why) for each in known]
+    made = table("Result, secants by (28)", QuantityRow, known)
     rows = [*made.rows]
     if (n := judged.exponent) is not None:
         low, high = n.interval
@@ -58,7 +68,7 @@ def budget_table(found: Identification) -> list[Table]:
     total = f"All together {percent(headline.relative, 3)}; the interval is 1.96 times that."
     lines = [line for line in headline.lines if line.relative > 0.0]
     title = "What the headline's interval is made of"
-    return [table(title, fields.LINE, lines, [total], page_only=True)]
+    return [table(title, Line, lines, [total], page_only=True)]
 
 
 def identification_tables(found: Identification) -> list[Table]:
@@ -76,23 +86,23 @@ def identification_tables(found: Identification) -> list[Table]:
             work, sigma = (percent(each, 2) for each in lost)
             notes.append(f"Work lost in the first cycle: {work} of that of its loading ± {sigma}.")
         tables += [
-            table("Laws that were tried", fields.LAW, judged.laws, page_only=True),
-            table("What is not elastic", fields.PART, judged.inelastic.parts, notes,
+            table("Laws that were tried", Law, judged.laws, page_only=True),
+            table("What is not elastic", Sign, judged.inelastic.parts, notes,
                   page_only=True),
         ]  # fmt: skip
         contact = found.run.alignment.quality
         tables += [] if isinstance(contact, Missing) else [quality_table(contact)]
         why.append("Each fit has a zero and a secant of its own; the result is the table above.")
-    rows = fields.fits_of(found)
+    rows = reported_fits(found)
     why += [f"selected fit {found.selected}: {line}" for line in found.why]
     why += [
-        f"doubt about {row.name}: {'; '.join(doubt.message for doubt in row.fit.doubts)}"
+        f"doubt about {row.name}: {'; '.join(doubt.message for doubt in row.doubts)}"
         for row in rows
-        if row.fit.doubts
+        if row.doubts
     ]
     beyond = found.fit.secant_force_n > 1.02 * found.peak_force_n
     title = f"Fits (* selected), secants at {f(found.fit.secant_force_n, 'N')}"
-    return [*tables, table(title + (", beyond the data" if beyond else ""), fields.FIT, rows, why)]
+    return [*tables, table(title + (", beyond the data" if beyond else ""), FitRow, rows, why)]
 
 
 def brief_lines(found: Identification) -> list[str]:
@@ -103,13 +113,12 @@ def brief_lines(found: Identification) -> list[str]:
     headline, rows = judged.headline, []
     for each in judged.quantities.values():
         if each.kind != headline.kind and math.isfinite(each.value_n_per_m):
-            kind, _, zero = fields.KINDS[each.kind].partition(", ")
+            kind, _, zero = KINDS[each.kind].partition(", ")
             at = f"{f(each.from_n, 'N')} to " if "chord" in each.kind else "at "
             at = f"{kind} {at}{f(each.to_n, 'N')}{f', {zero}' if zero else ''}"
-            ends = each.interval_n_per_m
-            known = interval("N/m")(ends) if all(map(math.isfinite, ends)) else ""
+            value, known = QuantityRow.model_validate(each).shown
             known += _beside(each.verdict, headline.verdict)
-            rows.append((at, f(each.value_n_per_m, "N/m"), known))
+            rows.append((at, value, known.removeprefix(NOTHING)))
     if (n := judged.exponent) is not None:
         low, high = n.interval
         known = f"[{low:.2f}, {high:.2f}]" if math.isfinite(high - low) else ""
@@ -138,8 +147,7 @@ def _widest(found: Identification, headline: Quantity) -> list[str]:
 
 def system_table(fit: SystemStiffnessFit) -> Table:
     """A system stiffness with all its figures."""
-    shown = [field for field in fields.SYSTEM + fields.SYSTEM_REST if field.label]
-    rows = [(field.label, field.text(fit)) for field in shown]
+    rows = [cell for cell in cells(SystemStiffness, fit) if cell[1] != NOTHING]
     return Table("System stiffness (26)", ("figure", "value"), rows)
 
 
@@ -162,13 +170,7 @@ def run_in_table(found: RunIn) -> Table:
     note = f"{virgin}; {steady}; shakedown {f(found.shakedown_m, 'm')}"
     if found.residual_indentation_m is not None:
         note += f"; the touch has moved by {f(found.residual_indentation_m, 'm')}"
-    return table("Cycles", fields.CYCLE, found.cycles, [f"{note}."])
-
-
-def force_budget_table(envelope: Envelope) -> Table:
-    """Possible contributions of the guarded approach to the force, term by term."""
-    title = f"Force budget at the guarded speed of {f(envelope.guarded_speed_m_s, 'm/s')}"
-    return table(title, fields.FORCE_TERM, envelope.force_budget)
+    return table("Cycles", CycleRow, found.cycles, [f"{note}."])
 
 
 def predicted_table(run: Evaluation) -> Table:
@@ -188,9 +190,9 @@ def predicted_table(run: Evaluation) -> Table:
         ends = " to ".join(f(each, unit) for each in sorted(map(figure, laws)))
         rows.append((label, ends, f(x, unit) if math.isfinite(x) else NOTHING))
 
-    add("duration [s]", number(".0f"), envelope.duration_s, outcome.end_s - outcome.start_s)
+    add("duration [s]", form(".0f"), envelope.duration_s, outcome.duration_s)
     levels = len(procedure.levels_n) * procedure.cycles
-    add("levels held on the way up", number(".0f"), levels, outcome.levels_done)
+    add("levels held on the way up", form(".0f"), levels, outcome.levels_done)
     add("largest force", newton, procedure.top_force_n, outcome.peak_force_n)
     if (data := run.data) is not None:
         planned_n = limits.noise_n if limits else envelope.bounds.noise_n
@@ -207,7 +209,7 @@ def predicted_table(run: Evaluation) -> Table:
         for each in found.quantities.values():
             if each.kind in ("chord", "secant_from_touch"):
                 low_n, top_n = each.from_n, each.to_n
-                label = f"{fields.KINDS[each.kind]}, {newton(low_n)} to {newton(top_n)}"
+                label = f"{KINDS[each.kind]}, {newton(low_n)} to {newton(top_n)}"
 
                 def smooth(law: ContactLaw, low_n: float = low_n, top_n: float = top_n) -> float:
                     return (top_n - low_n) / (law.deformation(top_n) - law.deformation(low_n))
@@ -238,7 +240,7 @@ def time_table(press: PressData) -> Table:
             f"Force lags position by {lag.lag_s * 1e3:.2f} ± {lag.sigma_s * 1e3:.2f} ms "
             f"({lag.how}); {press.lag_corrected_s * 1e3:.2f} ms corrected."
         )
-    return table("Time", fields.CLOCK, press.clocks, [note], page_only=True)
+    return table("Time", Clock, press.clocks, [note], page_only=True)
 
 
 def ending_table(outcome: RunOutcome) -> Table:

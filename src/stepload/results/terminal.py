@@ -100,6 +100,11 @@ def column_widths(cells: Sequence[Sequence[str]], width: int) -> list[int]:
     return found
 
 
+def _fits(cells: Sequence[Sequence[str]], width: int) -> bool:
+    """Whether columns, each given as its cells, have room beside each other."""
+    return sum(max(map(len, each)) + BESIDE for each in cells) < width
+
+
 class Output:
     """Text for people, or one JSON object for programs."""
 
@@ -159,7 +164,10 @@ class Output:
             self.line("\n" + "\n".join(document.brief) + "\n")
 
     def table(self, title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-        """A small table for people; numbers should come with their units."""
+        """A small table for people; numbers should come with their units.
+
+        One that is too wide is turned, a figure in each line, where it then fits.
+        """
         from rich import box
         from rich.console import Console
         from rich.table import Table
@@ -167,13 +175,14 @@ class Output:
         table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False,
                       padding=(0, 1, 0, 0))  # fmt: skip
         width = self._columns or 110
-        cells = [
-            [column, *(visible(row[place]) for row in rows)] for place, column in enumerate(columns)
-        ]
-        for column, each in zip(columns, column_widths(cells, width), strict=True):
-            table.add_column(column, overflow="fold", width=each)
-        for row in rows:
-            table.add_row(*(visible(cell).replace("[", r"\[") for cell in row))
+        cells = [[visible(cell) for cell in row] for row in (columns, *rows)]
+        turned = [list(column) for column in zip(*cells, strict=True)]
+        if not _fits(turned, width) and _fits(cells, width):
+            cells, turned = turned, cells
+        for column, each in zip(cells[0], column_widths(turned, width), strict=True):
+            table.add_column(column.replace("[", r"\["), overflow="fold", width=each)
+        for row in cells[1:]:
+            table.add_row(*(cell.replace("[", r"\[") for cell in row))
         with _perhaps_gone(self._text):
             Console(file=self._text, width=width, highlight=False).print(table)
 

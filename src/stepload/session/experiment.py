@@ -33,11 +33,11 @@ from stepload.record.plain import plain
 from stepload.record.recorder import Recorder, RecordingFailedError
 from stepload.record.rows import Phase
 from stepload.results.analyse import Evaluation, evaluate
-from stepload.results.data import outcome_data, run_data
 from stepload.results.model import Document
-from stepload.results.provenance import about, with_record
+from stepload.results.provenance import with_record
 from stepload.results.run_document import run_document
 from stepload.results.run_record import read_to_evaluate
+from stepload.results.run_results import about, outcome_data, run_data
 from stepload.rig import pose
 from stepload.rig.device import ArmConfiguration
 from stepload.session import control, files

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import stepload
-from stepload.engine import replayed
+from stepload.engine import replay
 from stepload.envelope.envelope import Envelope
 from stepload.errors import BadInputError
 from stepload.plan.model import Plan, Provenance, SecondForceSource
@@ -141,7 +141,7 @@ def attachments(envelope: Envelope) -> dict[str, bytes]:
     return {
         conditions.FILE: conditions.to_bytes(conditions.planned(envelope)),
         **plan_files(envelope.plan),
-        replayed.FILE: replayed.limits_to_bytes(envelope.run_limits),
+        replay.FILE: replay.limits_to_bytes(envelope.run_limits),
         "preflight.json": json.dumps(told).encode(),
     }
 

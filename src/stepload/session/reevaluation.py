@@ -9,17 +9,17 @@ from pathlib import Path
 from typing import Any
 
 import stepload
-from stepload.engine.replayed import limits_from
+from stepload.engine.replay import limits_from
 from stepload.errors import BadInputError
 from stepload.record.plain import plain
 from stepload.results.analyse import Evaluation
 from stepload.results.certificate import other_elastic_limit
 from stepload.results.conditions import Stated
-from stepload.results.data import run_data
 from stepload.results.model import Document
 from stepload.results.provenance import with_record
 from stepload.results.run_document import run_document
 from stepload.results.run_record import evaluation_of, record_in
+from stepload.results.run_results import run_data
 from stepload.session import files
 
 

@@ -10,8 +10,8 @@ from stepload.errors import SteploadError, in_words
 from stepload.identification.identify import Identification
 from stepload.record.recovery import Recovered, find_unfinished, recover
 from stepload.results.conditions import Stated
-from stepload.results.data import identification_data
 from stepload.results.from_file import identify_file
+from stepload.results.identified import identification_data
 from stepload.session.reevaluation import results_again, write_new
 from stepload.units import format_quantity
 

@@ -10,9 +10,9 @@ from typing import Any
 
 from run_plans import limits_for, stvf_plan
 
-from stepload.engine.course import Course
 from stepload.engine.operator import Operator
 from stepload.engine.phases import Exit, Steps
+from stepload.engine.run_state import RunState
 
 BACK_OFF_REST_S = 0.2
 PERIOD_S = 1.0 / 1024.0
@@ -40,7 +40,7 @@ class Stage:
         )  # fmt: skip
         self.events: list[tuple[float, str, dict[str, Any]]] = []
         self.operator = Operator()
-        self.course = Course(
+        self.course = RunState(
             replace(PLAN, **(procedure or {})), replace(PLANNED, **(limits or {})),
             self.sup, self.operator, lambda *event: self.events.append(event), 1,
         )  # type: ignore[arg-type]  # fmt: skip

@@ -160,20 +160,20 @@ SHORT_N = NOISE_N / math.sqrt(0.04 / DT)
 
 def test_an_answer_proves_the_one_before_and_not_itself() -> None:
     """The first may be one of noise: what a dead channel shows is above no other."""
-    anchor = begun(1e4)._anchor
-    travel_m = anchor.end_m() * 2.0
+    limit = begun(1e4)._travel
+    travel_m = limit.end_m() * 2.0
     for answers, (force_n, target_m) in enumerate(((0.0, 0.0), (2.0, 1e-5), (4.0, 2e-5))):
         for _ in range(round(0.1 / DT) if answers else 0):
-            anchor.add_at_end(target_m, force_n)
-        assert (anchor.answer_n, anchor.answer_m) == (pytest.approx(force_n), target_m)
+            limit.add_at_end(target_m, force_n)
+        assert (limit.answer_n, limit.answer_m) == (pytest.approx(force_n), target_m)
         proved_m = max(0.0, target_m - 1e-5)
-        assert (anchor.proved_n, anchor.proved_m) == (
+        assert (limit.proved_n, limit.proved_m) == (
             pytest.approx(max(0.0, force_n - 2.0)),
             proved_m,
         )
         room_m = travel_m - force_n * FLOOR
         ends_m = target_m + 0.5 * room_m, proved_m + travel_m - max(0.0, force_n - 2.0) * FLOOR
-        assert anchor.end_m() == pytest.approx(min(ends_m))
+        assert limit.end_m() == pytest.approx(min(ends_m))
 
 
 def test_an_answer_is_looked_for_where_no_reading_is_from_before_the_arm_stood() -> None:
@@ -183,7 +183,7 @@ def test_an_answer_is_looked_for_where_no_reading_is_from_before_the_arm_stood()
         assert len(controller._targets_m) == 1 + math.ceil((unseen_s + PLANNED.reaction_s) / DT)
         while controller.speed_m_s or not target_m:
             target_m = controller.step(0.0, 0.0, 0.0, target_m, DT)
-        while not controller._anchor.answer_n:
+        while not controller._travel.answer_n:
             target_m = controller.step(5.0, 0.0, 0.0, target_m, DT)
             ticks += 1
         stood_s = unseen_s + PLANNED.reaction_s + 0.1
@@ -196,19 +196,19 @@ def test_at_the_end_of_the_leash_a_mean_over_a_while_is_an_answer() -> None:
     for share, answered in ((1.2, True), (0.95, False)):
         answer_n = share * ANSWER_SIGMAS * SHORT_N
         controller, target_m, ticks = begun(1e4), 0.0, 0
-        anchor = controller._anchor
+        limit = controller._travel
         for _ in range(1500):
             target_m = controller.step(0.0, 0.0, 0.0, target_m, DT)
-        while not anchor.answer_n and ticks < 30_000:
+        while not limit.answer_n and ticks < 30_000:
             target_m = controller.step(answer_n, 0.0, 2e-6, target_m, DT)
             ticks += 1
-        assert (anchor.answer_n > 0.0) == answered
+        assert (limit.answer_n > 0.0) == answered
         assert ticks > 0.04 / DT / (1.2**2 - 1.0)
 
 
 def test_an_answer_comes_with_the_motion_and_not_where_the_arm_stands() -> None:
     """A rise at the end that goes on at the same rate is a drift."""
-    drifting = begun(1e4)._anchor
+    drifting = begun(1e4)._travel
     for tick in range(4000):
         drifting.add(1e-3 * tick)
         drifting.add_at_end(1e-6, 1e-3 * tick)
@@ -217,20 +217,20 @@ def test_an_answer_comes_with_the_motion_and_not_where_the_arm_stands() -> None:
 
 def test_what_a_force_rises_by_at_rest_after_a_level_was_given_up_is_no_answer() -> None:
     for rested_n, answer_n in ((3.0, 3.0), (1.0, 2.0)):
-        anchor = begun(1e4)._anchor
-        anchor.begin(1e-6, 2.0, same=False)
-        anchor.begin(0.0, rested_n, same=True)
-        assert anchor.answer_n == answer_n
+        limit = begun(1e4)._travel
+        limit.begin(1e-6, 2.0, same=False)
+        limit.begin(0.0, rested_n, same=True)
+        assert limit.answer_n == answer_n
 
 
 def test_an_answer_is_worth_more_where_the_payload_is_stiffer() -> None:
     top_n = PLANNED.top_force_n
     for force_n, answered in ((0.0, True), (top_n, False)):
-        anchor = begun(1e4, answer_n_per_m=1e4, answer_top_n_per_m=1e5)._anchor
-        anchor.begin(0.0, force_n, same=False)
+        limit = begun(1e4, answer_n_per_m=1e4, answer_top_n_per_m=1e5)._travel
+        limit.begin(0.0, force_n, same=False)
         for _ in range(400):
-            anchor.add_at_end(1e-4, force_n + 5.0)
-        assert (anchor.answer_n > force_n) == answered
+            limit.add_at_end(1e-4, force_n + 5.0)
+        assert (limit.answer_n > force_n) == answered
 
 
 def test_the_leash_is_tied_to_the_mean_force_of_the_rest_before() -> None:
@@ -238,9 +238,9 @@ def test_the_leash_is_tied_to_the_mean_force_of_the_rest_before() -> None:
     for rested_n, from_n in ((2.0, 2.0), (math.nan, 3.0)):
         controller = StepController(limits())
         controller.begin(200.0, 3.0, 1e-6, 1.0, False, rested_n)
-        anchor = controller._anchor
-        assert (anchor.answer_n, anchor.proved_n, anchor.mean_n) == (from_n, from_n, from_n)
-        assert anchor.answer_m == anchor.proved_m == 1e-6
+        limit = controller._travel
+        assert (limit.answer_n, limit.proved_n, limit.mean_n) == (from_n, from_n, from_n)
+        assert limit.answer_m == limit.proved_m == 1e-6
 
 
 def test_force_and_position_are_paired_with_the_sensors_delay() -> None:

@@ -12,8 +12,8 @@ from run_bench import bench_for, run
 from run_plans import stvf_plan
 from tilted_plans import tilted_plan
 
-from stepload.engine.order import PHASES
 from stepload.engine.phases import May
+from stepload.engine.sequence import PHASES
 from stepload.plan.model import Nulling, Plan
 from stepload.record.rows import Phase, TickRow
 

@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stepload.engine.rehearse import world_for
-from stepload.engine.rehearse_mount import mount_of
+from stepload.engine.rehearse import mount_of, world_for
 from stepload.envelope.envelope import envelope_of
 from stepload.plan.load import load_plan
 from stepload.plan.mounting import Mounting

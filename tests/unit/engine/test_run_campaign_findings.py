@@ -13,10 +13,10 @@ from long_ones import long
 from run_bench import bench_for, run, spec_for
 from run_plans import STEEL, envelope_for, limits_for, stvf_plan, ur_plan
 
+from stepload.engine.controller import Lead
 from stepload.engine.loop import run_loop
 from stepload.engine.supervisor import Supervisor
 from stepload.engine.tick import Engine
-from stepload.engine.tracking import Lead
 from stepload.envelope.limits import SECOND_IDENTICAL_COUNTS
 from stepload.plan.model import Plan, SecondForce, SecondForceSource
 from stepload.record.outcome import RunStatus

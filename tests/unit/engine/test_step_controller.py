@@ -12,9 +12,9 @@ import pytest
 from long_ones import long
 from run_plans import limits_for, stvf_plan, ur_plan
 
-from stepload.engine import anchor
-from stepload.engine.anchor import DRIFT_SHARE
+from stepload.engine import travel_limit
 from stepload.engine.controller import StepController
+from stepload.engine.travel_limit import DRIFT_SHARE
 from stepload.envelope.limits import RunLimits
 from stepload.envelope.press import OLD_S
 
@@ -223,7 +223,7 @@ def test_a_dead_channel_that_drifts_is_no_payload_that_answers(
     drift: float, drift_share: float, held: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It rises where the arm stands as it did on the way; an answer comes with the motion."""
-    monkeypatch.setattr(anchor, "DRIFT_SHARE", drift_share)
+    monkeypatch.setattr(travel_limit, "DRIFT_SHARE", drift_share)
     limits = LIMITS["ur"]
     assert (drifted_n(limits, drift) < limits.force_limit_n) == held
 

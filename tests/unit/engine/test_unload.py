@@ -8,10 +8,9 @@ from types import SimpleNamespace
 import pytest
 
 from stepload.engine import unload as unload_module
-from stepload.engine.force_left import ForceLeft
 from stepload.engine.notices import Notices
 from stepload.engine.operator import Operator
-from stepload.engine.unload import Way, unload
+from stepload.engine.unload import ForceLeft, Way, unload
 from stepload.errors import DeviceError
 from stepload.rig.faults import Fault, FaultCode
 

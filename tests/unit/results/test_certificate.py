@@ -78,13 +78,13 @@ def test_a_row_for_every_load_level(healthy: Document) -> None:
     levels = sheet_of(healthy).levels
     assert levels is not None
     assert [row[0] for row in levels.rows] == [f"{50 * i} N" for i in range(1, 7)]
-    force, deformation, creep, settled, again = list(levels.rows[5])[1:]
+    settled, force, deformation, creep, again = list(levels.rows[5])[1:]
     assert float(force) == pytest.approx(300.0, abs=0.2)
     assert float(deformation) == pytest.approx(59.3 + 1.0, abs=0.6)  # by theory, half of the creep
     assert float(creep) == pytest.approx(1.8, abs=0.4)  # first tenth to last
     assert settled == "yes"
     assert abs(float(again)) < 0.3  # the second loading is the first again
-    assert [row[4] for row in levels.rows].count("NO") == 1
+    assert [row[1] for row in levels.rows].count("NO") == 1
     told = " ".join(levels.notes)
     assert "1 of 6 levels did not settle" in told
     assert "2 touches before the first loading" in told
@@ -97,8 +97,10 @@ def test_a_row_for_every_load_level(healthy: Document) -> None:
 def test_a_level_loaded_again_is_compared_at_the_same_force() -> None:
     def level(cycle: int, step: int, force_n: float, deformation_m: float) -> Level:
         return Level(
-            cycle, step, True, 100.0 * step, 0.0, 1.0, True, force_n, deformation_m, 0.0, 0.0, 9
-        )
+            cycle=cycle, step=step, loading=True, level_n=100.0 * step, start_s=0.0, end_s=1.0,
+            settled=True, force_n=force_n, deformation_m=deformation_m, force_change_n=0.0,
+            creep_m=0.0, samples=9,
+        )  # fmt: skip
 
     first = [level(1, 1, 100.0, 10e-6), level(1, 2, 200.0, 20e-6)]
     stiffer = [level(2, 1, 102.0, 10.2e-6), level(2, 2, 199.0, 19.4e-6)]

@@ -77,14 +77,19 @@ def saved(
     rng = np.random.default_rng(draw)
     force = np.linspace(0.0, top_n, 400)
     travel = (force / k) ** (1 / N) + force / KS
-    touch = TouchPoint(0.0, surface_m, 3.0, 1, "first")
+    touch = TouchPoint(
+        time_s=0.0, position_m=surface_m, force_n=3.0, cycle=1, purpose="first", travel_m=0.0
+    )
     data = PressData(
         time_s=np.linspace(0.0, 30.0, 400),
         force_n=force + 0.5 * rng.standard_normal(400),
         travel_m=np.round(travel / 1e-6) * 1e-6,
         phase=np.full(400, int(Phase.LOAD)),
         cycle=np.ones(400, int),
-        touches=(touch, replace(touch, time_s=99.0, position_m=1.0, purpose="last")),
+        touches=(
+            touch,
+            touch.model_copy(update={"time_s": 99.0, "position_m": 1.0, "purpose": "last"}),
+        ),
         noise_n=0.5,
         zero_shift_n=0.0,
         lag=Lag(0.0, 1e-4, "made"),

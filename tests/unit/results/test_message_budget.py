@@ -10,12 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from stepload.cli.preflight import preflight_data, show_preflight, show_verdict
+from stepload.cli.preflight import show_preflight, show_verdict
 from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.envelope.hazards import hazards_of
 from stepload.envelope.reason import PlanVerdict, Severity, findings
 from stepload.plan.load import load_plan
 from stepload.results.preflight import figure_lines, finding_lines, headline
+from stepload.results.preflight_results import preflight_data
 from stepload.results.terminal import Output
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -9,8 +9,8 @@ import pytest
 
 from stepload.errors import BadInputError
 from stepload.results.conditions import laws_of
-from stepload.results.data import identification_data
 from stepload.results.from_file import Stated, identify_file
+from stepload.results.identified import identification_data
 
 KS, K = 3.49e6, 6.57e8
 

@@ -14,7 +14,7 @@ from six_rigs import SURFACE_M, go, plant, rig, rub, shift, springs, wait
 
 from stepload.rig.mount import Mount
 from stepload.rig.world import WorldFault
-from stepload_drivers.sim.lateral_derating import lateral_derating
+from stepload_drivers.sim.friction import lateral_derating
 from stepload_drivers.sim.plant import Plant
 from stepload_drivers.sim.simulation import World
 from stepload_drivers.sim.six_plant import SixPlant

@@ -30,7 +30,7 @@ def test_a_rule_is_taken_away_where_it_spoke_and_a_layer_everywhere() -> None:
     assert jobs_without("R4", RESULTS) == [Job("one", 0), Job("one", 3), Job("one", 5)]
     assert jobs_without("R8", RESULTS) == []
     assert jobs_without("R3+R4", RESULTS) == [Job("one", index) for index in (0, 1, 3, 5)]
-    assert jobs_without("cap", RESULTS) == [Job("one", index) for index in (0, 1, 2, 3, 5)]
+    assert jobs_without("CAP", RESULTS) == [Job("one", index) for index in (0, 1, 2, 3, 5)]
 
 
 def test_what_a_rule_had_stopped_goes_on_or_is_stopped_by_another() -> None:

@@ -13,6 +13,7 @@ from typing import Any
 
 from stepload.engine.controller import StepController
 from stepload.engine.operator import StopLevel
+from stepload.engine.rules import RULES
 from stepload.engine.tick import Engine
 from stepload.engine.watch import Breach
 from stepload.envelope.limits import RunLimits
@@ -70,24 +71,8 @@ def _stopped(row: Result, name: str) -> bool:
     return row.rule in rules if rules else row.status == "stopped"
 
 
-RULES = tuple(f"R{number}" for number in range(1, 15))
-LAYERS = {
-    "R1": "no stop at the force limit",
-    "R2": "no stop at the predicted peak force",
-    "R3": "no stop when samples are missing",
-    "R4": "no stop at samples that are frozen, not finite, out of range or flagged",
-    "R5": "no cross-check: the second force channel is not looked at",
-    "R6": "no stop at travel without an answer in force",
-    "R7": "no stop when the arm is not where its commands should put it",
-    "R8": "no end of the search",
-    "R9": "no stop at a force jump without motion",
-    "R10": "no stop at a sequence or clock out of order",
-    "R11": "no stop at a force that grows the wrong way in an approach",
-    "R12": "no stop where the payload is dragged sideways",
-    "R13": "no stop near the ratings of the force sensor",
-    "R14": "no stop where the plate is touched beside the pressing axis",
+LAYERS = {code: f"no stop by {code}, {rule.name}" for code, rule in RULES.items()} | {
     "leash": "the target is not bound to what the force has proved",
-    "cap": "no speed cap in contact against a hidden hard stop",
     "approach": "no force budget: approach at 10 mm/s all the way",
     "all-but-R1": "a bare threshold: R1 only, no leash, no cap, approach at 10 mm/s",
 }
@@ -98,9 +83,12 @@ LONGEST_S = 30.0
 
 
 def named_rules(name: str) -> frozenset[str]:
-    """The rules of "R1" or "R1+R2"; none where the name is that of another layer, or unknown."""
+    """The rules of "R1" or "R1+R2"; none where the name is that of another layer, or unknown.
+
+    CAP is a layer: the controller keeps to it too, so without it every run changes.
+    """
     names = frozenset(name.split("+"))
-    return names if names <= frozenset(RULES) else frozenset()
+    return names if names <= frozenset(RULES) - {"CAP"} else frozenset()
 
 
 def told(name: str) -> str:
@@ -127,8 +115,8 @@ class Ablation:
         if names := named_rules(self.name):
             return names
         if self.name == "all-but-R1":
-            return frozenset({*RULES, "CAP"} - {"R1"})
-        return frozenset({"CAP"} if self.name == "cap" else ())
+            return frozenset(RULES) - {"R1"}
+        return frozenset({"CAP"} & {self.name})
 
     def limits(self, limits: RunLimits) -> RunLimits:
         """The limits of a run without the layer."""
@@ -146,7 +134,7 @@ class Ablation:
 
     def controller(self, limits: RunLimits) -> StepController:
         """A step controller without the layer; used by the engine in place of the product's."""
-        if self.name in ("cap", "all-but-R1"):
+        if "CAP" in self.rules:
             limits = replace(limits, contact_n_s_per_m=1e-6)
         return StepController(limits, leash=self.name not in ("leash", "all-but-R1"))
 

@@ -5,95 +5,72 @@ from __future__ import annotations
 import math
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
-from stepload.results.model import NOTHING, Field, named, number
+from stepload.results.model import NOTHING
+from stepload.results.rows import Cell, Row, figure, form
 from stepload_verify.campaign.result import REFUSED, Result
 
 CONFIDENCE = 0.95
 
 
-@dataclass(frozen=True, slots=True)
-class Group:
+class Group(Row):
     """Runs that are reported together."""
 
-    name: str
-    runs: int
-    healthy: int
-    refused: int
-    above_elastic_limit: int
-    max_peak_ratio: float
-    max_j: float
-    p999_peak_ratio: float
-    false_trips: int
-    false_trip_rate: float
-    missed: int
-    """Healthy runs that were completed, with a level given up below its force."""
-    rate_bound: float
-    """Upper 95 % bound of the share of runs above F_c."""
-
-
-@dataclass(frozen=True, slots=True)
-class RuleRow:
-    """Runs stopped by one rule; detection times of those with one fault and nothing else wrong."""
-
-    rule: str
-    trips: int
-    detection_median_s: float
-    detection_p99_s: float
-    max_peak_ratio: float
-
-
-@dataclass(frozen=True, slots=True)
-class FaultRow:
-    """Runs with one kind of fault; those with a named hazard are counted apart."""
-
-    kind: str
-    runs: int
-    stopped: int
-    above_elastic_limit: int
-    max_j: float
-    hazards: int
-    hazards_above: int
+    name: str = figure("Name of the group.", "runs on")
+    runs: int = figure("Runs that preflight let begin.", "runs")
+    above_elastic_limit: int = figure("Runs with a force above F_c.", "above F_c")
+    rate_bound: Annotated[float, form(".2g")] = figure(
+        "Upper 95 % bound of the share of runs above F_c.", "95 % bound"
+    )
+    max_peak_ratio: Annotated[float, form(".3f")] = figure("Largest F/F_c.", "max F/F_c")
+    max_j: Annotated[float, form(".3f")] = figure("Largest J.", "max J")
+    p999_peak_ratio: Annotated[float, form(".3f")] = figure("99.9 % of F/F_c.", "p99.9")
+    refused: Annotated[int, lambda count: f"{count or NOTHING}"] = figure(
+        "Runs that preflight refused.", "refused"
+    )
+    healthy: int = figure("Runs without a fault.", "healthy")
+    false_trips: Annotated[
+        int,
+        Cell(lambda g: f"{g.false_trips} ({g.false_trip_rate:.2%})" if g.healthy else NOTHING),
+    ] = figure("Healthy runs that were stopped.", "false")
+    false_trip_rate: float = figure("Their share.")
+    missed: Annotated[int, Cell(lambda g: f"{g.missed}" if g.healthy else NOTHING)] = figure(
+        "Healthy runs that were completed, with a level given up below its force.",
+        "gave a level up",
+    )
 
 
 def _milliseconds(time_s: float) -> str:
-    return NOTHING if math.isnan(time_s) else f"{time_s * 1e3:.1f} ms"
+    return f"{time_s * 1e3:.1f} ms"
 
 
-GROUP: tuple[Field[Group], ...] = (
-    named("name", "runs on"),
-    named("runs", "runs"),
-    named("above_elastic_limit", "above F_c"),
-    named("rate_bound", "95 % bound", number(".2g")),
-    named("max_peak_ratio", "max F/F_c", number(".3f")),
-    named("max_j", "max J", number(".3f")),
-    named("p999_peak_ratio", "p99.9", number(".3f")),
-    Field(lambda row: row.refused or None, label="refused"),
-    named("healthy", "healthy"),
-    Field(
-        lambda row: f"{row.false_trips} ({row.false_trip_rate:.2%})" if row.healthy else None,
-        label="false",
-    ),
-    Field(lambda row: row.missed if row.healthy else None, label="gave a level up"),
-)
-RULE: tuple[Field[RuleRow], ...] = (
-    named("rule", "by"),
-    named("trips", "runs"),
-    named("detection_median_s", "detected after (median)", _milliseconds),
-    named("detection_p99_s", "(99 %)", _milliseconds),
-    named("max_peak_ratio", "max F/F_c", number(".3f")),
-)
-FAULT: tuple[Field[FaultRow], ...] = (
-    named("kind", "fault"),
-    named("runs", "runs"),
-    named("stopped", "stopped"),
-    named("above_elastic_limit", "above F_c"),
-    named("max_j", "max J", number(".3f")),
-    Field(lambda row: row.hazards or None, label="hazards apart"),
-    Field(lambda row: row.hazards_above if row.hazards else None, label="above F_c"),
-)
+class RuleRow(Row):
+    """Runs stopped by one rule; detection times of those with one fault and nothing else wrong."""
+
+    rule: str = figure("Rule, or the status.", "by")
+    trips: int = figure("Runs.", "runs")
+    detection_median_s: Annotated[float, _milliseconds] = figure(
+        "Median time from the fault to the stop.", "detected after (median)"
+    )
+    detection_p99_s: Annotated[float, _milliseconds] = figure("99 % of them.", "(99 %)")
+    max_peak_ratio: Annotated[float, form(".3f")] = figure("Largest F/F_c.", "max F/F_c")
+
+
+class FaultRow(Row):
+    """Runs with one kind of fault; those with a named hazard are counted apart."""
+
+    kind: str = figure("Kind of fault.", "fault")
+    runs: int = figure("Runs.", "runs")
+    stopped: int = figure("Runs that were stopped.", "stopped")
+    above_elastic_limit: int = figure("Runs with a force above F_c.", "above F_c")
+    max_j: Annotated[float, form(".3f")] = figure("Largest J.", "max J")
+    hazards: Annotated[int, lambda count: f"{count or NOTHING}"] = figure(
+        "Runs with a named hazard.", "hazards apart"
+    )
+    hazards_above: Annotated[
+        int, Cell(lambda row: f"{row.hazards_above}" if row.hazards else NOTHING)
+    ] = figure("Those of them above F_c.", "above F_c")
 
 
 def rate_bound(events: int, runs: int) -> float:
@@ -192,11 +169,11 @@ def by_rule(results: Iterable[Result]) -> list[RuleRow]:
         times = [time_s for time_s in times if time_s >= 0.0]
         table.append(
             RuleRow(
-                rule,
-                len(rows),
-                quantile(times, 0.5),
-                quantile(times, 0.99),
-                max(row.peak_ratio for row in rows),
+                rule=rule,
+                trips=len(rows),
+                detection_median_s=quantile(times, 0.5),
+                detection_p99_s=quantile(times, 0.99),
+                max_peak_ratio=max(row.peak_ratio for row in rows),
             )
         )
     return table
@@ -215,13 +192,13 @@ def _fault_row(kind: str, rows: Sequence[Result]) -> FaultRow:
     claim = claimed(rows)
     apart = [row for row in rows if row.hazard]
     return FaultRow(
-        kind,
-        len(claim),
-        sum(row.status == "stopped" for row in claim),
-        sum(row.peak_ratio > 1.0 for row in claim),
-        max((row.j for row in claim), default=math.nan),
-        len(apart),
-        sum(row.peak_ratio > 1.0 for row in apart),
+        kind=kind,
+        runs=len(claim),
+        stopped=sum(row.status == "stopped" for row in claim),
+        above_elastic_limit=sum(row.peak_ratio > 1.0 for row in claim),
+        max_j=max((row.j for row in claim), default=math.nan),
+        hazards=len(apart),
+        hazards_above=sum(row.peak_ratio > 1.0 for row in apart),
     )
 
 
@@ -240,9 +217,9 @@ def summary(results: Sequence[Result]) -> Mapping[str, Any]:
         "p999_peak_ratio": claim.p999_peak_ratio,
         "false_trip_rate": claim.false_trip_rate,
         "rate_bound_95": claim.rate_bound,
-        "groups": table,
-        "rules": by_rule(rows),
-        "faults": by_fault(results),
+        "groups": [each.model_dump() for each in table],
+        "rules": [each.model_dump() for each in by_rule(rows)],
+        "faults": [each.model_dump() for each in by_fault(results)],
         "refusals": dict(Counter(row.rule for row in results if row.status == REFUSED)),
         "false_trips": dict(Counter(row.rule or row.status for row in rows if row.false_trip)),
         "violations": [_name(row) for row in rows if row.peak_ratio > 1.0],

@@ -102,12 +102,12 @@ def _press_data(case: Case, run: Course, force: FloatArray, travel: FloatArray) 
     since = travel - travel[began]
     touches = tuple(
         TouchPoint(
-            float(time_s[each.index]),
-            START_M + float(travel[each.index]),
-            float(tared[each.index]),
-            each.cycle,
-            each.purpose,
-            float(since[each.index]),
+            time_s=float(time_s[each.index]),
+            position_m=START_M + float(travel[each.index]),
+            force_n=float(tared[each.index]),
+            cycle=each.cycle,
+            purpose=each.purpose,
+            travel_m=float(since[each.index]),
         )
         for each in run.touches
     )

@@ -1,4 +1,4 @@
-"""The state of a run, shared by the parts of its order."""
+"""The state of a run, shared by the parts of its sequence."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _LOAD = int(Phase.LOAD)
 Emit = Callable[[float, str, dict[str, object]], None]
 
 
-class Course:
+class RunState:
     """The present phase and what has been found so far.
 
     `sequence` is resumed in each tick, at `now_s`, `step_s` after the last one. `target_m` is the

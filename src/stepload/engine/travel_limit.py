@@ -20,7 +20,7 @@ from stepload.envelope.press import (
 )
 
 
-class Anchor:
+class TravelLimit:
     """The payload's last answer, and the last answer that a later one has proved.
 
     `answer_n` and `answer_m` are force and target of the former, `proved_n` and `proved_m` of the

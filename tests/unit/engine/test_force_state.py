@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from stepload.engine.touch import BOUNCE_S, SURE, TouchTest
+from stepload.engine.force_state import BOUNCE_S, SURE, TouchTest
 
 TOUCH_N, PERIOD_S = 2.0, 0.002
 

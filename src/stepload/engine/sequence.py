@@ -1,4 +1,4 @@
-"""The order of a run: zero, approach, touch, load steps with holds, unload, retract, zero again.
+"""The sequence of a run: zero, approach, touch, load steps with holds, unload, retract, zero again.
 
 A generator that sets one position target per tick; it reads top to bottom. It knows the devices
 only through the supervisor's readings and never reads a clock. What a phase returns says what
@@ -11,24 +11,24 @@ import math
 
 from stepload.engine.align import Alignment
 from stepload.engine.approach import FIRST, Approach
-from stepload.engine.course import Course
-from stepload.engine.enough import FarEnough, Verdict, judge, nearest
 from stepload.engine.notices import Say, nothing
 from stepload.engine.phases import PHASES, Exit, May, Steps, phase
 from stepload.engine.retract import retract
+from stepload.engine.run_state import RunState
 from stepload.engine.steps import Control, LoadSteps
+from stepload.engine.stopping_rule import StoppingRule, Verdict, judge, nearest
 from stepload.engine.zeroing import Adopt, Zeroing
 from stepload.envelope.aligning import Aligning, NullingLaw
 from stepload.envelope.until import Until
 from stepload.record.rows import Phase
 
 START_REST_S = 0.05
-__all__ = ["PHASES", "RunOrder"]  # the table is whole once every phase is imported
+__all__ = ["PHASES", "RunSequence"]  # the table is whole once every phase is imported
 HELD_SHARE = 0.5
 """Largest error of the held position, as a share of the way to the nearest possible surface."""
 
 
-class RunOrder:
+class RunSequence:
     """Leads a course from its first tick to its last.
 
     Args:
@@ -44,7 +44,7 @@ class RunOrder:
 
     def __init__(
         self,
-        course: Course,
+        course: RunState,
         adopt: Adopt,
         start_level: int,
         controller: Control,
@@ -61,7 +61,7 @@ class RunOrder:
         self._alignment = Alignment(course, self._approach, aligning) if aligning else None
         self._index = start_level
         self._top = len(course.plan.levels_n)
-        self._far_enough = FarEnough(until) if until is not None else None
+        self._stopping = StoppingRule(until) if until is not None else None
         course.sequence = self._run()
 
     def _run(self) -> Steps:
@@ -168,9 +168,9 @@ class RunOrder:
         if left := self._asked():
             return left
         self.steps.new_contact()
-        if self._far_enough is not None and course.cycle == 1:
+        if self._stopping is not None and course.cycle == 1:
             touch = course.touches[-1]
-            self._far_enough.touched(touch.force_n, touch.position_m)
+            self._stopping.touched(touch.force_n, touch.position_m)
         while True:
             if left := (yield from self._up()):
                 return left
@@ -246,7 +246,7 @@ class RunOrder:
 
     def _judge_reach(self) -> Exit | None:
         """End the loading at this level, or the run, depending on the deformation."""
-        course, far = self._course, self._far_enough
+        course, far = self._course, self._stopping
         if far is None or course.cycle != 1:
             return None
         index = self._index - 1

@@ -1,16 +1,21 @@
-"""Margins never say that a rule has room where it has none."""
+"""The table of rules: page and thresholds; margins show no room where there is none."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import fields
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from stepload.engine.margins import margins
 from stepload.engine.motion import MotionWatch
+from stepload.engine.rules import RULES, margins, with_table
+from stepload.envelope.limits import OFF_AT_ZERO, RunLimits
 from stepload.record.rows import Phase
+
+PAGE = Path(__file__).parents[3] / "docs" / "safety.md"
 
 
 def limits(**other: Any) -> Any:
@@ -51,6 +56,21 @@ def supervisor(**other: Any) -> Any:
         "overload": SimpleNamespace(used=0.0), "second_overload": SimpleNamespace(used=0.0),
     }  # fmt: skip
     return SimpleNamespace(**{**told, **other})
+
+
+def test_the_page_holds_the_table() -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    assert "| CAP | target |" in text
+    assert with_table(text) == text, "python -m stepload.engine.rules"
+
+
+def test_every_rule_has_its_thresholds_and_every_threshold_its_rule() -> None:
+    assert all(rule.thresholds for rule in RULES.values())
+    named = {
+        code for each in fields(RunLimits) for code in each.metadata.get("rule", "").split(", ")
+    }
+    assert named - {""} == set(RULES)
+    assert {code for rules in OFF_AT_ZERO for code in rules.split(", ")} <= set(RULES)
 
 
 def test_a_rule_without_room_is_all_used() -> None:

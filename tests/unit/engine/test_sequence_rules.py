@@ -11,14 +11,13 @@ import pytest
 from course_feed import PERIOD_S, PLAN, PLANNED, Stage
 
 from stepload.engine.approach import RING_TIMEOUT_S, Approach
+from stepload.engine.controller import LEAD_FILTER_S, Lead
+from stepload.engine.force_state import BLOCK_S, BLOCKS, BOUNCE_S, SURE, RingTest, SettleTest
 from stepload.engine.operator import StopLevel
-from stepload.engine.order import START_REST_S, RunOrder
 from stepload.engine.phases import Exit
 from stepload.engine.retract import retract
-from stepload.engine.settle import BLOCK_S, BLOCKS, RingTest, SettleTest
+from stepload.engine.sequence import START_REST_S, RunSequence
 from stepload.engine.steps import LoadSteps
-from stepload.engine.touch import BOUNCE_S, SURE
-from stepload.engine.tracking import LEAD_FILTER_S, Lead
 from stepload.record.outcome import Tare
 from stepload.record.rows import Phase
 
@@ -521,11 +520,11 @@ def test_ringing_has_died_out_after_two_quiet_blocks() -> None:
             assert told.index(True) * PERIOD_S == pytest.approx(2 * 0.025, abs=0.003)
 
 
-def order(position_m: float, procedure: dict[str, Any] | None = None) -> tuple[Stage, RunOrder]:
+def order(position_m: float, procedure: dict[str, Any] | None = None) -> tuple[Stage, RunSequence]:
     stage = Stage(None, procedure)
     stage.course.target_m = math.nan
     stage.position_m = position_m
-    run = RunOrder(stage.course, lambda measured: None, 0, Controller, None)  # type: ignore[arg-type]
+    run = RunSequence(stage.course, lambda measured: None, 0, Controller, None)  # type: ignore[arg-type]
     return stage, run
 
 

@@ -1,4 +1,4 @@
-"""Has the force come to rest? An equivalence test on blocks of the last second; and ringing."""
+"""Judges the force of a contact: settled, rung out, or the surface met."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _SPREAD = sum(c * c for c in _CENTRED)
 
 
 class SettleTest:
-    """(|slope| + 2 se) · T_hold < eps over 1 s, kept for 0.1 s.
+    """Equivalence test on blocks of the last second: (|slope| + 2 se) · T_hold < eps, for 0.1 s.
 
     Not settled until shown: noise too high for `eps_n` never counts as rest.
     """
@@ -84,3 +84,46 @@ class RingTest:
             self._high = force_n
         elif force_n < self._low:
             self._low = force_n
+
+
+TOUCH_SAMPLES = 2
+"""Samples in a row above the touch force that make a touch."""
+SURE = 1.5
+"""A sample above so many touch forces is a hit: the touch force is at least 4 sigma of noise."""
+BOUNCE_S = 0.2
+"""Time in s for which the approach waits after a hit for another one."""
+
+
+class TouchTest:
+    """Two samples in a row above the touch force are a touch.
+
+    An arm that is heavy for its stiffness bounces off something rigid, and each hit is over before
+    the next sample. Going on between two hits makes each of them harder. So the approach waits
+    after a hit, a sample well above the touch force; two hits need not be in a row.
+
+    Args:
+        touch_force_n: force above which a sample counts towards a touch.
+
+    `touched` says whether there has been one.
+    """
+
+    def __init__(self, touch_force_n: float) -> None:
+        self._touch_n = touch_force_n
+        self._row = self._hits = 0
+        self._hit_s = -math.inf
+        self.touched = False
+
+    def add(self, now_s: float, force_n: float) -> None:
+        """Judge a fresh sample."""
+        if force_n <= self._touch_n:
+            self._row = 0
+            return
+        self._row += 1
+        if force_n > SURE * self._touch_n:
+            self._hits = self._hits + 1 if self.waits(now_s) else 1
+            self._hit_s = now_s
+        self.touched = max(self._row, self._hits) >= TOUCH_SAMPLES
+
+    def waits(self, now_s: float) -> bool:
+        """Whether the last hit is so recent that the approach has to wait."""
+        return now_s - self._hit_s <= BOUNCE_S

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from stepload.engine.enough import SURE, FarEnough, Verdict, judge, nearest
+from stepload.engine.stopping_rule import SURE, StoppingRule, Verdict, judge, nearest
 from stepload.envelope.until import Need, Until
 from stepload.identification.conditions import Conditions, Sources
 from stepload.plan.checks import LEAST_LEVELS
@@ -54,9 +54,9 @@ def test_one_level_that_may_still_do_is_reason_enough_to_go_on() -> None:
     assert judge(needs, 2, 9.9 * UM) is Verdict.UNREACHABLE
 
 
-def far_enough(stiffness: float | None = K_S) -> FarEnough:
+def far_enough(stiffness: float | None = K_S) -> StoppingRule:
     conditions = Conditions(Sources(stiffness), 300.0, 3.0, 1e-6)
-    return FarEnough(Until(0.1, tuple(ladder()), conditions))
+    return StoppingRule(Until(0.1, tuple(ladder()), conditions))
 
 
 def test_the_deformation_is_the_payloads_between_a_tenth_of_the_level_and_the_level() -> None:

@@ -89,7 +89,7 @@ def judge(needs: Sequence[Need], index: int, deformation_m: float) -> Verdict:
     return Verdict.UNREACHABLE if reach is not None and reach.share < 1.0 else Verdict.MORE
 
 
-class FarEnough:
+class StoppingRule:
     """The first loading, as measured at its touches and its holds.
 
     Args:
