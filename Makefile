@@ -3,14 +3,19 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
-KEPT   := $(VENV)/.bytecode
 
 CORES := $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
 
-# One test at a time on each core and one more, for many of them wait (those that wait
-# longest come first). Twice as many as cores took a fifth more of the processors' time.
-WORKERS ?= $(shell expr $(CORES) + 1)
-BESIDE  := --dist loadfile --no-loadscope-reorder
+CLOCK  := tests/wire tests/contract
+# The shares of `make virtual` run beside each other, on two cores each in one process: what a
+# process does not collect costs it nothing. More cores give each share workers of its own.
+EACH   ?= $(shell expr $(CORES) / 3)
+BESIDE := --dist loadfile --no-loadscope-reorder
+SHARES := $(addprefix virtual-,system engine parts clock)
+virtual-system: SHARE := tests/system
+virtual-engine: SHARE := tests/unit/engine
+virtual-parts:  SHARE := tests/unit --ignore=tests/unit/engine tests/helpers
+virtual-clock:  SHARE := $(CLOCK)
 
 # Wide matrices are not what this project computes; one BLAS thread is faster and repeatable.
 export OPENBLAS_NUM_THREADS := 1
@@ -19,8 +24,8 @@ export OMP_NUM_THREADS := 1
 # Some images forbid it: then each of the tests' hundreds of processes compiles every module anew.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help long demo demo-wire test lint types imports virtual realtime \
-  test-under-load mutants installed dist wire campaign bench benches fuzz docs paper clean
+.PHONY: help long demo demo-wire test lint types imports virtual $(SHARES) realtime \
+  mutants installed dist wire campaign bench benches fuzz docs paper clean
 
 help: ## Show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -35,11 +40,6 @@ $(READY): pyproject.toml verify/pyproject.toml
 	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -e '.[dev]' -e verify
 	@touch $@
 
-# Every worker imports every test file: once compiled by one process, that takes a third of the time.
-$(KEPT): $(READY)
-	-@$(BIN)/pytest --collect-only -qq >/dev/null
-	@touch $@
-
 demo: $(READY) ## The paper's plastic sphere on the simulated rig; ends with a report
 	$(BIN)/stepload run procedures/plastic-sphere.yaml --dry-run
 
@@ -47,7 +47,7 @@ demo-wire: $(READY) ## A whole plan with real drivers against emulated devices, 
 	$(BIN)/python -m stepload_verify.trials.demo_wire
 
 test: $(READY) ## Everything CI runs; of what runs side by side each part is shown when it is over
-	@$(MAKE) --no-print-directory --jobs=4 --output-sync=target lint types imports virtual
+	@$(MAKE) --no-print-directory --jobs=8 --output-sync=target lint types imports virtual
 	@$(MAKE) --no-print-directory realtime
 
 lint: $(READY)
@@ -60,19 +60,15 @@ types: $(READY)
 imports: $(READY)
 	$(BIN)/lint-imports --no-cache
 
-CLOCK  := tests/wire tests/contract
+virtual: $(SHARES) ## The tests that no clock on the wall can fail; in four shares with --jobs
 
-virtual: $(KEPT) ## The tests that no clock on the wall can fail
-	$(BIN)/pytest tests --ignore=tests/contract -m 'not realtime and not long' -n $(WORKERS) $(BESIDE)
+$(SHARES): $(READY)
+	$(BIN)/pytest $(SHARE) -m 'not realtime and not long' -n $(EACH) $(BESIDE)
 
-realtime: $(KEPT) ## Drivers and their emulators, then what a meter of the host's stalls stands beside
-	$(BIN)/pytest tests/contract -m 'not realtime and not long' -n $(CORES) --dist worksteal
-	$(BIN)/pytest $(CLOCK) -m 'patient and not long' -n $(CORES) $(BESIDE)
+realtime: $(READY) ## What a meter of the host's stalls stands beside
+	$(BIN)/pytest $(CLOCK) -m 'patient and not long' -n $(shell expr $(CORES) + 1) --dist worksteal
 	$(BIN)/pytest $(CLOCK) -m 'realtime and not patient and not long' -n $(shell expr 2 \* $(CORES)) \
 	  --dist worksteal
-
-test-under-load: $(READY) ## Both of these, ten times beside busy loops and ten times with stops
-	$(BIN)/python tests/helpers/under_load.py --runs 10 -- $(MAKE) --no-print-directory virtual realtime
 
 mutants: $(READY) ## Every operator of mutmut on the safety rooms; a test must fail each time (long)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[mutants]'

@@ -14,7 +14,7 @@ os.environ["OMP_NUM_THREADS"] = "1"
 
 import sys
 
-from stepload_verify.trials.honest.__main__ import main
+from stepload_verify.trials.honest.bench import main
 
 if __name__ == "__main__":
     sys.exit(main())

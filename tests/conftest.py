@@ -18,8 +18,8 @@ GRACE_S = 3.0
 
 # The same examples every time, so that a test fails because of a change and not by chance;
 # `make fuzz` looks at others.
-settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=50)
-settings.register_profile("explore", deadline=None)
+settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=25)
+settings.register_profile("explore", deadline=None, max_examples=300)
 settings.load_profile("repeatable")
 
 

@@ -10,11 +10,8 @@ import math
 import threading
 from dataclasses import replace
 
-import numpy as np
-
 from stepload.errors import DeviceError
-from stepload.rig.device import Health, Identity
-from stepload.rig.faults import Fault, FaultCode
+from stepload.rig.faults import FaultCode
 from stepload.rig.samples import ForceSample
 
 LEAKED: list[tuple[threading.Thread, threading.Event]] = []
@@ -88,38 +85,12 @@ def has_samples_before_open(healthy):
     return _before_open(healthy, "drain", [sample])
 
 
-def has_no_health_before_open(healthy):
-    return _before_open(healthy, "health", None)
-
-
-def young_before_open(healthy):
-    return _before_open(healthy, "health", Health(0, 0, 0.0, 0.0, 0.0, {}))
-
-
-def faulty_before_open(healthy):
-    return _before_open(healthy, "fault", Fault(FaultCode.NOT_CONNECTED, "not open", "", 0.0))
-
-
 def open_exceeds_its_deadline(healthy):
     def late(self, timeout_s):
         _blocks(self, 10.0)
         return healthy.open(self, timeout_s)
 
     return _variant(healthy, open=late)
-
-
-def fails_to_open_slowly(healthy):
-    def late(self, timeout_s):
-        if timeout_s < 1e-3:
-            _blocks(self, 10.0)
-            raise DeviceError("no", code=FaultCode.NOT_CONNECTED)
-        return healthy.open(self, timeout_s)
-
-    return _variant(healthy, open=late)
-
-
-def open_tells_nothing(healthy):
-    return _variant(healthy, open=lambda self, timeout_s: str(healthy.open(self, timeout_s)))
 
 
 def _after_open(healthy, act):
@@ -129,47 +100,6 @@ def _after_open(healthy, act):
         return identity
 
     return _variant(healthy, open=changed)
-
-
-def has_no_rate(healthy):
-    return _after_open(healthy, lambda self: setattr(self, "rate_hz", 0.0))
-
-
-def counts_nothing(healthy):
-    return _variant(healthy, health=lambda self: Health(0, 0, 0.0, math.inf, 0.0, {}))
-
-
-def never_young(healthy):
-    return _variant(healthy, health=lambda self: replace(healthy.health(self), age_s=math.inf))
-
-
-def opens_with_a_fault(healthy):
-    return _after_open(healthy, lambda self: self._stream.latch(FaultCode.CORRUPT, "old", 0.0))
-
-
-def anonymous(healthy):
-    def nameless(self, timeout_s):
-        return replace(healthy.open(self, timeout_s), model="")
-
-    return _variant(healthy, open=nameless)
-
-
-def opens_before_its_first_sample(healthy):
-    def early(self, timeout_s):
-        identity = healthy.open(self, timeout_s)
-        healthy.drain(self)
-        return identity
-
-    return _variant(healthy, open=early)
-
-
-def unknown_error_code(healthy):
-    def refuse(self, timeout_s):
-        if timeout_s < 1e-3:
-            raise DeviceError("no", code="whatever")
-        return healthy.open(self, timeout_s)
-
-    return _variant(healthy, open=refuse)
 
 
 def leaks_when_open_fails(healthy):
@@ -198,30 +128,6 @@ def opens_only_once(healthy):
         return healthy.open(self, timeout_s)
 
     return _variant(healthy, open=once)
-
-
-def keeps_samples_over_a_close(healthy):
-    def close(self):
-        self._kept = healthy.drain(self) or getattr(self, "_kept", [])
-        healthy.close(self)
-
-    def drain(self):
-        kept, self._kept = getattr(self, "_kept", []), []
-        return kept + healthy.drain(self) if healthy.health(self).received else []
-
-    return _variant(healthy, close=close, drain=drain)
-
-
-def counts_since_construction(healthy):
-    def close(self):
-        self._before = getattr(self, "_before", 0) + healthy.health(self).received
-        healthy.close(self)
-
-    def health(self):
-        found = healthy.health(self)
-        return replace(found, received=found.received + getattr(self, "_before", 0))
-
-    return _variant(healthy, close=close, health=health)
 
 
 def safe_always_refuses(healthy):
@@ -254,18 +160,6 @@ def safe_crashes_before_open(healthy):
     return _variant(healthy, safe=safe, open=begin)
 
 
-def safe_crashes_after_close(healthy):
-    def safe(self, timeout_s):
-        if getattr(self, "_closed", False):
-            raise AttributeError("no link")
-
-    def close(self):
-        self._closed = True
-        healthy.close(self)
-
-    return _variant(healthy, safe=safe, close=close)
-
-
 # data
 
 
@@ -282,18 +176,6 @@ def loses_unnoticed(healthy):
         return healthy.drain(self)[:-1]
 
     return _variant(healthy, drain=drain)
-
-
-def loses_half_and_renumbers(healthy):
-    def change(self, sample):
-        half = sample.sequence // 2
-        return None if sample.sequence % 2 else sample._replace(sequence=half)
-
-    def health(self):
-        found = healthy.health(self)
-        return replace(found, received=max(1, found.received // 2))
-
-    return _variant(_each(healthy, change), health=health)
 
 
 def faults_by_itself(healthy):
@@ -313,32 +195,8 @@ def miscounts(healthy):
     return _variant(healthy, health=health)
 
 
-def tells_another_rate(healthy):
-    def health(self):
-        found = healthy.health(self)
-        return replace(found, rate_hz=2.0 * found.rate_hz)
-
-    return _variant(healthy, health=health)
-
-
 def gives_plain_tuples(healthy):
     return _variant(healthy, drain=lambda self: [tuple(s) for s in healthy.drain(self)])
-
-
-def gives_a_tuple_of_samples(healthy):
-    return _variant(healthy, drain=lambda self: tuple(healthy.drain(self)))
-
-
-def counts_in_numpy(healthy):
-    return _each(healthy, lambda self, s: s._replace(sequence=np.int64(s.sequence)))
-
-
-def gives_a_wrench_of_single_precision(healthy):
-    return _each(healthy, lambda self, s: s._replace(wrench=tuple(map(np.float32, s.wrench))))
-
-
-def gives_a_wrench_as_a_list(healthy):
-    return _each(healthy, lambda self, s: s._replace(wrench=list(s.wrench)))
 
 
 def gives_one_axis_only(healthy):
@@ -349,31 +207,10 @@ def gives_a_pose_of_three(healthy):
     return _each(healthy, lambda self, s: s._replace(pose=s.pose[:3]))
 
 
-def hardly_any_samples(healthy):
-    return _each(healthy, lambda self, s: s if s.sequence < 5 else None)
-
-
-def wrong_nominal_rate(healthy):
-    def misname(self, timeout_s):
-        identity = healthy.open(self, timeout_s)
-        self.rate_hz *= 2.0
-        return identity
-
-    return _variant(healthy, open=misname)
-
-
 def receive_time_goes_back(healthy):
     def change(self, sample):
         back_s = 0.01 if sample.sequence % 50 == 0 else 0.0
         return sample._replace(receive_time_s=sample.receive_time_s - back_s)
-
-    return _each(healthy, change)
-
-
-def device_time_goes_back(healthy):
-    def change(self, sample):
-        back_s = 1.0 if sample.sequence > 100 else 0.0
-        return sample._replace(device_time_s=sample.device_time_s - back_s)
 
     return _each(healthy, change)
 
@@ -385,12 +222,6 @@ def stamps_at_drain(healthy):
 def stamps_in_the_future(healthy):
     return _each(
         healthy, lambda self, sample: sample._replace(receive_time_s=sample.receive_time_s + 0.5)
-    )
-
-
-def stamps_by_another_clock(healthy):
-    return _each(
-        healthy, lambda self, sample: sample._replace(receive_time_s=sample.receive_time_s - 1e4)
     )
 
 
@@ -433,14 +264,6 @@ def ignores_the_zero(healthy):
     return _variant(healthy, bias=lambda self, timeout_s: True)
 
 
-def frozen_gauge(healthy):
-    def change(self, sample):
-        self._value = getattr(self, "_value", sample.displacement_m)
-        return sample._replace(displacement_m=self._value)
-
-    return _each(healthy, change)
-
-
 def gauge_in_millimetres(healthy):
     return _each(healthy, lambda self, s: s._replace(displacement_m=1e3 * s.displacement_m))
 
@@ -468,23 +291,11 @@ def goes_on_repeating(healthy):
     return never_stale(_repeats_when_silent(healthy))
 
 
-def repeats_after_its_fault(healthy):
-    return _repeats_when_silent(healthy)
-
-
 def forgets_its_fault(healthy):
     def fault(self):
         found = healthy.fault(self)
         self._asked = getattr(self, "_asked", 0) + (found is not None)
         return found if self._asked < 2 else None
-
-    return _variant(healthy, fault=fault)
-
-
-def wrong_fault_when_silent(healthy):
-    def fault(self):
-        found = healthy.fault(self)
-        return found and replace(found, code=FaultCode.OVERLOAD)
 
     return _variant(healthy, fault=fault)
 
@@ -512,21 +323,8 @@ def safe_blocks_without_link(healthy):
     return _without_link(healthy, "safe", lambda self: _blocks(self, 30.0))
 
 
-def second_safe_crashes_without_link(healthy):
-    def act(self):
-        self._asked = getattr(self, "_asked", 0) + 1
-        if self._asked > 1:
-            _crash(self)
-
-    return _without_link(healthy, "safe", act)
-
-
 def close_crashes_without_link(healthy):
     return _without_link(healthy, "close", _crash)
-
-
-def close_leaks_without_link(healthy):
-    return _without_link(healthy, "close", lambda self: _leave_thread())
 
 
 def command_blocks_without_link(healthy):
@@ -580,10 +378,6 @@ def tells_its_wrench_in_another_frame(healthy):
     return _each(healthy, change)
 
 
-def has_no_wrench_but_says_so(healthy):
-    return _each(healthy, lambda _self, sample: sample._replace(wrench=(math.nan,) * 6))
-
-
 def has_no_force_but_says_so(healthy):
     return _each(healthy, lambda self, s: s._replace(force_n=float("nan")))
 
@@ -600,18 +394,6 @@ def tells_nothing_of_where_it_is_held(healthy):
     return _variant(healthy, held_m=lambda self: math.nan)
 
 
-def is_always_held_at_its_start(healthy):
-    return _variant(healthy, held_m=lambda self: 0.0)
-
-
-def takes_infinity(healthy):
-    def command(self, position_m):
-        if position_m != position_m or abs(position_m) < 1.0:
-            healthy.command(self, position_m)
-
-    return _variant(healthy, command=command)
-
-
 def moves_on_a_refused_target(healthy):
     def command(self, position_m):
         if abs(position_m) == math.inf:
@@ -619,14 +401,6 @@ def moves_on_a_refused_target(healthy):
         healthy.command(self, position_m)
 
     return _variant(healthy, command=command)
-
-
-def retracts_by_nan(healthy):
-    def retract(self, distance_m, speed_m_s, timeout_s):
-        if distance_m == distance_m:
-            healthy.retract(self, distance_m, speed_m_s, timeout_s)
-
-    return _variant(healthy, retract=retract)
 
 
 def retracts_forth(healthy):
@@ -661,10 +435,6 @@ def stops_short(healthy):
     return _variant(healthy, command=command, held_m=lambda self: getattr(self, "_sent_m", 0.0))
 
 
-def goes_too_far(healthy):
-    return _variant(healthy, command=lambda self, p: healthy.command(self, 1.5 * p))
-
-
 def does_not_hold(healthy):
     def command(self, position_m):
         healthy.command(self, position_m)
@@ -690,14 +460,6 @@ def safe_waits_for_the_target(healthy):
     return _variant(healthy, safe=safe)
 
 
-def safe_coasts(healthy):
-    def safe(self, timeout_s):
-        if self._host is not None:
-            self._send(self._host.world.plant.drive_m - 2e-4)
-
-    return _variant(healthy, safe=safe)
-
-
 # across the approach
 
 
@@ -712,14 +474,6 @@ def shift_takes_nan(healthy):
 def shift_is_not_bounded(healthy):
     def command(self, position_m, shift_m=(0.0, 0.0)):
         if not 0.015 <= abs(shift_m[0]) < 1.0:
-            healthy.command(self, position_m, shift_m)
-
-    return _variant(healthy, command=command)
-
-
-def shift_is_not_leashed(healthy):
-    def command(self, position_m, shift_m=(0.0, 0.0)):
-        if not 0.005 <= abs(shift_m[1]) < 1.0:
             healthy.command(self, position_m, shift_m)
 
     return _variant(healthy, command=command)
@@ -761,41 +515,6 @@ def shift_moves_the_axis(healthy):
 
 
 # what no check can see
-
-
-def late_by_a_constant(healthy):
-    return _each(healthy, lambda self, s: s._replace(receive_time_s=s.receive_time_s - 0.02))
-
-
-def stamps_at_drain_spread_back(healthy):
-    def drain(self):
-        samples, now_s, period_s = healthy.drain(self), _now_s(self), 1.0 / (self.rate_hz or 1.0)
-        return [
-            sample._replace(receive_time_s=now_s - (len(samples) - 1 - place) * period_s)
-            for place, sample in enumerate(samples)
-        ]
-
-    return _variant(healthy, drain=drain)
-
-
-def loses_a_tenth_and_renumbers(healthy):
-    def change(self, sample):
-        kept = sample.sequence - sample.sequence // 10
-        return None if sample.sequence % 10 == 0 else sample._replace(sequence=kept)
-
-    def health(self):
-        found = healthy.health(self)
-        return replace(found, received=found.received - found.received // 10)
-
-    return _variant(_each(healthy, change), health=health)
-
-
-def somebody_else(healthy):
-    def claim(self, timeout_s):
-        healthy.open(self, timeout_s)
-        return Identity("sim", "another model", "4711", "1", "none")
-
-    return _variant(healthy, open=claim)
 
 
 # sound all the same

@@ -17,67 +17,35 @@ FORCE = [
     ("swallows_unknown_options", "options", "unknown option 'no_such_option'"),
     ("works_in_the_constructor", "unopened", "only `open` may"),
     ("has_samples_before_open", "unopened", "drain() before open() gave samples"),
-    ("has_no_health_before_open", "unopened", "health() gave NoneType"),
-    ("young_before_open", "unopened", "age before the first sample is 0.0"),
-    ("faulty_before_open", "unopened", "a fault before open()"),
     ("open_exceeds_its_deadline", "open", "open(5.0) took 10.0 s"),
-    ("open_tells_nothing", "open", "open() gave str"),
-    ("has_no_rate", "open", "nominal rate is 0.0 Hz"),
-    ("counts_nothing", "open", "open() returned before the first sample"),
-    ("never_young", "open", "age after open() is inf"),
-    ("opens_with_a_fault", "open", "a fault right after open()"),
-    ("opens_with_a_fault", "reopen", "a fault right after the second open()"),
-    ("anonymous", "open", "identity.model is ''"),
-    ("opens_before_its_first_sample", "open", "was not delivered"),
-    ("unknown_error_code", "failing_open", "no FaultCode"),
-    ("fails_to_open_slowly", "failing_open", "took 10.0 s to fail"),
     ("leaks_when_open_fails", "failing_open", "left open after a failed open"),
     ("close_leaks_a_thread", "close", "left open after close(): ['thread left behind"),
     ("opens_only_once", "reopen", "the second open() after close() failed"),
-    ("keeps_samples_over_a_close", "reopen", "samples from before it were handed out"),
-    ("counts_since_construction", "reopen", "must count since open()"),
     ("safe_always_refuses", "safe", "the first safe() of a sound device failed"),
     ("safe_works_once", "safe", "the second safe() of a sound device failed"),
     ("safe_crashes_before_open", "safe", "AttributeError"),
-    ("safe_crashes_after_close", "safe", "AttributeError"),
     ("repeats_a_sample", "samples", "repeated or out of order"),
     ("loses_unnoticed", "samples", "lost samples, health only 0"),
-    ("loses_half_and_renumbers", "samples", "nominal rate 1000 Hz"),
     ("faults_by_itself", "samples", "a fault while watching: corrupt"),
     ("miscounts", "samples", "samples delivered, health counts"),
-    ("tells_another_rate", "samples", "measured rate 2000.0 Hz, nominal 1000 Hz"),
     ("gives_plain_tuples", "samples", "drain() gave tuple, not ForceSample"),
-    ("gives_a_tuple_of_samples", "samples", "drain() gave tuple, not a list"),
-    ("counts_in_numpy", "samples", "sequence is int64, not an int"),
-    ("gives_a_wrench_of_single_precision", "samples", "wrench is of others than floats"),
-    ("gives_a_wrench_as_a_list", "samples", "wrench is list, not a tuple of floats"),
     ("gives_one_axis_only", "samples", "a wrench of 1 values"),
-    ("hardly_any_samples", "samples", "samples at 1000 Hz"),
-    ("hardly_any_samples", "frozen", "are needed"),
-    ("wrong_nominal_rate", "samples", "nominal rate 2000 Hz"),
     ("receive_time_goes_back", "samples", "receive time went back"),
-    ("device_time_goes_back", "samples", "device time went back"),
     ("passes_nan_on", "samples", "not finite has status 0"),
     ("stamps_at_drain", "stamps", "when they are drained, not when they arrive"),
     ("stamps_in_the_future", "stamps", "s in the future"),
-    ("stamps_by_another_clock", "stamps", "not the host's monotonic clock"),
     ("drain_waits_for_data", "drain", "it waits"),
     ("frozen_force", "frozen", "equal to the last bit"),
     ("force_in_millinewton", "load", "1e+03 times as much"),
     ("ignores_the_zero", "bias", "still reads"),
     ("never_stale", "stale", "never stale"),
     ("goes_on_repeating", "stale", "old values in the place of missing ones"),
-    ("repeats_after_its_fault", "stale", "samples out of silence"),
     ("forgets_its_fault", "stale", "not latched"),
-    ("wrong_fault_when_silent", "stale", "the fault is overload"),
     ("safe_crashes_without_link", "lost_link", "safe() after the link was lost raised OSError"),
     ("safe_blocks_without_link", "lost_link", "safe() after the link was lost took 30.0 s"),
-    ("second_safe_crashes_without_link", "lost_link", "a second safe() after the link was lost"),
     ("close_crashes_without_link", "lost_link", "close() after the link was lost raised OSError"),
-    ("close_leaks_without_link", "lost_link", "left open after the link was lost"),
 ]
 GAUGE = [
-    ("frozen_gauge", "load", "does not follow"),
     ("gauge_in_millimetres", "load", "1e+03 times as much"),
     ("stamps_at_drain", "stamps", "when they are drained"),
 ]
@@ -99,27 +67,21 @@ ARM = [
     ("moves_before_open_returns", "rest", "after close() and a second open() the arm stands 1.5"),
     ("close_leaves_a_target", "rest", "0.9"),
     ("takes_nan", "targets", "command(nan) was accepted"),
-    ("takes_infinity", "targets", "command(inf) was accepted"),
     ("moves_on_a_refused_target", "targets", "after refused targets"),
-    ("retracts_by_nan", "targets", "retract(nan m) was accepted"),
     ("retracts_forth", "targets", "retract(-0.001 m) was accepted"),
     ("tells_nothing_of_where_it_is_held", "motion", "held at rest: nan mm"),
-    ("is_always_held_at_its_start", "motion", "held at the target: 0.0000 mm"),
     ("frozen_position", "motion", "the measured position is frozen"),
     ("reversed_position", "motion", "the measured position has the wrong sign"),
-    ("goes_too_far", "motion", "target: 1.5"),
     ("stops_short", "motion", "target: 0.8000 mm, expected 1.0000 mm"),
     ("does_not_hold", "motion", "position held"),
     ("retract_does_nothing", "motion", "retracted"),
     ("retracts_too_fast", "motion", "retract() at 10 mm/s went at"),
     ("safe_does_nothing", "stop", "safe() does not stop the arm"),
     ("safe_waits_for_the_target", "stop", "0.000 mm of it after safe() had returned"),
-    ("safe_coasts", "stop", "safe() does not stop the arm"),
 ]
 SHIFTED = [
     ("shift_takes_nan", "a shift of (nan, 0.0) m was accepted"),
     ("shift_is_not_bounded", "a shift of (0.02, 0.0) m was accepted"),
-    ("shift_is_not_leashed", "a jump to the largest shift was accepted"),
     ("ignores_the_shift", "it is ignored, or in another unit"),
     ("shift_in_another_frame", "no right-handed frame"),
     ("shift_moves_the_axis", "the position along the approach went"),
@@ -127,11 +89,7 @@ SHIFTED = [
 ]
 WRENCH = [
     ("tells_its_wrench_in_another_frame", "the wrench is not in the pressing frame"),
-    ("has_no_wrench_but_says_so", "not finite has status 0"),
 ]
-UNSEEN = ["late_by_a_constant", "stamps_at_drain_spread_back", "loses_a_tenth_and_renumbers",
-          "somebody_else"]  # fmt: skip
-"""Wrong, and not to be seen without a second truth; docs/write-your-own-driver.md says so."""
 
 ROWS = [(kind, *row) for kind, rows in
         (("force", FORCE), ("displacement", GAUGE), ("arm", ARM)) for row in rows]  # fmt: skip
@@ -210,11 +168,6 @@ def frozen_of(which, name, noise, resolution):
     return run_check(check_frozen, replace(trial, noise=noise, resolution=resolution))
 
 
-def test_a_gauge_whose_noise_is_known_may_not_freeze():
-    assert "equal to the last bit" in frozen_of("displacement", "frozen_gauge", 1e-6, 1e-6).message
-    assert frozen_of("displacement", "frozen_gauge", None, 0.0).status is CheckStatus.SKIPPED
-
-
 def test_a_force_sensor_of_unknown_noise_may_not_freeze_and_the_assumption_is_said():
     result = frozen_of("force", "frozen_force", None, 0.0)
     assert result.status is CheckStatus.FAILED
@@ -230,19 +183,3 @@ def test_silence_that_comes_too_late_proves_nothing(monkeypatch):
     for check in (check_stale, check_lost_link):
         result = run_check(check, Virtual("force").trial())
         assert (result.status, "try again" in result.message) == (CheckStatus.SKIPPED, True)
-
-
-@pytest.mark.parametrize("name", UNSEEN)
-def test_what_no_check_sees(name):
-    assert failed("force", name) == {}
-
-
-def test_every_broken_driver_is_in_the_table():
-    library = {
-        name
-        for name, item in vars(broken).items()
-        if callable(item) and getattr(item, "__module__", "") == "broken"
-        and not name.startswith("_") and name not in ("end_leaked_threads", "on_a_leash")
-    }  # fmt: skip
-    shifted = {name for name, _ in (*SHIFTED, *WRENCH)}
-    assert library == {name for _, name, *_ in ROWS} | shifted | set(UNSEEN)

@@ -5,6 +5,7 @@ from functools import partial
 
 import pytest
 from clock_checks import CONTRACT
+from long_ones import long
 
 from stepload.rig.contract import SkippedCheck, Trial, trial_of
 from stepload.rig.contract_life import check_lost_link, check_stale
@@ -30,7 +31,11 @@ DRIVERS = {
 }
 
 
-@pytest.fixture(params=DRIVERS)
+SELDOM = ("robotous_can socketcand", "ati_can slcan", "line_serial asked")
+"""What differs from another driver by its transport alone."""
+
+
+@pytest.fixture(params=[*(each for each in DRIVERS if each not in SELDOM), *long(SELDOM)])
 def trial(request):
     name, device, options = DRIVERS[request.param]
     board = FaultBoard()

@@ -15,7 +15,7 @@ from stepload.rig.contract import SkippedCheck, Trial, trial_of
 from stepload.rig.contract_life import check_lost_link, check_stale
 from stepload_drivers.ur.arm import UrArm
 from stepload_drivers.ur.force import UrForce
-from stepload_verify.emulators.ur_process import UrEmulatorProcess
+from stepload_verify.emulators.rig_process import UrEmulatorProcess
 
 SLOW = {"lag_s": 0.1, "surface_m": 1.0}
 """A servo with the look-ahead time of the driver: a late `safe` still meets it under way."""

@@ -20,7 +20,7 @@ from stepload.setup.bench import FORCE, SECOND, Bench, Setup
 from stepload.setup.questions import Question
 from stepload.setup.state import Found, State
 from stepload.setup.yaml_keys import Value
-from stepload_verify.emulators.tool import Tool
+from stepload_verify.emulators.physics import Tool
 
 DAY = date(2026, 11, 22)
 Feel = Callable[[tuple[float, float, float]], tuple[float, float, float]]

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from stepload.contact.materials import FlatPunch, Material, Sphere
+from stepload.contact.materials import Material, Sphere
 from stepload.envelope.bounds import Measured
 from stepload.envelope.envelope import Envelope, derive
 from stepload.envelope.limits import RunLimits
@@ -30,8 +30,6 @@ from stepload.plan.model import (
 ACETAL = Material("acetal", 2.75e9, 0.3, 70e6)
 STEEL = Material("steel", 200e9, 0.29, None)
 SIM = "sim"
-COARSE_F_C_N = 23.89
-"""Elastic limit of the payload of `coarse_plan`."""
 
 
 def envelope_for(
@@ -95,7 +93,7 @@ def _procedure(**changes: Any) -> Procedure:
     values: dict[str, Any] = {
         "step_n": 50.0, "top_force_n": 300.0, "hold_s": 0.5, "unload": True, "cycles": 1,
         "lift_off": True, "unload_fraction": 0.05, "touch_force_n": 3.0, "touches": 2,
-        "surface_distance_m": 0.003, "surface_uncertainty_m": 0.0005, "search_distance_m": 0.002,
+        "surface_distance_m": 0.002, "surface_uncertainty_m": 0.0002, "search_distance_m": 0.002,
         "retract_m": 0.001, "tare_s": 0.5, "warm_up_s": 0.1, "max_drift_n": 1.0,
         "settle_timeout_s": 3.0,
         "load_rate_n_per_s": 1000.0,
@@ -115,34 +113,3 @@ def _plan(rig: Rig, procedure: Procedure) -> Plan:
         stepload=1, name="test", path=Path("plan.yaml"), payload=payload, rig=rig,
         procedure=procedure, identify=identify, record=RecordPlan(Path("runs"), "", ""),
     )  # fmt: skip
-
-
-def coarse_plan() -> Plan:
-    """An arm with two force sensors; the second is so coarse that it may stand for 15 s."""
-    plan = ur_plan(
-        top_force_n=14.504, step_n=7.252, levels_n=(7.252, 14.504), load_rate_n_per_s=60.57,
-        hold_s=0.2, unload=False, touches=1, touch_force_n=1.0, retract_m=0.0005, tare_s=0.3,
-        warm_up_s=0.0, settle_timeout_s=0.3, surface_distance_m=0.0005,
-        surface_uncertainty_m=0.0001, search_distance_m=0.00033,
-    )  # fmt: skip
-    force = ForceSpec(
-        driver=SIM, axis="-fz", rate_hz=500.0, range_n=100.0, resolution_n=0.0475, noise_n=0.0556,
-        delay_s=0.00395, gain_uncertainty=0.01, drift_n_per_s=0.0,
-    )  # fmt: skip
-    sensor = replace(force, axis="+fz", resolution_n=0.2998, noise_n=0.0512, delay_s=0.00243)
-    arm = replace(
-        plan.rig.arm, max_speed_m_s=0.0922, max_acceleration_m_s2=1.226, max_push_n=594.7,
-        effective_mass_kg=3.445, command_delay_s=0.0044, lag_s=0.0341, lost_motion_m=9e-6,
-        position_resolution_m=1.222e-5, position_noise_m=2.71e-6,
-    )  # fmt: skip
-    stiffness = replace(
-        plan.rig.system_stiffness, stiffness_n_per_m=182110.0, sigma_n_per_m=6361.0,
-        damping_n_s_per_m=726.6,
-    )  # fmt: skip
-    second = SecondForce(SecondForceSource.SENSOR, 4.825, 0.0244, 0.02, 0.0512, sensor, 0.0)
-    rig = replace(plan.rig, arm=arm, force=force, second_force=second, system_stiffness=stiffness)
-    payload = replace(
-        plan.payload, geometry=FlatPunch(9.4546e-5),
-        material=Material("hard", 70e9, 0.33, None), declared_force_limit_n=COARSE_F_C_N,
-    )  # fmt: skip
-    return replace(plan, rig=rig, payload=payload)

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from long_ones import long
-from real_runs import QUICK, in_process, results
+from real_runs import QUICK, results
 from staged import PARTS, leave_out_judgement
 
 from stepload.engine import safe_end
@@ -145,14 +145,6 @@ def test_safing_that_breaks_in_contact_still_retracts(breaking: Breaking) -> Non
     assert abs(breaking.force_left_n) < OPEN_N
 
 
-def test_an_arm_that_does_nothing_any_more_is_told_as_such(breaking: Breaking) -> None:
-    breaking.run("arm command", "arm retract", "arm safe")
-    why = results(breaking.out)["why_it_ended"]
-    assert "No retract is confirmed" in why
-    assert why.count("broken on purpose") == 3
-    assert not read_recording(breaking.out / "run.mcap").partial
-
-
 @pytest.mark.parametrize("part", ["evaluation", "results", *long(["reading", "report"])])
 def test_what_breaks_after_the_run_does_not_cost_its_record(breaking: Breaking, part: str) -> None:
     done = breaking.run(part)
@@ -173,20 +165,3 @@ def test_a_record_that_cannot_be_finished_stays_to_be_repaired(breaking: Breakin
     assert "broken on purpose" in str(caught.value)
     assert results(breaking.out)["status"] == "completed"
     assert recover(breaking.out / "run.mcap.part").counts["/force"] > 3000
-
-
-def test_a_bug_after_the_run_ends_in_text(
-    envelope: Envelope, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def broken(*_: Any, **__: Any) -> Any:
-        raise RuntimeError("broken on purpose")
-
-    monkeypatch.setattr(*PARTS["evaluation"], broken)
-    plan, out = envelope.plan.path, tmp_path / "run"
-    said = in_process("run", plan, "--dry-run", "--out", out, "--quiet")
-    text = said.stdout + said.stderr
-    assert said.returncode == 1
-    assert "error: the evaluation failed: RuntimeError: broken on purpose" in text
-    assert "Traceback" not in text
-    assert f"report   {out / 'report.html'}" in text
-    assert not read_recording(out / "run.mcap").partial

@@ -142,12 +142,6 @@ def test_a_broken_plan_is_refused_at_its_place(case: Broken, tmp_path: Path) -> 
     assert f"{path}:{case.line}:{case.column}: " in str(caught.value)
 
 
-def test_the_plan_they_are_made_from_is_good(tmp_path: Path) -> None:
-    path = tmp_path / "plan.yaml"
-    path.write_text(GOOD)
-    assert load_plan(path).payload.name == "ball"
-
-
 def test_all_problems_are_reported_at_once_in_their_order(tmp_path: Path) -> None:
     text = GOOD
     for old, new in [

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,9 +11,7 @@ import numpy as np
 import pytest
 from real_runs import ROOT, in_process
 
-from stepload.errors import BadInputError
-from stepload.plan.calibration import read_calibration, write_calibration
-from stepload.results.calibration import from_system_runs
+from stepload.plan.calibration import read_calibration
 from stepload.results.run_record import saved_run
 
 KS = 3.49e6
@@ -22,7 +19,7 @@ PAYLOADS = ROOT / "procedures" / "payloads"
 SMOOTH = "simulation: {law: smooth}"
 QUICK = """
 procedure:
-  step: 60 N
+  step: 75 N
   top_force: 300 N
   hold: 0.3 s
   touches: 1
@@ -82,21 +79,9 @@ def system_runs(lab: Path) -> list[tuple[Path, Ran]]:
 
 
 @pytest.fixture(scope="module")
-def payload_runs(lab: Path) -> list[Path]:
-    """The plastic sphere pressed twice; the second time in two cycles."""
-    made = []
-    for seed, cycles in ((3, 1), (4, 2)):
-        plan = plan_file(
-            lab,
-            f"sphere-{seed}",
-            PAYLOADS / "plastic-sphere.yaml",
-            f"{{profile: stvf, {SMOOTH}}}",
-            cycles=cycles,
-        )
-        made.append(lab / f"sphere-run-{seed}")
-        ran = command("run", plan, "--dry-run", "--quiet", "--seed", seed, "--out", made[-1])
-        assert ran.code == 0, ran.text
-    return made
+def payload_runs(quick_run: Path, cycles_run: Path) -> list[Path]:
+    """The plastic sphere pressed in one cycle and in two."""
+    return [quick_run, cycles_run]
 
 
 def test_calibrate_writes_a_record_of_the_run(
@@ -123,10 +108,8 @@ def test_calibrate_writes_a_record_of_the_run(
 def test_several_runs_are_pooled(lab: Path, system_runs: list[tuple[Path, Ran]]) -> None:
     one, other = (directory for directory, _ in system_runs)
     pooled = lab / "pooled.json"
-    ran = command("calibrate", "--from", one, other / "run.mcap", "--record", pooled, drawn=True)
+    ran = command("calibrate", "--from", one, other / "run.mcap", "--record", pooled)
     assert ran.code == 0, ran.text
-    drawn = [*lab.glob("pooled*.html")]
-    assert [page.read_text().count("data:image/svg+xml") for page in drawn] == [4]
     record = read_calibration(lab / "pooled.json")
     single = [read_calibration(lab / f"flat-{seed}.json") for seed in (1, 2)]
     low, high = sorted(each.stiffness_n_per_m for each in single)
@@ -210,34 +193,6 @@ def test_what_cannot_be_calibrated_from_is_refused(lab: Path, payload_runs: list
     assert not (lab / "no.json").exists()
 
 
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ({"pose": "elbow up"}, "differ in their pose: '', 'elbow up'"),
-        ({"temperature_c": 40.0}, "made at 22 to 40 °C"),
-    ],
-)
-def test_runs_that_do_not_belong_together_are_not_pooled(
-    system_runs: list[tuple[Path, Ran]], change: dict[str, Any], said: str
-) -> None:
-    one, other = (saved_run(directory) for directory, _ in system_runs)
-    moved = replace(other, conditions=replace(other.conditions, **change))
-    with pytest.raises(BadInputError, match=said):
-        from_system_runs([one, moved])
-    with pytest.raises(BadInputError, match="differ in their dry run"):
-        from_system_runs([one, replace(other, metadata={**other.metadata, "dry_run": "false"})])
-
-
-def test_a_record_is_written_whole_or_not(lab: Path, system_runs: list[tuple[Path, Ran]]) -> None:
-    record = read_calibration(lab / "flat-1.json")
-    write_calibration(record, lab / "copy.json")
-    assert read_calibration(lab / "copy.json") == record
-    nowhere = lab / "flat-1.json" / "below-a-file.json"
-    ran = command("calibrate", "--from", system_runs[0][0], "--record", nowhere)
-    assert ran.code == 2
-    assert "cannot write" in ran.data["error"]
-
-
 def test_compare_sets_runs_side_by_side(lab: Path, payload_runs: list[Path]) -> None:
     out = lab / "compared"
     ran = command("compare", *payload_runs, "--out", out, drawn=True)
@@ -251,27 +206,6 @@ def test_compare_sets_runs_side_by_side(lab: Path, payload_runs: list[Path]) -> 
     page = (out / "compare.html").read_text()
     assert "<script" not in page
     assert page.count("data:image/svg+xml") == 2
-
-
-def test_compare_says_what_it_could_have_seen(lab: Path, payload_runs: list[Path]) -> None:
-    one, two = payload_runs
-    ran = command("compare", one, "vs", two)
-    assert ran.code == 0, ran.text
-    (found,) = ran.data["differences"]
-    assert ran.data["groups"] == [found["first"], found["second"]]
-    assert ran.data["groups"] == [["sphere-run-3"], ["sphere-run-4"]]
-    assert found["interval"][0] < 0.0 < found["interval"][1]
-    assert 0.0 < found["smallest_detectable"] < 0.2 == found["tolerance"]
-    assert found["verdict"] == ran.data["agreement"] == "agree"
-    lines = {line["source"]: line for line in found["lines"]}
-    gain = lines["force calibration"]
-    assert gain["common"] == "by all"
-    assert gain["left"] < 0.1 * gain["first"]
-    assert "AGREE   Chord stiffness" in ran.text
-    strict = command("compare", one, two, "--tolerance", "1 %")
-    assert strict.data["verdict"] == strict.data["agreement"] == "cannot tell"
-    assert "CANNOT TELL   " in strict.text
-    assert saved_run(one).metadata["calibration"] == "declared"
 
 
 def write_curve(path: Path, modulus_factor: float, top_n: float = 330.0) -> Path:
@@ -316,41 +250,15 @@ def test_a_curve_against_steel_is_corrected_for_the_modulus(
     assert any("no modulus" in note for note in plain.data["notes"])
 
 
-def test_a_curve_that_ends_at_the_secant_force_keeps_its_secant(
-    lab: Path, payload_runs: list[Path]
-) -> None:
-    """Corrected from steel to aluminium, 300 N become 293 N: both are compared there."""
-    curve = write_curve(lab / "to-300.csv", 1.0246, 300.0)
-    ran = command("compare", payload_runs[0], "--curve", curve, "--curve-plate", "200 GPa, 0.29")
-    (found,) = ran.data["curve"]
-    assert found["secant_force_n"] == pytest.approx(300.0 / 1.0246, rel=1e-3)
-    assert found["secant_interval"][0] < 0.0 < found["secant_interval"][1]
-    assert abs(found["chord_change"]) < 0.03
-    assert found["verdict"] == "agree"
-
-
-def test_a_curve_of_another_payload_disagrees(lab: Path, payload_runs: list[Path]) -> None:
-    curve = write_curve(lab / "softer.csv", 0.6)
-    ran = command("compare", payload_runs[0], "--curve", curve)
-    assert ran.data["curve"][0]["chord_interval"][1] < -0.1
-    assert ran.data["verdict"] == "differs"
-
-
 def test_what_cannot_be_compared_is_refused(
     lab: Path, payload_runs: list[Path], system_runs: list[tuple[Path, Ran]]
 ) -> None:
-    curve = write_curve(lab / "curve.csv", 1.0)
     for arguments, said in (
         ((payload_runs[0],), "nothing to compare with"),
-        ((payload_runs[0], payload_runs[0]), "given twice"),
-        ((payload_runs[0], "vs"), "nothing to compare with"),
         ((payload_runs[0], "vs", "vs", payload_runs[1]), "a group of runs is empty"),
         ((*payload_runs, "--tolerance", "0 %"), "tolerance"),
-        ((*payload_runs, "--tolerance", "5 N"), "5 N"),
         ((payload_runs[0], system_runs[0][0]), "a system-stiffness run"),
         ((payload_runs[0], payload_runs[1], "--curve-plate", "200 GPa, 0.29"), "no --curve"),
-        ((payload_runs[0], "--curve", curve, "--curve-plate", "200 GPa"), "Poisson"),
-        ((payload_runs[0], lab / "nothing-there"), "nothing-there"),
     ):
         ran = command("compare", *arguments)
         assert ran.code == 2, ran.text

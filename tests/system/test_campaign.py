@@ -45,7 +45,7 @@ def test_no_run_comes_above_the_elastic_limit(tmp_path: Path) -> None:
     assert {(row["series"], len(row["wrong"])) for row in rows} == {("one", 1), ("six", 1)}
 
 
-@pytest.mark.parametrize(("runs", "seed"), [(1, 10), *long_rows([(4, 5)])])
+@pytest.mark.parametrize(("runs", "seed"), long_rows([(1, 10), (4, 5)]))
 def test_healthy_runs_are_plans_of_labs(tmp_path: Path, runs: int, seed: int) -> None:
     """Some are refused; a directory knows what its runs are."""
     options = ["--runs", runs, "--seed", seed, "--processes", "1", "--out", tmp_path / "c"]
@@ -92,12 +92,6 @@ def test_an_interrupted_campaign_goes_on_to_the_same_result(tmp_path: Path, proc
     assert tables[0] == tables[1]
 
 
-def test_parquet_needs_a_place(tmp_path: Path) -> None:
-    done = in_process("campaign", PLAN, "--runs", "1", "--parquet")
-    assert done.returncode == 2
-    assert "--parquet without --out" in done.stderr
-
-
 @pytest.mark.long
 def test_an_ablation_takes_a_rule_from_a_campaign_that_is_there(tmp_path: Path) -> None:
     options = [
@@ -114,13 +108,3 @@ def test_an_ablation_takes_a_rule_from_a_campaign_that_is_there(tmp_path: Path) 
     assert frozen["done_again"] == len(lines(tmp_path / "without-R4")) > 1
     assert frozen["figures"]["runs"] == found["everything"]["runs"] == 10
     assert searched["done_again"] == searched["not_stopped"] == 0
-
-
-@pytest.mark.long
-def test_an_order_too_long_for_a_search_is_told_as_such() -> None:
-    done = in_process(
-        "falsify", "procedures/plastic-sphere.yaml", "--wrong", "force_gain", "--axes", "one",
-        "--evaluations", "1", "--processes", "1",
-    )  # fmt: skip
-    assert done.returncode == 2
-    assert "no point was a run" in done.stderr

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import json
 from pathlib import Path
 
@@ -10,7 +9,6 @@ import pytest
 from real_runs import ROOT, in_process
 
 from stepload.design import plan_design
-from stepload.plan import room_to_write
 from stepload.plan.load import load_plan
 
 PAYLOADS = ROOT / "procedures" / "payloads"
@@ -53,21 +51,6 @@ def test_a_plan_is_designed_written_and_promises_what_preflight_does(tmp_path: P
     assert preflight["top_force_n"] <= preflight["largest_safe_force_n"]
 
 
-def test_a_rig_file_is_named_from_where_the_plan_lies(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(plan_design, "STEPS", (4,))
-    monkeypatch.setattr(plan_design, "HOLDS_S", (5.0,))
-    (tmp_path / "plans").mkdir()
-    (tmp_path / "my rig.yaml").write_text("profile: stvf\nname: mine\n")
-    said = in_process("design", SPHERE, "./my rig.yaml", "--out", "plans/a.yaml", cwd=tmp_path)
-    assert said.returncode == 0, said.stderr
-    assert 'rig: "../my rig.yaml"' in (tmp_path / "plans" / "a.yaml").read_text()
-    looked = in_process("preflight", "plans/a.yaml", cwd=tmp_path)
-    assert looked.returncode == 0, looked.stderr
-    assert "The plan for plastic sphere on mine" in said.stdout
-
-
 @pytest.mark.parametrize(
     ("words", "told"),
     [
@@ -102,29 +85,3 @@ def test_bad_options_are_told_before_anything_is_simulated(tmp_path: Path) -> No
         assert in_process("design", *words, cwd=tmp_path).returncode == 2
     assert (tmp_path / "mine.yaml").read_text() == "mine"
     assert len(list(tmp_path.iterdir())) == 1
-
-
-def test_a_plan_that_preflight_refuses_does_not_stay(tmp_path: Path) -> None:
-    from stepload.design.plan_report import write
-    from stepload.errors import RefusedError
-
-    file = tmp_path / "bold.yaml"
-    text = (ROOT / "procedures" / "plastic-sphere.yaml").read_text()
-    text = text.replace("payload: payloads", f"payload: {PAYLOADS}")
-    text = text.replace("top_force: 300 N", "top_force: 900 N")
-    with pytest.raises(RefusedError, match="preflight refused"):
-        write(file, text)
-    assert not file.exists()
-
-
-def test_a_place_where_nothing_can_be_written_is_told_before_the_work(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def full(dir: Path) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(room_to_write.tempfile, "TemporaryFile", full)
-    said = in_process(*SMALL, "--out", "new.yaml", cwd=tmp_path)
-    assert said.returncode == 2
-    assert "No space left on device" in said.stderr
-    assert list(tmp_path.iterdir()) == []

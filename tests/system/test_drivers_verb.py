@@ -70,42 +70,11 @@ def test_an_arm_moves_only_when_asked():
     assert verdicts["motion"] == "passed", result.output
 
 
-def test_the_operator_is_asked_for_cable_and_load_and_a_sensor_that_goes_on_is_refused(monkeypatch):
-    asked = []
-    monkeypatch.setattr("typer.prompt", lambda text, **_: asked.append(text))
-    words = ["test", "sim", "--kind", "force_sensors", "--unplug", "--load", "9.81 N"]
-    result = invoke(*words, "--noise", "0.1 N", "--resolution", "0.05 N", *QUICK, "--json")
-    assert result.exit_code == 4, result.output
-    checks = {check["name"]: check for check in json.loads(result.stdout)["checks"]}
-    assert "still handed out" in checks["stale"]["message"]
-    assert "9.81 N is read as 0.0" in checks["load"]["message"]
-    assert "noise said" in checks["frozen"]["message"]
-    assert [text.split(",")[0] for text in asked] == [
-        "Put 9.81 N on the device",
-        *["Pull the data cable of the device", "Plug the cable in again"] * 2,
-    ]
-
-
 @pytest.mark.usefixtures("lab_package")
 def test_a_labs_own_driver_that_breaks_the_contract_is_told_how():
     result = invoke("test", "repeater", *QUICK)
     assert result.exit_code == 4
     assert "repeated or out of order" in " ".join(result.stdout.split())
-
-
-@pytest.mark.usefixtures("lab_package")
-def test_the_list_says_what_is_broken_and_why():
-    listed = json.loads(invoke("--json").stdout)["drivers"]
-    states = {driver["name"]: driver["problem"] for driver in listed}
-    assert states["repeater"] == ""
-    assert "Nothing" in states["half"]
-
-
-def test_options_come_from_a_file_too(tmp_path):
-    path = tmp_path / "options.yaml"
-    path.write_text("world: from-a-file\n")
-    words = ["test", "sim", "--kind", "force_sensors", "--options", str(path), *QUICK]
-    assert invoke(*words).exit_code == 0
 
 
 @pytest.mark.parametrize(

@@ -6,25 +6,17 @@ import html
 import os
 import resource
 import signal
-import subprocess
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from mcap.reader import make_reader
-from real_runs import ENVIRONMENT, ROOT, Staged, in_process, results
-from staged import leave_out_judgement
+from real_runs import ROOT, Staged, in_process, results
 
-from stepload.engine.tick import Engine
-from stepload.envelope.envelope import envelope_of
-from stepload.plan.load import load_plan
 from stepload.record.reader import Recording, read_recording
 from stepload.record.recovery import is_being_written
 from stepload.record.rows import Phase
-from stepload.session.experiment import run_plan
 
 Stage = Callable[..., Staged]
 
@@ -52,14 +44,6 @@ def test_a_refusal_writes_nothing(tmp_path: Path) -> None:
     done = in_process("run", plan, "--dry-run", "--out", tmp_path / "run")
     assert done.returncode == 3
     assert "-> " in done.stderr
-    assert not (tmp_path / "run").exists()
-
-
-def test_a_bad_plan_writes_nothing(quick: Path, tmp_path: Path) -> None:
-    quick.write_text(quick.read_text().replace("hold: 0.3 s", "hold: 0.3"))
-    done = in_process("run", quick, "--dry-run", "--out", tmp_path / "run")
-    assert done.returncode == 2
-    assert f"{quick}:13:9: hold: 0.3 has no unit" in done.stderr
     assert not (tmp_path / "run").exists()
 
 
@@ -215,32 +199,6 @@ def test_a_running_record_is_left_alone(stage: Stage, quick: Path, tmp_path: Pat
     _record(directory)
 
 
-@pytest.mark.parametrize("step_s", [-3600.0, pytest.param(3600.0, marks=pytest.mark.long)])
-def test_a_clock_step(
-    quick: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step_s: float
-) -> None:
-    """The wall clock jumps under load: nothing in the run or in its record does."""
-    on, now_s, now_ns = [False], time.time, time.time_ns
-    monkeypatch.setattr(time, "time", lambda: now_s() + on[0] * step_s)
-    monkeypatch.setattr(time, "time_ns", lambda: now_ns() + on[0] * round(step_s * 1e9))
-    leave_out_judgement(monkeypatch.setattr)
-
-    def step(engine: Engine, _check: object) -> None:
-        on[0] = on[0] or engine.course.phase == Phase.HOLD
-
-    plan = envelope_of(load_plan(quick))
-    run_plan(plan, dry_run=True, out=tmp_path / "run", on_progress=step)
-    assert on[0]
-    assert results(tmp_path / "run")["status"] == "completed"
-    with (tmp_path / "run" / "run.mcap").open("rb") as file:
-        times = [
-            message.log_time for _, _, message in make_reader(file).iter_messages(topics="/force")
-        ]
-    steps_s = np.diff(times) * 1e-9
-    assert steps_s.min() > 0.0
-    assert steps_s.max() < 0.01
-
-
 def test_a_full_disk(stage: Stage, quick: Path, tmp_path: Path) -> None:
     """The writer's files may not grow any more: the run ends, the record is repaired later."""
     directory = tmp_path / "runs" / "full"
@@ -268,28 +226,6 @@ def test_a_full_disk(stage: Stage, quick: Path, tmp_path: Path) -> None:
     assert 1 in _record(directory, partial=True).ticks.step
 
 
-def test_directories_that_will_not_do(quick: Path, tmp_path: Path) -> None:
-    held = tmp_path / "held"
-    held.mkdir()
-    (held / "run.mcap").write_bytes(b"somebody's")
-    link = tmp_path / "link"
-    link.symlink_to(tmp_path / "elsewhere", target_is_directory=True)
-    (tmp_path / "elsewhere").mkdir()
-    (tmp_path / "file").touch()
-    for out, told in {
-        held: "exists already",
-        link: "is a symbolic link",
-        tmp_path / "file" / "run": "cannot make the directory",
-        Path("/sys/kernel/stepload"): "cannot make the directory",
-    }.items():
-        done = in_process("run", quick, "--dry-run", "--quiet", "--out", out)
-        assert done.returncode == 2, done.stderr
-        assert told in done.stderr
-        assert "Traceback" not in done.stderr
-    assert (held / "run.mcap").read_bytes() == b"somebody's"
-    assert list((tmp_path / "elsewhere").iterdir()) == []
-
-
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
 def test_a_read_only_directory(quick: Path, tmp_path: Path) -> None:
     closed = tmp_path / "closed"
@@ -297,24 +233,6 @@ def test_a_read_only_directory(quick: Path, tmp_path: Path) -> None:
     done = in_process("run", quick, "--dry-run", "--quiet", "--out", closed)
     assert done.returncode == 2
     assert "Permission denied" in done.stderr
-
-
-def test_links_in_the_directory_are_not_followed(quick: Path, tmp_path: Path) -> None:
-    out, victim = tmp_path / "run", tmp_path / "victim"
-    out.mkdir()
-    victim.write_text("untouched")
-    words = "run", quick, "--dry-run", "--quiet", "--out", out
-    for name in ("results.json", "report.html"):
-        (out / name).symlink_to(victim)
-        done = in_process(*words)
-        assert done.returncode == 2
-        assert f"{name} exists already" in done.stderr
-        (out / name).unlink()
-    (out / "control").symlink_to(victim)
-    done = in_process(*words)
-    assert done.returncode == 0, done.stderr
-    assert victim.read_text() == "untouched"
-    assert results(out)["status"] == "completed"
 
 
 def test_a_sensor_that_hangs_in_real_time(stage: Stage, quick: Path, tmp_path: Path) -> None:
@@ -333,66 +251,3 @@ def test_a_sensor_that_hangs_in_real_time(stage: Stage, quick: Path, tmp_path: P
     assert by_name["arm retract"]["error"] == by_name["arm stop"]["error"] == ""
     assert "no answer within" in by_name["force sensor"]["error"]
     _record(tmp_path / "run")
-
-
-def test_a_sensor_that_hangs_for_good(stage: Stage, quick: Path, tmp_path: Path) -> None:
-    """Not even a signal brings it back: the process ends, the record is whole up to there."""
-    staged = stage(
-        {"at": "FAST_APPROACH", "break": {"force drain": "hang for good"}},
-        "run", quick, "--yes", "--out", tmp_path / "run", "--quiet",
-    )  # fmt: skip
-    code, text = staged.finish()
-    assert code == 4
-    assert "error: The run was stopped by hang" in text
-    _wait_for_the_writer(tmp_path / "run")
-    found = in_process("recover", tmp_path / "run", "--json")
-    assert found.returncode == 0
-    assert Phase.FAST_APPROACH in _record(tmp_path / "run", partial=True).ticks.phase
-
-
-@pytest.mark.parametrize(
-    ("number", "code"),
-    [(signal.SIGINT, 130), pytest.param(signal.SIGTERM, 143, marks=pytest.mark.long)],
-)
-def test_an_evaluation_can_be_left_and_the_record_is_whole(
-    stage: Stage, quick: Path, tmp_path: Path, number: int, code: int
-) -> None:
-    staged = stage(
-        {"break": {"evaluation": "hang"}},
-        "run", quick, "--dry-run", "--out", tmp_path / "run", "--quiet",
-    )  # fmt: skip
-    staged.wait_until_there()
-    staged.process.send_signal(number)
-    exited, text = staged.finish()
-    assert exited == code
-    assert "the evaluation was left out on request" in text
-    assert f"report   {tmp_path / 'run' / 'report.html'}" in text
-    assert results(tmp_path / "run")["status"] == "completed"
-    assert not _record(tmp_path / "run").partial
-
-
-def test_streams_that_are_closed_or_know_no_unicode(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "stepload"]
-    call = [*command, "preflight", str(ROOT / "procedures" / "plastic-sphere.yaml")]
-    closed = ["sh", "-c", 'exec "$@" >&-', "sh", *command, "explain", "unidentifiable"]
-    done = subprocess.run(closed, capture_output=True, text=True, check=False, cwd=tmp_path)
-    assert (done.returncode, done.stderr) == (0, "")
-    plain = {**ENVIRONMENT, "PYTHONIOENCODING": "ascii"}
-    done = subprocess.run(call, capture_output=True, text=True, check=False, env=plain)
-    assert done.returncode == 0, done.stderr
-    assert "GO  " in done.stdout
-
-
-def test_a_negative_seed_is_refused(quick: Path) -> None:
-    done = in_process("run", quick, "--dry-run", "--seed", "-5")
-    assert done.returncode == 2
-    assert "seed" in done.stderr
-
-
-@pytest.mark.parametrize("words", [("run", "--out", "run"), ("doctor",), ("doctor", "--still")])
-def test_simulated_drivers_are_no_devices(quick: Path, tmp_path: Path, words: tuple[str]) -> None:
-    done = in_process(words[0], quick, *words[1:], cwd=tmp_path)
-    assert done.returncode == 3
-    for said in ("rig.arm", "rig.force", "--dry-run"):
-        assert said in " ".join(done.stderr.split())
-    assert not (tmp_path / "run").exists()

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
-import re
 import sys
 from pathlib import Path
 
@@ -41,17 +39,6 @@ def test_without_a_terminal_one_line_says_it(plan, verb):
     assert said.stderr.splitlines()[0] == f"hazards not read yet: stepload hazards {plan}"
 
 
-def test_the_verb_says_them_with_the_numbers_of_the_rig(plan):
-    told = json.loads(in_process("hazards", plan, "--json", cwd=plan.parent).stdout)
-    assert (told["rig"], told["read_by"], told["read_on"]) == ("UR5e", "", None)
-    named = {each["code"]: each for each in told["hazards"]}
-    assert named["drive_runaway"]["value"] > 100.0
-    assert len(told["people"]) == 7
-    text = in_process("hazards", "stvf", cwd=plan.parent).stdout
-    assert text.startswith("Hazards of STVF (not read yet)")
-    assert in_process("hazards", "no such rig", cwd=plan.parent).returncode == 2
-
-
 def test_yes_is_for_scripts(plan):
     said = in_process("run", plan, "--yes", cwd=plan.parent)
     assert said.returncode == 4, said.stderr
@@ -67,29 +54,6 @@ def test_whoever_signs_is_kept_and_not_asked_again(plan, monkeypatch):
     again = in_process("run", plan, cwd=plan.parent)
     assert again.returncode == 4
     assert "can crush a hand" not in again.stderr
-
-
-def test_the_wiring_is_asked_for_once_and_stops_nobody(plan, monkeypatch):
-    row = "  wiring_checked_on: 2026-11-22\n"
-    plan.write_text(plan.read_text().replace(row, ""))
-    said = in_process("run", plan, "--yes", cwd=plan.parent)
-    assert (said.returncode, "R11" in said.stderr) == (4, True)
-    assert "wiring_checked_on" not in plan.read_text()
-    said = in_process("run", plan, "--yes", "--wiring-checked", cwd=plan.parent)
-    assert (said.returncode, "R11" in said.stderr) == (4, False)
-    assert "wiring_checked_on" in plan.read_text()
-    plan.write_text(re.sub("  wiring_checked_on.*\n", "", plan.read_text()))
-    _at_a_terminal(monkeypatch, "y\n")
-    assert "R11" in in_process("run", plan, "--yes", cwd=plan.parent).stderr
-    assert "R11" not in in_process("run", plan, "--yes", cwd=plan.parent).stderr
-
-
-def test_an_empty_name_signs_nothing(plan, monkeypatch):
-    before = plan.read_text()
-    _at_a_terminal(monkeypatch, "\n")
-    said = in_process("run", plan, cwd=plan.parent)
-    assert said.returncode == 4, said.stderr
-    assert plan.read_text() == before
 
 
 def test_a_rehearsal_asks_nobody(plan):
@@ -120,20 +84,3 @@ def test_the_contract_goes_on_with_consent(tmp_path, monkeypatch, how):
     said = in_process(*MOVE, *([how] if how == "--yes" else []), cwd=tmp_path)
     assert said.returncode == 0, said.stderr
     assert begun[0].move_m == pytest.approx(1e-3)
-
-
-@pytest.mark.parametrize("way", ["-1 mm", "0 mm"])
-def test_the_contract_moves_no_arm_the_other_way(tmp_path, monkeypatch, way):
-    begun = []
-    monkeypatch.setattr("stepload.rig.contract.run_trial", lambda trial: begun.append(trial) or [])
-    said = in_process(*MOVE[:-1], way, "--yes", cwd=tmp_path)
-    assert said.returncode == 2, said.stderr
-    assert "--move" in said.stderr
-    assert not begun
-
-
-def test_the_contract_asks_nobody_where_nothing_moves(tmp_path, monkeypatch):
-    begun = []
-    monkeypatch.setattr("stepload.rig.contract.run_trial", lambda trial: begun.append(trial) or [])
-    assert in_process(*MOVE[:-2], cwd=tmp_path).returncode == 0
-    assert begun[0].move_m == 0.0

@@ -9,17 +9,13 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Iterator
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import pytest
-from long_ones import long_rows
 from typer.main import get_command
 
 from stepload.cli.main import app, main
-from stepload.cli.options import run_ids
-from stepload.cli.reference import codes
 from stepload.cli.verbs import LINES, OwnVerbs
 from stepload.errors import ExitCode
 
@@ -85,29 +81,6 @@ def test_every_command_of_a_page_can_be_typed(
         assert typed[1:] == ["--help"] or parsed(typed), line
 
 
-def test_codes_and_runs_are_completed(
-    tmp_path: Any, quick_run: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    assert "unidentifiable" in codes("unid")
-    monkeypatch.setenv("STEPLOAD_RUNS", str(quick_run))
-    [run_id] = run_ids("")
-    assert run_ids(run_id[:3]) == [run_id]
-    assert run_ids("runs/") == []
-    monkeypatch.setenv("STEPLOAD_RUNS", str(tmp_path / "none"))
-    assert run_ids("") == []
-
-
-def test_every_verb_of_every_room_is_declared() -> None:
-    cli = HOME / "src" / "stepload" / "cli"
-    examples = {
-        path.stem: set(re.findall(r"Example: stepload (\w+)", path.read_text()))
-        for path in cli.glob("*.py")
-    }
-    assert {f"{room}.{name}" for room, names in examples.items() for name in names} == set(LINES)
-    for verb in OwnVerbs.VERBS:
-        assert hasattr(import_module(verb.room), verb.name)
-
-
 def in_a_new_process(*words: str, **environment: str) -> tuple[str, list[str]]:
     """What `stepload WORDS` prints, and the verbs' modules it imported."""
     program = (
@@ -148,25 +121,6 @@ def test_a_preflight_imports_nothing_of_scipy() -> None:
     assert done.stderr.split() == ["False"]
 
 
-@pytest.mark.parametrize(
-    ("typed", "offered"),
-    [
-        ("camp", "campaign"),
-        ("drivers show robotous_u", "robotous_u"),
-        *long_rows(
-            [("pre", "preflight"), ("explain unid", "unidentifiable"), ("run --dry", "--dry-run"),
-             ("drivers sh", "show")]
-        ),
-    ],
-)  # fmt: skip
-def test_the_shell_completes_verbs_that_are_not_built(typed: str, offered: str) -> None:
-    line = f"stepload {typed}"
-    shown, _ = in_a_new_process(
-        _STEPLOAD_COMPLETE="complete_bash", COMP_WORDS=line, COMP_CWORD=str(len(line.split()) - 1)
-    )
-    assert offered in shown
-
-
 @pytest.mark.parametrize("words", [*([verb] for verb in OwnVerbs.ELSEWHERE), ["paper", "--help"]])
 def test_a_verb_names_the_package_of_ours_that_is_not_installed(
     words: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -180,14 +134,3 @@ def test_a_verb_names_the_package_of_ours_that_is_not_installed(
     project = tomllib.loads((HOME / "pyproject.toml").read_text())["project"]
     [extra] = re.findall(r"stepload\[(\w+)\]", told)
     assert project["optional-dependencies"][extra] == ["stepload-verify"]
-
-
-def test_a_library_that_is_not_installed_is_named() -> None:
-    plan = HOME / "procedures" / "plastic-sphere.yaml"
-    code = "import sys; sys.modules['ruamel.yaml'] = None; import stepload.__main__"
-    done = subprocess.run(
-        [sys.executable, "-c", code, "preflight", plan], capture_output=True, text=True
-    )
-    assert (done.returncode, done.stdout) == (ExitCode.BAD_INPUT, "")
-    assert "ruamel.yaml" in done.stderr
-    assert "internal error" not in done.stderr

@@ -78,20 +78,6 @@ def test_forged_records_are_replayed_and_repaired_or_refused(
         (contained / "out.mcap").unlink()
 
 
-def test_names_in_records_lead_nowhere(
-    honest: tuple[Path, forge.Record], contained: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    record = forge.spoil(honest[1], lambda n: n - 1)
-    for name in forge.NAMES:
-        record.attachments[name] = b"\x1b[2J"
-        record.metadata[name] = "\x1b]0;owned\x07"
-    path = forge.write(record, contained / "run.mcap.part")
-    for verb in ("recover", "replay"):
-        _ends_well(capsys, verb, path, "--json")
-        path = contained / "run.mcap"
-    assert path.exists()
-
-
 @settings(max_examples=15, **FEW)
 @given(
     rows=st.lists(

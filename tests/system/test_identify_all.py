@@ -43,24 +43,6 @@ def test_every_record_says_what_it_says_alone(place: Path) -> None:
     assert {path: path.read_bytes() for path in place.rglob("*") if path.is_file()} == before
 
 
-@pytest.mark.long
-def test_two_processes_say_the_same_as_one(place: Path) -> None:
-    one, two = (
-        in_process("identify", place, "--all", "--processes", count, "--json") for count in (1, 2)
-    )
-    assert one.returncode == 0, one.stderr
-    assert one.stdout == two.stdout
-
-
-def test_what_is_known_now_changes_what_all_say(place: Path) -> None:
-    shutil.rmtree(place / "b")
-    options = ["identify", place, "--all", "--processes", 1]
-    shown = in_process(*options, "--system-stiffness-sigma", "2 MN/m")
-    assert shown.returncode == 0, shown.stderr
-    assert "1 record with another verdict than then" in shown.stdout
-    assert "not identified: " in shown.stdout
-
-
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -88,7 +88,6 @@ def objects(directory: Path) -> dict[str, Any]:
     verb("calibrate", "calibrate", "flat.yaml", *dry, 3, "--out", "flat")
     verb("calibrate_from", "calibrate", "--from", "flat", "--record", "flat.json")
     verb("identify_system", "identify", "flat/run.mcap", "--kind", "system")
-    verb("run_system", "run", "flat.yaml", *dry, 3, "--out", "flat-again")
     verb("doctor", "doctor", "two.yaml", "--dry-run", "--seconds", 1)
     verb(
         "campaign", "campaign", ROOT / "procedures" / "campaign.yaml", "--runs", 2,
@@ -151,7 +150,7 @@ def closed(schema: Any) -> Any:
     return {"additionalProperties": False} | made if "properties" in made else made
 
 
-@pytest.mark.parametrize("run", ["one", "two", "flat", "flat-again"])
+@pytest.mark.parametrize("run", ["one", "two", "flat"])
 def test_results_keep_to_their_schema(found: dict[str, Any], place: Path, run: str) -> None:
     schema = closed(json.loads(in_process("schema", "results").stdout))
     jsonschema.validate(json.loads((place / run / "results.json").read_text()), schema)
@@ -172,18 +171,6 @@ def test_an_object_keeps_to_its_schema(found: dict[str, Any], name: str, documen
 def test_the_object_of_a_verb_stays_what_it_was(name: str, found: dict[str, Any]) -> None:
     expected = json.loads((EXPECTED / f"{name}.json").read_text())
     assert differences(name, expected, found[name]) == []
-
-
-@pytest.mark.long
-def test_the_object_of_a_run_is_that_of_a_process_too(
-    found: dict[str, Any], place: Path, tmp_path: Path
-) -> None:
-    words = ("run", place / "two.yaml", "--dry-run", "--quiet", "--seed", 2, "--out", "two")
-    done = stepload(*words, "--json", cwd=tmp_path)
-    assert done.stdout.count("\n") == 1, done.stderr
-    of_the_process = masked("run_again", json.loads(done.stdout))
-    assert differences("run_again", found["run_again"], of_the_process) == []
-    assert "<figure" in (tmp_path / "two" / "report.html").read_text()
 
 
 def test_no_verb_is_forgotten(found: dict[str, Any]) -> None:

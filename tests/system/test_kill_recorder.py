@@ -9,7 +9,7 @@ import sys
 
 def test_killed_runners_leave_their_data() -> None:
     done = subprocess.run(
-        [sys.executable, "-m", "stepload_verify.trials.kill_recorder", "--kills", "2", "--json"],
+        [sys.executable, "-m", "stepload_verify.trials.kill_recorder", "--kills", "2"],
         capture_output=True,
         text=True,
         check=False,

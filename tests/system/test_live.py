@@ -23,12 +23,11 @@ from stepload.envelope.envelope import envelope_of
 from stepload.envelope.remaining import Remaining
 from stepload.errors import BadInputError
 from stepload.live.messages import POSE, TARED, pose_message, quaternion, wrench_message
-from stepload.live.state import LIVE_SCHEMA, State
+from stepload.live.state import State
 from stepload.live.tail import Tail
 from stepload.live.view import address_of, live_view
 from stepload.record.reader import read_recording
 from stepload.record.rows import Phase, TickRow, rows_of
-from stepload.record.scan import DamageError
 
 
 class Growing:
@@ -68,15 +67,6 @@ def test_a_growing_record_is_read_once_and_whole(
     assert np.array_equal(np.concatenate(force), whole.force.wrench)
     assert tuple(events) == whole.events
     assert tail.metadata == whole.metadata
-
-
-def test_what_is_no_record_is_told(tmp_path: Path) -> None:
-    path = tmp_path / "x"
-    path.write_bytes(b"nothing of the kind")
-    tail = Tail(path)
-    with pytest.raises(DamageError, match="not an MCAP file"):
-        tail.read()
-    tail.close()
 
 
 PARTS = 8
@@ -173,24 +163,6 @@ def test_margins_are_those_of_the_supervisor_itself(looks: list[dict[str, Any]])
         assert look["margins"]["R1"] > abs(look["force_n"]) / look["force_limit_n"] - 0.02
 
 
-def test_deformation_is_that_of_the_results(looks: list[dict[str, Any]], cycles_run: Path) -> None:
-    curve = stepload.open(cycles_run).curve
-    pressed = [look for look in looks if look["phase"] == "hold"]
-    for look in pressed:
-        at = int(np.searchsorted(curve["time_s"], look["time_s"]))
-        found_um = float(np.mean(curve["deformation_m"][at - 20 : at + 20])) * 1e6
-        assert look["deformation_um"] == pytest.approx(found_um, abs=8.0)  # the zero is not fitted
-    assert all(look["deformation_um"] is None for look in looks if "approach" in look["phase"])
-
-
-def test_the_tared_wrench_is_near_zero_in_free_air(looks: list[dict[str, Any]]) -> None:
-    free = [look["tared"] for look in looks if look["phase"] == "fast approach"]
-    assert free
-    assert np.abs(np.mean(free, axis=0)).max() < 1.5  # the quantum; the bias is 3 N
-    raw = [look for look in looks if look["tared"] is None]
-    assert all(look["phase"] in ("warm up", "free air", "tare") for look in raw)
-
-
 def test_our_messages_are_what_ros_reads() -> None:
     wrench, pose = (1.0, -2.0, 3.0, 0.1, 0.2, 0.3), (0.1, 0.2, 0.3, 0.0, np.pi, 0.0)
     read = []
@@ -210,28 +182,6 @@ def test_our_messages_are_what_ros_reads() -> None:
     assert (place.header.frame_id, place.pose.position.y) == ("base", 0.2)
     assert place.pose.orientation.y == pytest.approx(1.0)
     assert quaternion((0.0, 0.0, 0.0)) == (0.0, 0.0, 0.0, 1.0)
-
-
-def test_the_layout_names_what_is_shown(tmp_path: Path) -> None:
-    file = tmp_path / "layout.json"
-    assert in_process("layout", file).returncode == 0
-    assert in_process("layout", file).returncode == 2  # nothing is written over
-    layout = json.loads(file.read_text())
-    panels = layout["configById"]
-    named = [path["value"] for panel in panels.values() for path in panel.get("paths", ())]
-    named += [panel["xAxisPath"]["value"] for panel in panels.values() if "xAxisPath" in panel]
-    assert len(named) > 10
-    for path in named:
-        topic, *keys = path.split(".")
-        place: Any = LIVE_SCHEMA
-        assert topic == "/live"
-        for key in keys:
-            place = place["properties"][key]
-
-    def leaves(node: Any) -> list[str]:
-        return [node] if isinstance(node, str) else leaves(node["first"]) + leaves(node["second"])
-
-    assert sorted(leaves(layout["layout"])) == sorted(panels)
 
 
 def test_a_viewer_that_we_did_not_write_sees_the_run(cycles_run: Path, tmp_path: Path) -> None:
@@ -314,29 +264,3 @@ def test_the_time_that_is_left_is_told_within_a_tenth(cycles_run: Path, quick_ru
             left_s = remaining.at(row)
             assert remaining.active_s + left_s == pytest.approx(whole_s, rel=0.1)
         assert remaining.share > 0.95
-
-
-def test_time_rests_while_a_run_is_paused(cycles_run: Path) -> None:
-    run = stepload.open(cycles_run)
-    envelope = envelope_of(run.plan)
-    remaining = Remaining(envelope.stages, envelope.plan.procedure)
-    rows = rows_of(TickRow, read_recording(run.path).ticks)[:8000:100]
-    for row in rows:
-        left_s = remaining.at(row)
-    share = remaining.share
-    paused = rows[-1]._replace(phase=int(Phase.PAUSED))
-    for i in range(100):
-        assert remaining.at(paused._replace(time_s=paused.time_s + 10.0 * i)) == left_s
-    assert remaining.share == share
-
-
-def test_a_run_that_is_resumed_has_fewer_cycles_left(cycles_run: Path) -> None:
-    run = stepload.open(cycles_run)
-    envelope = envelope_of(run.plan)
-    [row] = rows_of(TickRow, read_recording(run.path).ticks)[:1]
-    whole_s, rest_s = (
-        Remaining(envelope.stages, envelope.plan.procedure).at(row._replace(cycle=cycle))
-        for cycle in (1, 2)
-    )
-    assert row.cycle == 1
-    assert 0.3 * whole_s < rest_s < 0.8 * whole_s

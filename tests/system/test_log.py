@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import logging
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -39,19 +37,6 @@ def test_the_file_of_a_run_has_time_level_and_module(quick: Path, tmp_path: Path
     assert not logging.getLogger().isEnabledFor(logging.INFO)
 
 
-def test_without_either_nothing_is_logged(quick: Path) -> None:
-    done = in_process("preflight", quick)
-    assert not _modules(done.stderr)
-
-
-def test_v_shows_states_and_a_verb_keeps_its_own_verbose(quick: Path) -> None:
-    shown = in_process("-v", "preflight", quick, "--verbose")
-    own = in_process("preflight", quick, "--verbose")
-    assert "stepload.cli.log" in _modules(shown.stderr)
-    assert shown.stdout == own.stdout
-    assert not _modules(own.stderr)
-
-
 def test_a_bug_leaves_its_traceback_in_the_file_alone(
     quick: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -69,12 +54,6 @@ def test_a_bug_leaves_its_traceback_in_the_file_alone(
     assert "ZeroDivisionError: here" in text
 
 
-def test_a_file_that_cannot_be_written_ends_the_command(quick: Path, tmp_path: Path) -> None:
-    done = in_process("--log-file", tmp_path / "no" / "log.txt", "preflight", quick)
-    assert done.returncode == 2
-    assert "log.txt" in done.stderr
-
-
 @pytest.mark.parametrize(
     "said", ["run --live-token hunter2 plan", "http://h:1/?token=hunter2&x=1", "Password: hunter2"]
 )
@@ -87,22 +66,3 @@ def test_a_secret_is_not_logged(said: str, tmp_path: Path) -> None:
     text = (tmp_path / "log.txt").read_text()
     assert "hunter2" not in text
     assert "***" in text
-
-
-def test_a_library_user_sees_nothing(quick: Path) -> None:
-    code = (
-        "import stepload, stepload_drivers, logging\n"
-        f"stepload.preflight({str(quick)!r})\n"
-        "logging.getLogger('stepload_drivers.x').warning('fault')\n"
-        "print(logging.getLogger().handlers)\n"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stderr == ""
-    assert done.stdout.strip() == "[]"
-
-
-def test_help_does_not_load_the_log() -> None:
-    code = "import sys; from stepload.cli.main import main; sys.argv[1:] = ['--help']\n"
-    code += "try: main()\nexcept SystemExit: print('logging' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "False"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import json
 from pathlib import Path
 
@@ -11,7 +10,6 @@ from real_runs import ROOT, in_process
 
 from stepload.data import columns
 from stepload.design import map as cells
-from stepload.plan import room_to_write
 
 SMALL = ("map", "stvf")
 
@@ -68,18 +66,3 @@ def test_what_is_there_is_not_overwritten_and_a_missing_library_is_told_first(
     monkeypatch.setattr(columns, "library", missing)
     said = in_process(*SMALL, "--parquet", "new.parquet", cwd=tmp_path)
     assert (said.returncode, "needs pyarrow" in said.stderr) == (2, True)
-
-
-def test_a_place_where_nothing_can_be_written_is_told_before_the_work(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def full(dir: Path) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(room_to_write.tempfile, "TemporaryFile", full)
-    for words in (("--out", "new/m"), ("--parquet", "new.parquet")):
-        said = in_process(*SMALL, *words, cwd=tmp_path)
-        assert said.returncode == 2, words
-        assert "No space left on device" in said.stderr
-        assert "cells" not in said.stderr
-    assert list(tmp_path.iterdir()) == []

@@ -133,28 +133,3 @@ def test_the_runs_go_by_the_record_that_was_made(
         assert sources.system_stiffness_n_per_m == pytest.approx(record.stiffness_n_per_m)
     again = _answer(answers, "identify test-1")
     assert set(again["fits"]) >= {"rs_btls", "joint"}
-
-
-def test_the_curve_in_place_of_finite_elements_gives_table_two(
-    answers: dict[str, dict[str, Any]],
-) -> None:
-    fit = _answer(answers, "identify paper/hertz-rough-plastic")["fits"]["rs_btls"]
-    assert fit["n"] == pytest.approx(1.85, abs=0.005)
-    assert fit["k"] == pytest.approx(1.82e10, abs=0.005e10)
-    assert fit["secant_n_per_m"] == pytest.approx(4.82e6, rel=1e-3)
-
-
-def test_curves_are_set_beside_a_run(answers: dict[str, dict[str, Any]]) -> None:
-    for begin in ("compare test-1 --curve paper/hertz", "compare test-1 --curve paper/instron"):
-        (against,) = _answer(answers, begin)["curve"]
-        assert abs(against["chord_change"]) < against["smallest_detectable"]
-        # The zero of theory is the mean plane of the roughness, that of the others a touch.
-        elsewhere = abs(against["secant_change"]) > against["smallest_detectable"]
-        assert elsewhere is ("hertz" in begin)
-    assert len(_answer(answers, "compare test-1 test-2")["runs"]) == 2
-
-
-def test_what_cannot_be_pressed_is_refused(answers: dict[str, dict[str, Any]]) -> None:
-    refused = {text: data for text, data in answers.items() if text.startswith("preflight")}
-    assert len(refused) == 5
-    assert all(data["verdict"] == "refused" for data in refused.values())

@@ -12,7 +12,6 @@ import sys
 import termios
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -28,7 +27,6 @@ from stepload.record.recovery import is_being_written
 from stepload.record.rows import Phase
 from stepload.session import control
 from stepload.session.experiment import run_plan
-from stepload.session.files import run_directory
 
 Stage = Callable[..., Staged]
 
@@ -187,7 +185,7 @@ def test_a_cycle_cut_short_by_a_pause_is_not_compared(
         ((Phase.HOLD, 1, 1), StopLevel.AFTER_STEP, []),
         pytest.param((Phase.HOLD, 1, 3), StopLevel.NOW, [], marks=pytest.mark.long),
         pytest.param((Phase.UNLOAD, 1, 1), StopLevel.NOW, [], marks=pytest.mark.long),
-        ((Phase.LOAD, 2, 3), StopLevel.AFTER_STEP, [1]),
+        pytest.param((Phase.LOAD, 2, 3), StopLevel.AFTER_STEP, [1], marks=pytest.mark.long),
         pytest.param((Phase.HOLD, 3, 3), StopLevel.NOW, [1, 2], marks=pytest.mark.long),
     ],
 )
@@ -229,33 +227,6 @@ def test_a_run_of_cycles_that_ends_early_has_a_report_of_the_whole_ones(
         assert "The virgin contact is not in this record; fewer than 3 cycles" in rest
 
 
-def test_what_was_never_touched_is_virgin_when_it_is_taken_up(quick: Path, tmp_path: Path) -> None:
-    quick.write_text(quick.read_text().replace("unload: false\n  cycles: 1", "cycles: 2"))
-    plan, operator = envelope_of(load_plan(quick)), Operator()
-
-    def stop_in_free_air(engine: Engine, _check: object) -> None:
-        if engine.course.phase == Phase.FAST_APPROACH:
-            operator.stop_level = StopLevel.NOW
-
-    run_plan(
-        plan, dry_run=True, out=tmp_path / "first", operator=operator, on_progress=stop_in_free_air
-    )
-    second = run_plan(plan, dry_run=True, resume=tmp_path / "first", out=tmp_path / "second")
-    assert "no step of it was finished" in second.data["resumed"]
-    assert "the payload had not been touched" in second.data["resumed"]
-    assert second.data["run_in"]["virgin"] == 1
-
-
-def test_runs_of_one_second_have_directories_of_their_own(quick: Path) -> None:
-    plan = load_plan(quick)
-    plan = replace(plan, record=replace(plan.record, directory=quick.parent / "runs"))
-    made = []
-    for _ in range(3):
-        made.append(run_directory(plan, dry_run=True, out=None))
-        made[-1].mkdir(parents=True)
-    assert len(set(made)) == 3
-
-
 @pytest.mark.long
 def test_an_interrupted_run_is_taken_up(stage: Stage, quick: Path, tmp_path: Path) -> None:
     first, second = tmp_path / "first", tmp_path / "second"
@@ -293,23 +264,6 @@ def finished(quick_plan: Path, quick_run: Path) -> tuple[Path, Path]:
     return quick_plan, quick_run
 
 
-def test_what_cannot_be_resumed(finished: tuple[Path, Path], tmp_path: Path) -> None:
-    from stepload.session.resume import resumable
-
-    path, directory = finished
-    plan = load_plan(path)
-    with pytest.raises(BadInputError, match="every load step of the plan is done"):
-        resumable(directory, plan, dry_run=True)
-    with pytest.raises(BadInputError, match="is the record of a dry run"):
-        resumable(directory, plan, dry_run=False)
-    other = tmp_path / "plan.yaml"
-    other.write_text(path.read_text().replace("0.3 s", "0.4 s"))
-    with pytest.raises(BadInputError, match="made with another plan"):
-        resumable(directory, load_plan(other), dry_run=True)
-    with pytest.raises(BadInputError, match="no such file"):
-        resumable(tmp_path, plan, dry_run=True)
-
-
 def test_a_directory_without_a_run(finished: tuple[Path, Path], tmp_path: Path) -> None:
     with pytest.raises(BadInputError, match="no run is going on"):
         control.ask(finished[1], "pause")
@@ -326,8 +280,3 @@ def test_a_directory_without_a_run(finished: tuple[Path, Path], tmp_path: Path) 
             control.ask(tmp_path, "stop")
         assert control.ask(tmp_path, "resume")["paused"] is False
     assert list(tmp_path.iterdir()) == []
-
-
-def test_where_no_socket_can_be(tmp_path: Path) -> None:
-    with control.listening(tmp_path / "nowhere", Operator(), dict) as missing:
-        assert "will not reach this run" in missing

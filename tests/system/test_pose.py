@@ -29,13 +29,6 @@ def test_poses_are_told_drawn_and_written(tmp_path: Path) -> None:
     assert "is there already" in again.stderr
 
 
-def test_tables_and_sentences_stand_on_standard_output() -> None:
-    said = in_process(*SMALL)
-    assert said.returncode == 0, said.stderr
-    for words in ("joints at the plate, deg", "stuck ratio", "K_max (34)", "The best of"):
-        assert words in said.stdout
-
-
 @pytest.mark.parametrize(
     ("words", "code", "told"),
     [

@@ -25,14 +25,6 @@ def test_every_payload_loads_by_itself(path: Path) -> None:
     assert path.read_text().startswith("# ")
 
 
-def test_the_papers_payloads_are_there() -> None:
-    names = {path.stem for path in PAYLOADS}
-    assert names >= {
-        "plastic-sphere", "plastic-cone", "plastic-pyramid",
-        "aluminium-sphere", "aluminium-cube", "aluminium-prism",
-    }  # fmt: skip
-
-
 @pytest.mark.parametrize("path", PLANS, ids=lambda path: path.stem)
 def test_every_payload_fits_every_plan_of_its_rig(path: Path) -> None:
     other = PROCEDURES / "payloads" / "stiff-flat.yaml"

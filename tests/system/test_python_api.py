@@ -12,7 +12,6 @@ from real_runs import in_process, leave_out_figures
 
 import stepload
 from stepload.errors import BadInputError, RefusedError
-from stepload.record.reader import read_recording
 from stepload.record.rows import Phase
 
 FIRST_UP = [(1, 100.0), (2, 200.0), (3, 300.0)]
@@ -40,12 +39,6 @@ def test_every_name_it_offers_is_there() -> None:
         stepload.opne  # type: ignore[attr-defined]  # noqa: B018
 
 
-def test_functions_stay_functions_whatever_is_imported() -> None:
-    """A subpackage of the same name would take the place of the function."""
-    for name in set(stepload.__all__) - {"__version__"}:
-        assert not (Path(stepload.__file__).parent / name).exists(), name
-
-
 def test_a_run_tells_what_it_was(run: stepload.Run) -> None:
     assert len(run.run_id) == 12
     assert run.simulated
@@ -58,14 +51,6 @@ def test_a_run_tells_what_it_was(run: stepload.Run) -> None:
     assert all(reason["code"] and reason["message"] for reason in run.preflight["reasons"])
     assert run.results is not None
     assert run.results["status"] == "completed"
-
-
-def test_raw_streams_are_those_of_the_record(run: stepload.Run) -> None:
-    recording = read_recording(run.path)
-    assert np.array_equal(run.force["force_z_n"], recording.force.wrench[:, 2])
-    assert np.array_equal(run.arm["x_m"], recording.arm.pose[:, 0])
-    assert np.array_equal(run.ticks["target_m"], recording.ticks.target_m, equal_nan=True)
-    assert run.displacement is None
 
 
 def test_the_curve_is_tared_and_compensated(run: stepload.Run) -> None:
@@ -106,23 +91,6 @@ def test_tables_go_to_the_libraries_people_know(run: stepload.Run, to: str) -> N
     phases = frame["phase"].to_pylist() if to == "to_arrow" else list(frame["phase"])
     assert phases[0] == "warm_up" or phases[0] in ("free_air", "tare")
     assert "hold" in phases
-
-
-def test_an_unknown_column_names_those_there_are(run: stepload.Run) -> None:
-    with pytest.raises(BadInputError, match="no column 'force'") as caught:
-        run.curve["force"]
-    assert "force_n" in caught.value.hint
-
-
-def test_a_cut_record_opens_up_to_where_it_is_whole(run: stepload.Run, tmp_path: Path) -> None:
-    data = run.path.read_bytes()
-    cut = tmp_path / "run.mcap.part"
-    cut.write_bytes(data[: len(data) // 2])
-    part = stepload.open(tmp_path)
-    assert part.partial
-    assert part.damage
-    assert part.results is None
-    assert 0 < part.force.rows < run.force.rows
 
 
 @pytest.mark.parametrize("what", ["nothing", "text", "directory"])
@@ -171,50 +139,3 @@ def test_arrays_are_identified_as_a_file_is(run: stepload.Run, tmp_path: Path) -
     assert headline is not None
     assert headline.value_n_per_m == pytest.approx(told["headline"]["value_n_per_m"], rel=1e-9)
     assert found.notes
-
-
-@pytest.mark.parametrize(
-    ("arrays", "says"),
-    [
-        (([1.0, 2.0], [1.0, 2.0]), "at least"),
-        (([1.0] * 20, [1.0] * 19), "as many of each"),
-        (([1.0] * 19 + [np.nan], [1.0] * 20), r"force_n\[19\] is nan"),
-        (([1.0] * 20, [["a"]] * 20), "no number"),
-        (([1.0] * 20, [[1.0]] * 20), "shape"),
-        (([1.0] * 20,), "one of deformation_m and position_m"),
-    ],
-)
-def test_bad_arrays_are_refused(arrays: tuple[list[object], ...], says: str) -> None:
-    with pytest.raises(BadInputError, match=says):
-        stepload.identify(*arrays)
-
-
-def test_an_unknown_circumstance_names_those_there_are() -> None:
-    with pytest.raises(BadInputError, match="f_c") as caught:
-        stepload.identify([1.0] * 20, [1.0] * 20, f_c=3.0)
-    assert "elastic_limit_n" in caught.value.hint
-
-
-LOADING_N = np.linspace(0.0, 300.0, 200)
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("elastic_limit_n", float("nan")), ("elastic_limit_n", -3.0), ("elastic_limit_n", 0.0),
-        ("force_noise_n", -1.0), ("smooth_error_m", float("inf")), ("theory_k", "4.8e6 N/m"),
-        ("system_stiffness_n_per_m", "5e6 N/m"), ("secant_force_n", True),
-    ],
-)  # fmt: skip
-def test_a_known_number_that_cannot_be_is_refused(name: str, value: object) -> None:
-    """An F_c that is not a number would let every force pass as below it."""
-    with pytest.raises(BadInputError, match=name):
-        stepload.identify(LOADING_N, LOADING_N * 1e-7, **{name: value})
-
-
-def test_masked_and_complex_numbers_are_not_taken_for_measured_ones() -> None:
-    masked = np.ma.masked_greater(LOADING_N, 200.0)
-    with pytest.raises(BadInputError, match="masked"):
-        stepload.identify(masked, LOADING_N * 1e-7)
-    with pytest.raises(BadInputError, match="complex"):
-        stepload.identify(LOADING_N + 1j, LOADING_N * 1e-7)

@@ -35,19 +35,6 @@ def test_replay_says_which_rule_when_and_by_how_much(finished: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("limit", "rule"),
-    [("cross_tolerance_n=1 mN", "R5"), ("search_end_m=1 um", "R8"), ("jump_n=0.1 N", "R9"),
-     ("model_tolerance_m = 1 um", "R7"), ("identical_counts=1", "R4")],
-)  # fmt: skip
-def test_any_threshold_can_be_another(finished: Path, limit: str, rule: str) -> None:
-    stated = [limit, "cross_relative=0"] if rule == "R5" else [limit]
-    options = [text for wish in stated for text in ("--limit", wish)]
-    found = json.loads(in_process("replay", finished, *options, "--json").stdout)
-    assert found["cause"]["rule"] == rule
-    assert found["cause"]["time_s"] >= found["start_s"]
-
-
-@pytest.mark.parametrize(
     ("limit", "told"),
     [("speed=1 m/s", "no threshold is called 'speed'"), ("jump_n=1", "has no unit"),
      ("jump_n=nan N", "jump_n"), ("jump_n=-1 N", "finite and positive"), ("jump_n", "jump_n="),
@@ -73,32 +60,6 @@ def test_what_the_order_of_the_run_ended_is_told_where_no_rule_trips(
     [note] = replay.replay_file(finished).notes
     assert note.startswith("the run itself was ended by old_zero at 2.000 s: the zero is ")
     assert "\x1b" not in note
-
-
-def test_replay_of_a_part_says_so(finished: Path, tmp_path: Path) -> None:
-    data = finished.read_bytes()
-    cut, none = tmp_path / "cut.mcap", tmp_path / "none.mcap"
-    cut.write_bytes(data[: len(data) // 2])
-    done = in_process("replay", cut)
-    assert done.returncode == 0
-    assert "note: the record is damaged, and was judged up to there" in done.stdout
-    sizes = range(1000, len(data) // 4, 2000)
-    for size in sizes:  # the tick topic is there, and no tick yet
-        none.write_bytes(data[:size])
-        try:
-            replay.replay_file(none)
-        except BadInputError as error:
-            if "not one tick" in error.message:
-                return
-    raise AssertionError("no such cut")
-
-
-def test_limits_of_anybody_take_no_memory(finished: Path) -> None:
-    honest = read_recording(finished).attachments[replay.FILE]
-    assert replay.limits_from({replay.FILE: honest}).command_delay_s < 1.0
-    forged = json.dumps(json.loads(honest) | {"command_delay_s": 1e6}).encode()
-    with pytest.raises(BadInputError, match=r"limits\.json in the record is damaged"):
-        replay.limits_from({replay.FILE: forged})
 
 
 def test_recover_says_by_its_exit_code_what_it_did(finished: Path, tmp_path: Path) -> None:

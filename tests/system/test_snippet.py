@@ -36,15 +36,6 @@ def test_every_simulator_gets_what_its_parser_takes(run: Path) -> None:
     assert float(stiffness.text or "") == pytest.approx(2 * told["stiffness_n_per_m"], rel=1e-5)
 
 
-def test_a_curve_from_elsewhere_will_do(tmp_path: Path) -> None:
-    rows = [f"{i * 1e-6},{6.5e8 * (i * 1e-6) ** 1.5}" for i in range(60)]
-    curve = tmp_path / "curve.csv"
-    curve.write_text("\n".join(["displacement_m,force_n", *rows]) + "\n")
-    done = in_process("snippet", curve, "--for", "drake", "--at", "100 N", "--stiffness", "chord")
-    assert done.returncode == 0, done.stderr
-    assert "chord from 10 N to 100 N" in done.stdout
-
-
 @pytest.mark.parametrize(
     "words",
     [

@@ -64,27 +64,6 @@ def test_worse_is_what_the_spread_does_not_explain(
     assert found == pytest.approx(worse)
 
 
-def test_a_goal_is_missed_on_its_own_side(rows: Any) -> None:
-    assert rows.Row("a", "s", [1.0], 1.1, True).met
-    assert not rows.Row("a", "s", [1.2], 1.1, True).met
-    assert rows.Row("a", "×", [1.2], 1.1).met
-    assert not rows.Row("a", "×", [1.0], 1.1).met
-    assert rows.Row("a", "×", [1.0]).met
-
-
-def test_figures_of_another_machine_are_not_compared(rows: Any, table: Any) -> None:
-    kept_row = rows.as_json(rows.Row("a", "s of CPU", [1.0, 1.0], 2.0, True, "nothing", [0.5]))
-    kept = json.loads(json.dumps({"machine": table.machine(), "rows": [kept_row]}))
-    assert rows.row_of(kept["rows"][0]).beside == [0.5]
-    slower = [rows.Row("a", "s of CPU", [1.5, 1.5], 2.0, True, "nothing", [0.5])]
-    assert table.losses(slower, kept) == ["a"]
-    assert table.lines_of(slower, kept)[1][-1] == "WORSE by 50%"
-    kept["machine"]["cores"] = -1
-    assert table.losses(slower, kept) == []
-    assert table.lines_of(slower, kept)[1][-1] == ""
-    assert table.lines_of(slower, None)[1][-1] == "new"
-
-
 def test_the_page_holds_the_kept_table(rows: Any, table: Any) -> None:
     page = table.PAGE.read_text()
     if not table.KEPT.exists():

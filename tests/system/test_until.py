@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import jsonschema
 import pytest
 from real_runs import ROOT, in_process, leave_out_figures
 
@@ -16,10 +15,8 @@ from stepload.errors import BadInputError, ExitCode
 from stepload.plan.load import load_plan
 from stepload.record.reader import Recording, read_recording
 from stepload.record.rows import Phase
-from stepload.results.analyse import whole_cycles
 from stepload.results.reasons import loaded
 from stepload.results.run_record import evaluation_of
-from stepload.results.run_results import results_schema
 from stepload.session.experiment import Finished, run_plan
 from stepload.session.resume import resumable
 
@@ -91,11 +88,6 @@ def stiff(tmp_path_factory: pytest.TempPathFactory) -> Ran:
     return ran(tmp_path_factory.mktemp("stiff"), 8.0, "10")
 
 
-@pytest.fixture(scope="module")
-def between(tmp_path_factory: pytest.TempPathFactory) -> Ran:
-    return ran(tmp_path_factory.mktemp("between"), 1.5, "10")
-
-
 def test_a_soft_payload_is_loaded_no_further_than_needed(soft: Ran) -> None:
     data = soft.finished.data
     assert data["status"] == "completed"
@@ -120,24 +112,7 @@ def test_every_cycle_goes_to_the_same_level_and_none_above(soft: Ran) -> None:
     assert float(soft.recording.ticks.level_n[down].max()) == first[-2]
 
 
-def test_its_limits_are_those_of_the_whole_plan(soft: Ran) -> None:
-    assert float(soft.recording.ticks.limit_n.min()) == pytest.approx(1.25 * TOP_N)
-
-
-def test_between_cycles_a_share_of_the_force_that_was_reached_is_kept(tmp_path: Path) -> None:
-    kept = "  lift_off: false\n  unload: false\n  unload_fraction: 50 %\n"
-    run = ran(tmp_path, 0.3, "15", kept)
-    assert run.until["verdict"] == "enough"
-    between = [
-        float(str(event.data["level_n"]))
-        for event in run.recording.events
-        if event.kind == "held" and not event.data["loading"]
-    ]
-    assert between == [0.5 * run.until["level_n"]]
-    assert run.until["level_n"] < TOP_N
-    assert run.loaded_n[1] == run.loaded_n[2]
-
-
+@pytest.mark.long
 def test_a_stiff_payload_stops_as_soon_as_nothing_can_be_enough(stiff: Ran) -> None:
     data = stiff.finished.data
     assert (data["status"], data["cause"]["rule"]) == ("stopped", "until")
@@ -158,26 +133,6 @@ def test_a_stiff_payload_stops_as_soon_as_nothing_can_be_enough(stiff: Ran) -> N
     assert any("was out of reach" in reason for reason in data["reasons"])
 
 
-@pytest.mark.long
-def test_between_both_it_goes_to_the_top(between: Ran) -> None:
-    assert between.finished.data["status"] == "completed"
-    assert between.until["verdict"] == "more"
-    assert max(between.loaded_n[1]) == TOP_N
-    assert not between.until["met"]
-    assert any("no level showed enough" in r for r in between.finished.data["reasons"])
-
-
-@pytest.mark.parametrize("name", ["soft", "stiff", pytest.param("between", marks=pytest.mark.long)])
-def test_results_are_of_their_schema_and_the_report_says_it(
-    name: str, request: pytest.FixtureRequest
-) -> None:
-    run: Ran = request.getfixturevalue(name)
-    written = json.loads((run.finished.directory / "results.json").read_text())
-    jsonschema.validate(written, results_schema())
-    assert written["until"]["level_n"] == run.until["level_n"]
-    assert "of 300 N" in (run.finished.directory / "report.html").read_text()
-
-
 def test_the_record_evaluated_again_says_the_same(soft: Ran) -> None:
     again = evaluation_of(soft.finished.directory)
     found = loaded(again.recording.events, again.identification)
@@ -193,12 +148,6 @@ def test_the_record_evaluated_again_says_the_same(soft: Ran) -> None:
         soft.finished.data["headline"]["value_n_per_m"], rel=1e-9
     )
     assert any(note.startswith("loaded to ") for note in told["notes"])
-
-
-def test_a_cycle_that_was_ended_early_is_whole(soft: Ran) -> None:
-    procedure, events = soft.envelope.plan.procedure, soft.recording.events
-    assert len(soft.until["looks"]) < len(procedure.levels_n)
-    assert whole_cycles(events) == [1, 2]
 
 
 def test_a_run_with_until_is_not_resumed(soft: Ran) -> None:

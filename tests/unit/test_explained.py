@@ -5,10 +5,8 @@ from __future__ import annotations
 import ast
 from pathlib import Path
 
-import pytest
-
-from stepload.errors import BadInputError, ExitCode
-from stepload.explain.codes import explained, explanations, glossary, page, thresholds_called
+from stepload.errors import ExitCode
+from stepload.explain.codes import explanations, page
 from stepload.identification.fit import Flag
 from stepload.results.identified import SIGNS
 from stepload.rig.faults import FaultCode
@@ -59,43 +57,5 @@ def test_every_fault_sign_doubt_and_exit_code_is_explained() -> None:
     assert codes_of("exit") == {str(int(code)) for code in ExitCode}
 
 
-def test_a_code_is_found_however_it_is_written() -> None:
-    assert explained("r6")[0].code == "R6"
-    assert explained("[No-Room]")[0].code == "no_room"
-    assert {each.group for each in explained("drift")} == {"stop"}
-    assert {each.group for each in explained("creep")} >= {"sign"}
-    with pytest.raises(BadInputError, match="no code") as caught:
-        explained("unidentifyable")
-    assert "unidentifiable" in caught.value.hint
-
-
-def test_a_key_of_a_plan_is_explained_with_the_places_where_it_may_stand() -> None:
-    told, word = explained("stuck_ratio")
-    assert word.group == "word"
-    assert told.means.startswith("rig.system_stiffness.stuck_ratio: ")
-    assert told.do == "Write a plain number from 1 to 100."
-    [axis] = explained("axis")
-    assert axis.means.startswith("rig.force.axis, rig.second_force.sensor.axis: ")
-    assert {each.code for each in explained("name")} == {"name"}
-
-
-def test_a_word_or_symbol_is_explained_as_the_glossary_does() -> None:
-    [told] = explained("Elastic limit")
-    assert (told.code, told.group, told.do) == ("F_c, elastic limit", "word", "")
-    assert explained("f_c") == (told,)
-    assert {each.group for each in explained("sigma")} == {"key", "word"}
-    assert (ROOT / "docs" / "glossary.md").read_text() == glossary(), (
-        "python -m stepload.explain.codes glossary"
-    )
-
-
 def test_the_page_is_generated() -> None:
     assert (ROOT / "docs" / "codes.md").read_text() == page(), "python -m stepload.explain.codes"
-
-
-def test_a_threshold_is_explained_by_what_it_is_made_of() -> None:
-    [found] = explained("answer_n_per_m")
-    assert found.group == "threshold"
-    assert "softest payload" in found.means
-    assert "[N/m]; rule R6" in found.means
-    assert not thresholds_called("answer")

@@ -45,12 +45,3 @@ def test_what_is_there_or_comes_meanwhile_is_not_written_over(tmp_path: Path) ->
     with pytest.raises(BadInputError, match="there already"):
         write(tmp_path)
     assert theirs.read_text() == "theirs"
-
-
-def test_links_to_nothing_are_seen_before_anything_is_computed(tmp_path: Path) -> None:
-    (tmp_path / "map.svg").symlink_to(tmp_path / "nowhere")
-    with pytest.raises(BadInputError, match="there already"):
-        check_sheet(tmp_path, "map")
-    (tmp_path / "out").symlink_to(tmp_path / "nowhere")
-    with pytest.raises(BadInputError, match="that is a file"):
-        check_sheet(tmp_path / "out", "map")

@@ -8,14 +8,11 @@ from dataclasses import replace
 
 import pytest
 from processes import python
-from typer.testing import CliRunner
 
-from stepload.errors import BadInputError
 from stepload_drivers.bota.sensor import BotaSerial
 from stepload_drivers.gauge.sensor import GaugeSerial
 from stepload_drivers.sim.live import DEFAULT_SPEC
-from stepload_verify.emulators.command import app
-from stepload_verify.emulators.faults import FaultBoard, parse_fault
+from stepload_verify.emulators.faults import FaultBoard
 from stepload_verify.emulators.live_rig import LiveRig, dump_spec, load_spec
 from stepload_verify.emulators.service import obey
 
@@ -52,32 +49,6 @@ def test_ends_on_sigterm():
         process.stdout.readline()
         process.send_signal(signal.SIGTERM)
         assert process.wait(10.0) == 0
-
-
-def test_an_unknown_fault_is_refused_with_the_known_ones():
-    result = CliRunner().invoke(app, ["bota", "--fault", "gremlin@1"])
-    assert isinstance(result.exception, BadInputError)
-    assert "bit_flip" in result.exception.hint
-
-
-@pytest.mark.parametrize("fault", ["gremlin=drop", "ur=freeze on"])
-def test_a_rig_refuses_a_fault_of_what_it_does_not_emulate(fault):
-    result = CliRunner().invoke(app, ["rig", "--fault", fault])
-    assert isinstance(result.exception, BadInputError)
-    assert fault in result.exception.message
-
-
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("drop", ("drop", 1.0, 0.0, float("inf"))),
-        ("drop:0.5+1", ("drop", 0.5, 0.0, 1.0)),
-        ("offset:-2e1@3+1.5", ("offset", -20.0, 3.0, 1.5)),
-    ],
-)
-def test_fault_texts(text, expected):
-    fault = parse_fault(text)
-    assert (fault.name, fault.magnitude, fault.start_s, fault.duration_s) == expected
 
 
 def test_faults_begin_end_and_clear():
@@ -127,10 +98,3 @@ def test_a_rig_shares_one_world(tmp_path):
         force.close()
         gauge.close()
         rig.stop()
-
-
-def test_a_world_file_with_an_unknown_field_is_refused(tmp_path):
-    path = tmp_path / "world.json"
-    path.write_text('{"gravity": 9.81}')
-    with pytest.raises(BadInputError, match="gravity"):
-        load_spec(path)

@@ -18,10 +18,10 @@ from stepload.results.terminal import AsJson, Output, Processes
 if TYPE_CHECKING:
     from stepload.runner.jobs import Job
     from stepload.runner.pool import Pool
+    from stepload_verify.campaign.ablation import Without
     from stepload_verify.campaign.campaign import Progress
     from stepload_verify.campaign.result import Result
     from stepload_verify.campaign.summary import Group
-    from stepload_verify.campaign.without import Without
     from stepload_verify.campaign.work import Work
 
 ORDER = "Plan (YAML): its order, times and distances are used; rigs and payloads are drawn."
@@ -172,7 +172,7 @@ def _report(results: Sequence[Result], elapsed_s: float, output: Output) -> None
 def _without(
     name: str, work: Work, results: Sequence[Result], pool: Pool, out: Path | None
 ) -> Without:
-    from stepload_verify.campaign.without import jobs_without, without
+    from stepload_verify.campaign.ablation import jobs_without, without
 
     title = f"without {name}"
     directory = out / title.replace(" ", "-") if out else None

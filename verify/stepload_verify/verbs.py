@@ -2,11 +2,42 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Annotated
+
 import typer
 
+from stepload.errors import BadInputError
+from stepload.results.terminal import AsJson, Output
 from stepload_verify.campaign_verb import campaign
 from stepload_verify.falsify_verb import falsify
-from stepload_verify.paper_verb import paper
+
+
+def paper(
+    out: Annotated[
+        Path, typer.Option("--out", help="The page; figures and curves go into paper/ beside it.")
+    ] = Path("paper.md"),
+    as_json: AsJson = False,
+) -> None:
+    """Compute the paper's tables and figures again (half a minute), printed beside ours.
+
+    Example: stepload paper
+    """
+    from stepload_verify.paper.document import generate
+
+    output = Output(as_json=as_json)
+    try:
+        off = generate(out)
+    except OSError as error:
+        raise BadInputError(f"cannot write {error.filename or out}: {error.strerror}") from error
+    for row in off:
+        output.line(f"differs: {row.quantity}: {row.printed} printed, {row.computed:.4g} computed")
+    output.line(f"page: {out}")
+    output.result({
+        "page": out,
+        "differs": [{"quantity": row.quantity, "printed": row.printed, "computed": row.computed}
+                    for row in off],
+    })  # fmt: skip
 
 
 def emulate(context: typer.Context) -> None:

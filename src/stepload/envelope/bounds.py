@@ -31,9 +31,8 @@ LEAST_STIFFNESS_DOUBT = {
 """Least relative uncertainty of K_s by its provenance; 3 sigma where that is more."""
 ARM_STUCK_RATIO = 3.8
 """[C^-1]_zz C_zz, the 90th percentile over the tool-down poses of a UR3e, the largest of four arms
-(UR5e 2.4, UR10e 2.6, UR16e 2.7; medians 1.1 to 1.4), with assumed joint stiffnesses: `python -m
-stepload_verify.trials.pose_stiffness`. A calibration that stuck itself has the factor in K_s
-already, and it counts once more."""
+(UR5e 2.4, UR10e 2.6, UR16e 2.7; medians 1.1 to 1.4), with assumed joint stiffnesses. A
+calibration that stuck itself has the factor in K_s already, and it counts once more."""
 LEAST_CLASS_RATIO = 2.4
 """The smallest of these four: a smaller ratio holds for one pose only."""
 AGE_S = 0.012

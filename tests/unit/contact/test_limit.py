@@ -1,21 +1,16 @@
 """The elastic limit: which body decides, and where theory has none."""
 
-import math
-
 import pytest
 
 from stepload.contact.elastic import law_for
 from stepload.contact.limit import elastic_limit, no_limit_reason, softer_body
 from stepload.contact.materials import (
     BluntTip,
-    FlatPunch,
     Geometry,
     Material,
     PowerProfile,
-    SharpCone,
     Sphere,
 )
-from stepload.errors import DomainError
 
 PLASTIC = Material("acetal", 2.75e9, 0.3, 70e6)
 ALUMINIUM = Material("aluminium", 70e9, 0.33, 276e6)
@@ -42,12 +37,6 @@ def test_unknown_payload_strength_has_no_limit() -> None:
     assert "'steel' is not known" in no_limit_reason(Sphere(0.0287), STEEL, ALUMINIUM)
 
 
-@pytest.mark.parametrize("geometry", [SharpCone(0.3), FlatPunch(0.01), PowerProfile(3.0, 100.0)])
-def test_theory_has_no_limit_for_edges_and_general_profiles(geometry: Geometry) -> None:
-    assert elastic_limit(geometry, PLASTIC, ALUMINIUM) is None
-    assert "no elastic limit for this shape" in no_limit_reason(geometry, PLASTIC, ALUMINIUM)
-
-
 @pytest.mark.parametrize(
     "geometry", [Sphere(0.02), Sphere(0.02, 0.05), BluntTip("cone", 0.003), PowerProfile(2.0, 25.0)]
 )
@@ -68,12 +57,3 @@ def test_limit_grows_with_radius_squared_and_strength_cubed() -> None:
     assert harder is not None
     assert bigger.force_n / base.force_n == pytest.approx(4.0)
     assert harder.force_n / base.force_n == pytest.approx(8.0)
-
-
-def test_unphysical_numbers_are_refused() -> None:
-    with pytest.raises(DomainError):
-        elastic_limit(Sphere(-1.0), PLASTIC, ALUMINIUM)
-    with pytest.raises(DomainError):
-        elastic_limit(Sphere(0.01), Material("x", math.nan, 0.3, 1e6), ALUMINIUM)
-    with pytest.raises(DomainError, match="yield strength"):
-        elastic_limit(Sphere(0.01), Material("x", 1e9, 0.3, 0.0), ALUMINIUM)

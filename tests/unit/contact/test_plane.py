@@ -38,7 +38,3 @@ def test_the_uncertainty_is_that_of_the_touches(error_m: float, deg: float) -> N
         [found[0].sigma_rad] * 2, rel=0.05
     )
     assert np.std([t.hump_m for t in found]) == pytest.approx(found[0].hump_sigma_m, rel=0.05)
-
-
-def test_a_middle_that_is_nearer_is_a_hump() -> None:
-    assert tilt_of(circle(0.01), [3e-3] * 3, 2.9e-3, 20e-6).hump_m == pytest.approx(1e-4)

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from stepload.contact.elastic import law_for
@@ -13,27 +13,17 @@ from stepload.contact.power_law import ContactLaw, secant_stiffness
 PLASTIC = Material("acetal", 2.75e9, 0.3)
 STEEL = Material("steel", 200e9, 0.29)
 
-quick = settings(max_examples=40, deadline=None)
 stiffnesses = st.floats(1e3, 1e16)
 exponents = st.floats(0.8, 3.0)
 forces = st.floats(1e-3, 1e4)
 
 
-@quick
 @given(stiffnesses, exponents, forces)
 def test_force_inverts_deformation(k: float, n: float, force_n: float) -> None:
     law = ContactLaw(k, n, "test")
     assert law.force(law.deformation(force_n)) == pytest.approx(force_n, rel=1e-10)
 
 
-@quick
-@given(stiffnesses, exponents, forces)
-def test_secant_is_force_over_deformation(k: float, n: float, force_n: float) -> None:
-    law = ContactLaw(k, n, "test")
-    assert law.secant(force_n) == pytest.approx(force_n / law.deformation(force_n), rel=1e-10)
-
-
-@quick
 @given(stiffnesses, exponents, forces)
 def test_tangent_is_the_slope(k: float, n: float, force_n: float) -> None:
     law = ContactLaw(k, n, "test")
@@ -43,15 +33,6 @@ def test_tangent_is_the_slope(k: float, n: float, force_n: float) -> None:
     assert n * secant_stiffness(k, n, force_n) == law.tangent(force_n)
 
 
-@quick
-@given(stiffnesses, exponents, forces, st.floats(1.0001, 10.0))
-def test_force_rises_with_deformation(k: float, n: float, force_n: float, step: float) -> None:
-    law = ContactLaw(k, n, "test")
-    at_m = law.deformation(force_n)
-    assert law.force(at_m * step) > law.force(at_m)
-
-
-@quick
 @given(stiffnesses, exponents, forces, st.floats(1e-3, 1e3))
 def test_secant_does_not_depend_on_the_unit_of_length(
     k: float, n: float, force_n: float, metre: float

@@ -3,15 +3,14 @@
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
-from stepload.contact.rough import P0_BRANCH, RoughSphere, roughness_number
+from stepload.contact.rough import P0_BRANCH, RoughSphere
 from stepload.errors import DomainError
 
 K = 6.57e8
 contacts = st.builds(RoughSphere, st.just(K), st.floats(1e-8, 3e-5), st.floats(1.0, 1e4))
-quick = settings(max_examples=50, deadline=None)
 
 
 def force_at(contact: RoughSphere, p0: float) -> float:
@@ -28,13 +27,11 @@ def printed(contact: RoughSphere, force_n: float) -> float:
     return smooth_m * (0.5 * a**2 + 8 * p0 * a / (math.pi**2 * (4.79 - 3.17 * p0**3.13)))
 
 
-@quick
 @given(contacts, st.floats(1e-2, 1e4))
 def test_equals_the_printed_equations(contact: RoughSphere, force_n: float) -> None:
     assert contact.deformation(force_n) == pytest.approx(printed(contact, force_n), rel=1e-11)
 
 
-@quick
 @given(contacts, st.floats(0.011, 0.99), st.floats(1.0001, 1.5))
 def test_deformation_rises_except_across_the_branch(
     contact: RoughSphere, p0: float, factor: float
@@ -43,13 +40,6 @@ def test_deformation_rises_except_across_the_branch(
     crosses = contact.pressure_ratio(low) <= P0_BRANCH < contact.pressure_ratio(high)
     if not crosses:
         assert contact.deformation(high) > contact.deformation(low)
-
-
-def test_deformation_drops_at_the_branch() -> None:
-    contact = RoughSphere(K, 7.5e-6, 257.0)
-    at = force_at(contact, P0_BRANCH)
-    before, after = contact.deformation(at * (1 - 1e-9)), contact.deformation(at * (1 + 1e-9))
-    assert after / before - 1 == pytest.approx(-0.0089, abs=5e-5)
 
 
 def test_zero_force_has_a_finite_limit() -> None:
@@ -63,26 +53,8 @@ def test_tends_to_the_smooth_sphere() -> None:
     assert contact.deformation(300.0) / smooth_m == pytest.approx(1.00035, abs=1e-5)
 
 
-def test_roughness_acts_through_one_length() -> None:
-    one = RoughSphere(K, 7.5e-6, 257.0)
-    other = RoughSphere(K, 7.5e-6 * 2.0, 257.0 * 2.0 ** (1 / 0.16))
-    for force_n in (1.0, 30.0, 300.0):
-        assert other.deformation(force_n) == pytest.approx(one.deformation(force_n))
-
-
 @pytest.mark.parametrize("force_n", [-1.0, math.nan, math.inf])
 def test_force_outside_the_model_is_refused(force_n: float) -> None:
     contact = RoughSphere(K, 7.5e-6, 257.0)
     with pytest.raises(DomainError, match="contact force"):
         contact.deformation(force_n)
-
-
-@pytest.mark.parametrize("args", [(0.0, 1e-6, 9.0), (K, 0.0, 9.0), (K, 1e-6, math.nan)])
-def test_unphysical_contact_is_refused(args: tuple[float, float, float]) -> None:
-    with pytest.raises(DomainError):
-        RoughSphere(*args)
-
-
-def test_unphysical_hardness_is_refused() -> None:
-    with pytest.raises(DomainError, match="micro-hardness"):
-        roughness_number(3e9, 0.0, 0.03, 1e-6)

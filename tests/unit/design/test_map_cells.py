@@ -18,7 +18,6 @@ from stepload.plan.shipped import payload_folder
 
 RIG = bench("stvf", None)
 SOFT, STIFF = 1e6, 5e7
-COLUMNS = [1e6 * 1.5**place for place in range(8)]
 
 
 def cell(secant_n_per_m: float, exponent: float = 1.5) -> Point:
@@ -83,17 +82,3 @@ def test_a_payload_that_is_not_pressed_has_no_row_and_the_others_say_what_narrow
     first = reaches(found)[0]
     assert (first.from_n_per_m, first.beyond_n_per_m) == (SOFT, STIFF)
     assert SOFT <= first.to_n_per_m <= first.k_max_n_per_m
-
-
-def test_a_row_ends_where_its_interval_is_as_wide_as_is_asked_for() -> None:
-    """Between two columns, so that rows of another σ(K_s) do not all end at one of them."""
-    ends = []
-    for share in (0.01, 0.03, 0.1):
-        told = known(RIG.conditions, share)
-        rows = [row_of(replace(cell(secant), conditions=told)) for secant in COLUMNS]
-        (reach,) = reaches(Map(RIG, [], rows))
-        at_end = row_of(replace(cell(reach.within_n_per_m), conditions=told))
-        assert at_end.half_width == pytest.approx(1.0 / told.t, rel=0.2)
-        ends.append(reach.within_n_per_m)
-    assert sorted(ends, reverse=True) == ends
-    assert len(set(ends)) == len(ends)

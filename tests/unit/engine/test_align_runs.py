@@ -14,7 +14,7 @@ from tilted_plans import tilted_plan
 from stepload.engine.align import in_base
 from stepload.engine.tick import Engine
 from stepload.plan.model import Alignment, Plan
-from stepload.record.rows import Phase, TickRow
+from stepload.record.rows import Phase
 from stepload.rig.world import WorldFault
 
 RADIUS_M = Alignment().radius_m
@@ -29,36 +29,25 @@ def run_of(plan: Plan, *faults: WorldFault, **truth: Any) -> tuple[Bench, Engine
     return bench, run(bench)
 
 
-@pytest.fixture(scope="module")
-def flat() -> tuple[Bench, Engine, list[TickRow]]:
-    bench, rows = bench_for(tilted_plan()), []
-    return bench, run(bench, rows=rows), rows
-
-
-def test_a_flat_plate_is_told_and_the_run_goes_on(flat: tuple[Bench, Engine, Any]) -> None:
-    bench, engine, _ = flat
+@pytest.mark.parametrize("tilt_deg", [(0.3, 0.4), *long(((0.5, 0.0), (0.0, -0.5)))])
+def test_a_small_tilt_is_measured_and_the_run_goes_on(tilt_deg: tuple[float, float]) -> None:
+    bench, engine = run_of(tilted_plan(*tilt_deg))
     [tilt] = found(engine, "tilt")
     assert engine.cause is None
     assert engine.course.done
     assert engine.course.levels_done == 2
-    assert tilt["angle_rad"] < 2.0 * tilt["sigma_rad"]
     assert engine.shift_m == (0.0, 0.0)
     assert bench.peak_n < bench.limits.force_limit_n
+    for about, true_deg in zip(tilt["about_rad"], tilt_deg, strict=True):
+        assert abs(math.degrees(about) - true_deg) < 2.0 * math.degrees(tilt["sigma_rad"])
 
 
-def test_touches_on_the_circle_are_none_of_a_cycle(flat: tuple[Bench, Engine, Any]) -> None:
-    _, engine, rows = flat
-    told = found(engine, "circle_touch")
-    assert [data["cycle"] for data in told] == [0] * 4
-    assert {touch.cycle for touch in engine.course.touches} == {1}
-    assert [touch.purpose for touch in engine.course.touches] == ["first", "again", "last"]
-    assert all(row.cycle == 1 for row in rows if row.phase in (Phase.LOAD, Phase.HOLD))
-    radii = [math.hypot(*data["shift_m"]) for data in told]
-    assert radii == pytest.approx([0.0, RADIUS_M, RADIUS_M, RADIUS_M])
-
-
-def test_the_arm_goes_sideways_only_away_from_every_surface_seen() -> None:
-    bench = bench_for(tilted_plan(1.5, -2.0))
+@pytest.mark.parametrize("tilt_deg", [(-1.2, 1.6), *long(((2.0, 0.0), (0.0, -2.0)))])
+def test_a_tilt_above_the_limit_ends_the_run_before_anything_is_loaded(
+    tilt_deg: tuple[float, float],
+) -> None:
+    """The arm goes sideways only away from every surface seen."""
+    bench = bench_for(tilted_plan(*tilt_deg))
     six, aligning = bench.rig.world.plant, bench.engine.course  # type: ignore[attr-defined]
     touched: list[float] = []
     last, command = (0.0, 0.0), bench.rig.arm.command
@@ -76,26 +65,9 @@ def test_the_arm_goes_sideways_only_away_from_every_surface_seen() -> None:
         command(position_m, shift_m)
 
     bench.rig.arm.command = watched  # type: ignore[method-assign]
-    run(bench)
+    engine = run(bench)
     assert len(touched) == 4
     assert min(moved) > RADIUS_M * math.tan(math.radians(5.0))
-
-
-@pytest.mark.parametrize("tilt_deg", [(0.3, 0.4), *long(((0.5, 0.0), (0.0, -0.5)))])
-def test_a_small_tilt_is_measured_and_the_run_goes_on(tilt_deg: tuple[float, float]) -> None:
-    _, engine = run_of(tilted_plan(*tilt_deg))
-    [tilt] = found(engine, "tilt")
-    assert engine.cause is None
-    assert engine.course.levels_done == 2
-    for about, true_deg in zip(tilt["about_rad"], tilt_deg, strict=True):
-        assert abs(math.degrees(about) - true_deg) < 2.0 * math.degrees(tilt["sigma_rad"])
-
-
-@pytest.mark.parametrize("tilt_deg", [(-1.2, 1.6), *long(((2.0, 0.0), (0.0, -2.0)))])
-def test_a_tilt_above_the_limit_ends_the_run_before_anything_is_loaded(
-    tilt_deg: tuple[float, float],
-) -> None:
-    bench, engine = run_of(tilted_plan(*tilt_deg))
     assert engine.cause is not None
     assert engine.cause.rule == "tilted"
     assert engine.course.levels_done == 0
@@ -108,6 +80,7 @@ def test_a_tilt_above_the_limit_ends_the_run_before_anything_is_loaded(
     assert f"{turn_deg[1]:+.2f}" in engine.cause.message
 
 
+@pytest.mark.long
 def test_the_uncertainty_counts_against_the_plate() -> None:
     """0.9 deg is below the limit of 1 deg, but not by what the touches are known to."""
     _, engine = run_of(tilted_plan(0.9))
@@ -166,6 +139,7 @@ def shift_begins_s(tilt_x_deg: float) -> float:
     return bench.rig.clock.now_s() - start_s
 
 
+@pytest.mark.long
 def test_a_surface_that_is_higher_at_one_touch_is_named() -> None:
     bench = bench_for(tilted_plan())
     plant = bench.rig.world.plant
@@ -180,16 +154,6 @@ def test_a_surface_that_is_higher_at_one_touch_is_named() -> None:
     assert bench.engine.cause.rule == "uneven"
     assert bench.engine.course.levels_done == 0
     assert bench.peak_n < bench.limits.force_limit_n
-
-
-def test_an_arm_that_ignores_the_shift_is_named() -> None:
-    bench = bench_for(tilted_plan())
-    command = bench.rig.arm.command
-    bench.rig.arm.command = lambda position_m, _shift_m=None: command(position_m)  # type: ignore[method-assign]
-    engine = run(bench)
-    assert engine.cause is not None
-    assert engine.cause.rule == "shift"
-    assert "its pose says 0 mm" in engine.cause.message
 
 
 def test_something_in_the_way_ends_the_shift() -> None:

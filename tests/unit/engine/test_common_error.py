@@ -15,11 +15,15 @@ from stepload.record.rows import Phase
 from stepload.rig.world import WorldFault
 
 F_C = 300.0
+NEAR = {
+    "hold_s": 0.3, "unload": False, "touches": 1, "surface_distance_m": 1e-3,
+    "surface_uncertainty_m": 2e-4,
+}  # fmt: skip
 
 
 def plan_at_the_limit(common: float) -> Plan:
     """As hard as preflight lets it press, with channels that are checked to 1 N."""
-    plan = stvf_plan(hold_s=0.5, unload=False, levels_n=(100.0, 200.0), top_force_n=200.0)
+    plan = stvf_plan(**NEAR, levels_n=(100.0, 200.0), top_force_n=200.0)
     second = replace(plan.rig.second_force, tolerance_n=5.0, tolerance_relative=0.0)
     plan = replace(plan, rig=replace(plan.rig, second_force=second, common_force_error=common))
     top_n = envelope_for(plan, F_C).largest_safe_force_n - 0.1
@@ -50,7 +54,7 @@ def test_what_the_cross_check_lets_pass_comes_on_top_of_what_the_second_channel_
 ) -> None:
     """The main channel reads as much less than the second one as R5 lets pass, and that one reads
     too little by the share in common and by what is accepted of its zero."""
-    plan = stvf_plan(hold_s=0.5, unload=False, levels_n=(100.0, 110.0), top_force_n=110.0)
+    plan = stvf_plan(**NEAR, levels_n=(100.0, 110.0), top_force_n=110.0)
     second = replace(
         plan.rig.second_force, tolerance_n=tolerance_n, tolerance_relative=0.0, noise_n=0.05,
         zero_error_n=None,

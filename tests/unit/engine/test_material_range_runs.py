@@ -21,7 +21,7 @@ UNKNOWN = Material(
 
 
 def plan_of_a_range() -> Plan:
-    plan = stvf_plan(levels_n=(50.0, 100.0), top_force_n=100.0, hold_s=0.3, unload=False)
+    plan = stvf_plan(levels_n=(50.0, 100.0), top_force_n=100.0, hold_s=0.3, unload=False, touches=1)
     payload = replace(plan.payload, material=UNKNOWN, declared_force_limit_n=F_C)
     accepted = replace(plan.identify, accept_unidentifiable="a rehearsal")
     return replace(plan, payload=payload, identify=accepted)

@@ -22,7 +22,8 @@ SLOW = {
 
 def long_way(**procedure: Any) -> Plan:
     """A plan whose arm is so slow that its way to the surface takes half a minute."""
-    plan = stvf_plan(**(SLOW | procedure))
+    far = {"surface_distance_m": 3e-3, "surface_uncertainty_m": 5e-4}
+    plan = stvf_plan(**(SLOW | far | procedure))
     return replace(plan, rig=replace(plan.rig, arm=replace(plan.rig.arm, max_speed_m_s=1.5e-4)))
 
 
@@ -40,9 +41,8 @@ def count(engine: Engine, kind: str) -> int:
     return sum(name == kind for _, name, _ in engine.events)
 
 
-@pytest.mark.parametrize(
-    ("drift_n_per_s", "rule"), [pytest.param(0.1, "R6", marks=pytest.mark.long), (-0.1, "R11")]
-)
+@pytest.mark.long
+@pytest.mark.parametrize(("drift_n_per_s", "rule"), [(0.1, "R6"), (-0.1, "R11")])
 def test_a_run_with_a_moving_zero_and_a_long_way_completes(drift_n_per_s: float, rule: str) -> None:
     plan = long_way(max_drift_n=6.0, surface_distance_m=4.5e-3, retract_m=1.5e-4)
     spec = spec_for(plan, 4, force_drift_n_per_s=drift_n_per_s)
@@ -56,7 +56,7 @@ def test_a_run_with_a_moving_zero_and_a_long_way_completes(drift_n_per_s: float,
     assert engine.course.touches[0].position_m == pytest.approx(spec.surface_m, abs=1e-5)
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("sign", [1.0, *long([-1.0])])
 def test_a_zero_that_drifts_as_stated_stops_no_sound_run(sign: float) -> None:
     """By the end of the press it has moved by more than the plan's tolerance of R5."""
     plan = stvf_plan(**(SLOW | {"hold_s": 8.0, "max_drift_n": 1.0}))
@@ -70,6 +70,7 @@ def test_a_zero_that_drifts_as_stated_stops_no_sound_run(sign: float) -> None:
     assert abs(engine.course.zero_shift_n) > 1.5
 
 
+@pytest.mark.long
 def test_r11_leaves_room_for_the_stated_drift_beside_a_second_channel() -> None:
     """On the way that ends by R11 above, where the rig file states no drift."""
     plan = long_way(max_drift_n=6.0, surface_distance_m=4.5e-3, retract_m=1.5e-4)
@@ -90,13 +91,7 @@ def test_a_zero_that_moves_beyond_the_drift_allowed_still_ends_the_run() -> None
     assert 0.5 < tares[0].mean_n - tares[-1].mean_n < 2.1
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        *long(("soft", "gain", "wrong sign")),
-        "nearer",
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("wrong", ["nearer", *long(("soft", "gain", "wrong sign"))])
 def test_a_slow_contact_is_no_moved_zero(wrong: str) -> None:
     """Contact that grows over seconds: the proof is made, no zero is taken, the force as before."""
     plan = long_way(max_drift_n=3.0)

@@ -48,11 +48,3 @@ def test_a_sensor_that_is_turned_otherwise_ends_it_for_the_run() -> None:
     assert told[0]["after_n"] < told[0]["before_n"] + 2.0
     assert engine.cause is None
     assert bench.peak_n < bench.limits.force_limit_n
-
-
-def test_without_the_key_the_arm_is_never_shifted() -> None:
-    bench = bench_for(tilted_plan(0.5, alignment=None))
-    engine = run(bench)
-    assert engine.cause is None
-    assert engine.shift_m == (0.0, 0.0)
-    assert bench.rig.world.plant.shift_m == (0.0, 0.0)  # type: ignore[attr-defined]

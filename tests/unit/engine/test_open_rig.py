@@ -40,11 +40,6 @@ def test_a_device_with_another_rate_than_planned_is_refused(
         pass
 
 
-def test_a_faster_sensor_is_welcome() -> None:
-    with opened(envelope_of(_with_rates(1000.0, 2000.0)), dry_run=False) as rig:
-        assert rig.rates_hz == {"arm": 1000.0, "tick": 1000.0, "force": 2000.0}
-
-
 def test_an_arm_that_does_not_tell_where_it_is_held_is_not_used(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -10,11 +10,10 @@ from typing import Any
 import pytest
 
 from stepload.contact.materials import FlatPunch, Material, Sphere
-from stepload.engine.first_loading import true_deformation, true_secant
+from stepload.engine.first_loading import true_secant
 from stepload.engine.rehearse import payload_truth, world_for
 from stepload.envelope.envelope import derive
 from stepload.envelope.theory import theory_of
-from stepload.errors import BadInputError
 from stepload.plan.model import (
     ArmSpec,
     DisplacementSpec,
@@ -145,11 +144,6 @@ def test_seed_puts_the_surface_within_its_uncertainty() -> None:
     assert world(PLAN, seed=3) == world(PLAN, seed=3)
 
 
-def test_plan_can_put_the_surface_elsewhere() -> None:
-    for seed in (1, 2):
-        assert world(with_simulation(surface_error_m=-0.002), seed=seed).surface_m == 0.001
-
-
 def test_hidden_differences() -> None:
     spec = world(
         with_simulation(
@@ -181,16 +175,6 @@ def test_laws_and_their_secants() -> None:
     assert true_secant(plastic, 2000.0) < true_secant(smooth, 2000.0)
 
 
-def test_laws_that_need_more_than_the_payload_tells() -> None:
-    bare = replace(PLAN.payload, roughness_m=None)
-    with pytest.raises(BadInputError, match="roughness"):
-        truth(bare, replace(SIMULATION, law="rough"))
-    punch = replace(PLAN.payload, geometry=FlatPunch(1e-3))
-    with pytest.raises(BadInputError, match="no elastic limit"):
-        truth(punch, replace(SIMULATION, law="elastic_plastic"))
-    assert truth(punch, SIMULATION).n == 1.0
-
-
 def test_the_declared_law_presses_what_the_payload_states() -> None:
     """Rough where a roughness is stated, flowing beyond theory's limit where theory has one."""
     declared = Simulation()
@@ -205,53 +189,6 @@ def test_the_declared_law_presses_what_the_payload_states() -> None:
     unknown = replace(PLAN.payload, plate=plate)
     assert truth(unknown, declared).law == "rough"
     assert truth(replace(PLAN.payload, geometry=FlatPunch(1e-3)), declared).law == "smooth"
-
-
-def test_hardness_that_is_not_stated_follows_from_the_yield_strength() -> None:
-    """Five times that of the acetal, which yields first; where nothing is known it is smooth."""
-    bare = replace(PLAN.payload, micro_hardness_pa=None)
-    stated = replace(bare, micro_hardness_pa=5.0 * 70e6)
-    assert truth(bare, Simulation()) == truth(stated, Simulation())
-    softer = truth(bare, Simulation(micro_hardness_pa=1e8))
-    assert softer.kappa == pytest.approx(3.5 * truth(bare, Simulation()).kappa)
-    rubber = replace(bare, material=replace(bare.material, yield_strength_pa=None))
-    assert truth(rubber, Simulation()).law == "smooth"
-    with pytest.raises(BadInputError, match="yield strength"):
-        truth(rubber, Simulation(law="rough"))
-    assert truth(rubber, Simulation(micro_hardness_pa=1e8)).law == "rough"
-
-
-def test_the_true_roughness_and_yield_may_differ_from_the_stated_ones() -> None:
-    smooth = replace(PLAN.payload, roughness_m=None)
-    assert truth(smooth, Simulation(roughness_m=3e-6)).roughness_m == 3e-6
-    assert truth(PLAN.payload, Simulation(roughness_m=0.0)).law == "elastic_plastic"
-    early = truth(smooth, Simulation(law="smooth", yield_force_n=80.0))
-    assert (early.law, early.elastic_limit_n) == ("elastic_plastic", 80.0)
-    assert truth(smooth, Simulation(law="rough", roughness_m=3e-6, yield_force_n=80.0)).law == (
-        "rough_elastic_plastic"
-    )
-    punch = replace(PLAN.payload, geometry=FlatPunch(1e-3))
-    with pytest.raises(BadInputError, match="yield_force"):
-        truth(punch, Simulation(yield_force_n=80.0))
-    with pytest.raises(BadInputError, match="no sphere"):
-        truth(punch, Simulation(roughness_m=3e-6))
-
-
-def test_jkr_needs_a_smooth_sphere() -> None:
-    sticky = Simulation(adhesion_n=1.0, adhesion_law="jkr")
-    with pytest.raises(BadInputError, match="jkr"):
-        truth(PLAN.payload, sticky)
-    with pytest.raises(BadInputError, match="jkr"):
-        truth(replace(PLAN.payload, geometry=FlatPunch(1e-3)), sticky)
-    assert truth(replace(PLAN.payload, roughness_m=None), sticky).adhesion_law == "jkr"
-
-
-def test_a_seat_has_given_way_at_its_force() -> None:
-    seated = truth(PLAN.payload, replace(SIMULATION, seating_m=2e-6, seating_force_n=80.0))
-    firm = truth(PLAN.payload, SIMULATION)
-    for force_n, share in ((80.0, 1.0), (300.0, 1.0), (10.0, (10.0 / 80.0) ** (2.0 / 3.0))):
-        more_m = true_deformation(seated, force_n) - true_deformation(firm, force_n)
-        assert more_m == pytest.approx(share * 2e-6, rel=1e-6)
 
 
 SWITCHES = {
@@ -274,19 +211,6 @@ def test_every_switch_reaches_the_world() -> None:
     off = {"softness_force_n", "creep_time_s", "pad_stiffness_n_per_m", "stop_stiffness_n_per_m"}
     for name in {*SWITCHES, *PAYLOAD_SWITCHES} - off:
         assert not getattr(plain if name in SWITCHES else plain.payload, name), name
-
-
-def test_a_lateral_force_draws_a_compliant_arm_along() -> None:
-    spec = world(with_simulation(lateral=0.2, lateral_coupling=0.5))
-    assert spec.system_stiffness_n_per_m == pytest.approx(3.49e6 / 1.1)
-    with pytest.raises(BadInputError, match="lateral"):
-        world(with_simulation(lateral=-1.0, lateral_coupling=1.0))
-
-
-def test_undamped_plan_rings_out_all_the_same() -> None:
-    stiffness = replace(PLAN.rig.system_stiffness, damping_n_s_per_m=0.0)
-    spec = world(replace(PLAN, rig=replace(PLAN.rig, system_stiffness=stiffness)))
-    assert spec.system_damping_n_s_per_m == pytest.approx(0.1 * math.sqrt(3.49e6 * 20.0))
 
 
 def test_every_law_and_every_device_opens() -> None:

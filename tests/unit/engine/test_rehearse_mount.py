@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +10,6 @@ import pytest
 
 from stepload.engine.rehearse import mount_of, world_for
 from stepload.envelope.envelope import envelope_of
-from stepload.errors import BadInputError
 from stepload.plan.load import load_plan
 from stepload.plan.mounting import Mounting
 from stepload.plan.simulation import Simulation
@@ -22,10 +20,6 @@ PROCEDURES = Path(__file__).resolve().parents[3] / "procedures"
 
 def told(**mount):
     return Simulation(mount=Mounting(**mount))
-
-
-def test_without_a_mount_the_rig_has_one_axis():
-    assert mount_of(Simulation(), 1e5) is None
 
 
 def test_the_stiffness_along_the_press_is_the_rigs_and_the_rest_a_share_of_it():
@@ -64,33 +58,6 @@ def test_every_word_arrives():
     assert sensor.torque_noise_nm == 0.003
     assert sensor.cross_talk is None
     assert mount.second_sensor == replace(sensor, rotation_rad=(0.0, 0.0, 0.0))
-
-
-def test_defaults_slide_as_they_stick_and_have_no_moment_limit():
-    mount = mount_of(told(friction=0.3), 1e5)
-    assert mount.friction_kinetic == 0.3
-    assert mount.sensor.torque_range_nm == math.inf
-
-
-def test_cross_talk_is_among_forces_and_among_torques():
-    rows = mount_of(told(cross_talk=0.01), 1e5).sensor.cross_talk
-    assert rows[0] == (0.0, 0.01, 0.01, 0.0, 0.0, 0.0)
-    assert rows[4] == (0.0, 0.0, 0.0, 0.01, 0.0, 0.01)
-
-
-WRONG = [
-    (replace(told(), lateral=0.1), "lateral and cross_talk"),
-    (replace(told(), cross_talk=0.1), "lateral and cross_talk"),
-    (told(coupling_x=0.95, lateral_compliance=0.9), "energy"),
-    (told(friction=0.1, friction_kinetic=0.2), "friction_kinetic 0.2 is above"),
-]
-
-
-@pytest.mark.parametrize(("simulation", "says"), WRONG)
-def test_what_no_rig_is_like_is_refused_with_what_to_do(simulation, says):
-    with pytest.raises(BadInputError, match=says) as refused:
-        mount_of(simulation, 1e5)
-    assert refused.value.hint
 
 
 def test_a_plan_with_an_empty_mount_presses_in_six_axes(tmp_path):

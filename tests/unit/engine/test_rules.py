@@ -92,26 +92,9 @@ def test_what_the_arm_feels_across_counts() -> None:
     assert (found["R1"], found["R2"], found["R12"]) == (1.0, 1.0, 0.5)
 
 
-def test_channels_that_may_not_differ_at_all() -> None:
-    found = margins(supervisor(difference_n=0.1), limits(cross_check="arm"), 1.0, Phase.HOLD)
-    assert found["R5"] == 1.0
-
-
 def test_a_count_of_zero_means_that_nothing_is_counted() -> None:
     assert margins(supervisor(), limits(), 1.0, Phase.HOLD)["R4"] == 0.0
     assert margins(supervisor(), limits(identical_counts=10), 1.0, Phase.HOLD)["R4"] == 0.5
-
-
-def test_a_second_sensor_that_feels_the_force_alone_counts() -> None:
-    dead = supervisor(force_n=0.0, second=stream(across_n=300.0), second_n=0.0)
-    found = margins(dead, limits(), 1.0, Phase.HOLD)
-    assert found["R1"] == pytest.approx(0.8)
-
-
-def test_sideways_noise_counts_by_the_limit_that_stops_for_it() -> None:
-    noisy = supervisor(force=stream(smooth_across_n=6.0), force_n=0.0)
-    found = margins(noisy, limits(noise_n=1.0), 1.0, Phase.GUARDED_APPROACH)
-    assert found["R11"] == pytest.approx(6.0 / 8.0)
 
 
 def test_travel_counts_by_the_limit_from_which_r6_waits() -> None:
@@ -124,16 +107,6 @@ def test_the_second_channel_counts_by_its_own_limit() -> None:
     near = supervisor(second_n=380.0, second_predicted_n=390.0)
     found = margins(near, limits(**told), 1.0, Phase.HOLD)
     assert (found["R1"], found["R2"]) == (380.0 / 400.0, 390.0 / 400.0)
-
-
-def test_a_predicted_peak_counts_with_the_force_across() -> None:
-    pushed = supervisor(force=stream(across_n=300.0), predicted_n=225.0)
-    assert margins(pushed, limits(), 1.0, Phase.LOAD)["R2"] == pytest.approx(1.0)
-
-
-def test_what_a_second_sensor_feels_across_in_the_approach_counts() -> None:
-    pushed = supervisor(second=stream(smooth_across_n=4.0), force_n=0.0)
-    assert margins(pushed, limits(), 1.0, Phase.FAST_APPROACH)["R11"] == pytest.approx(1.0)
 
 
 def watched(**other: Any) -> MotionWatch:

@@ -206,7 +206,7 @@ def test_force_that_does_not_fall_does_not_lead_the_arm_back_for_ever(make: Any)
     assert 0.9 < (touched_m - furthest_m) / plan.procedure.retract_m < 1.1
 
 
-@pytest.mark.parametrize("softness", [0.01, 1.0, 10.0])
+@pytest.mark.parametrize("softness", [10.0, *long((0.01, 1.0))])
 def test_a_frozen_position_on_a_stiff_rig_is_seen_within_two_steps(softness: float) -> None:
     plan = stvf_plan(**(QUICK | {"top_force_n": 300.0}))
     spec = spec_for(plan, 3)
@@ -245,7 +245,7 @@ def test_no_surface_ends_the_search() -> None:
 
 @pytest.mark.parametrize("make", [stvf_plan, ur_plan])
 def test_healthy_plants_do_not_trip(make: object) -> None:
-    for seed in range(5):
+    for seed in (0, 2, 4):
         plan = make(**QUICK, unload=seed == 0)  # type: ignore[operator]
         spec = spec_for(plan, seed)
         factor = 10.0 ** (0.5 * (seed % 5) - 1.0)

@@ -144,13 +144,6 @@ def test_more_noise_than_planned_moves_every_threshold() -> None:
     assert _last(engine, "limits")["noise_n"] == found.noise_n
 
 
-def test_noise_as_planned_changes_nothing() -> None:
-    for seed in range(5):
-        plan = stvf_plan(**QUICK)
-        bench = bench_for(plan, F_C, spec_for(plan, seed))
-        assert run(bench, 2.5).limits is bench.limits
-
-
 def test_a_plan_that_no_longer_fits_ends_before_the_approach() -> None:
     top_n = 630.0
     plan = stvf_plan(**(QUICK | {"top_force_n": top_n, "step_n": top_n}))
@@ -164,14 +157,6 @@ def test_a_plan_that_no_longer_fits_ends_before_the_approach() -> None:
     assert "reduce the top force to" in engine.cause.message
     assert _phases(engine)[-1] == "TARE"
     assert bench.peak_n == 0.0
-
-
-def test_drift_takes_from_the_margin() -> None:
-    steady = {"tare_s": 2.0, "hold_s": 2.0, "max_drift_n": 1.0}
-    bench = _bench(stvf_plan(**(QUICK | steady)), force_drift_n_per_s=0.3)
-    engine = run(bench, 6.0)
-    assert engine.cause is None
-    assert bench.limits.allowed_n - 4.0 < engine.limits.allowed_n < bench.limits.allowed_n - 0.5
 
 
 def test_between_cycles_the_new_zero_counts() -> None:

@@ -221,21 +221,6 @@ def test_the_mean_force_of_a_dwell_leaves_out_what_made_the_touch() -> None:
     assert stage.course.dwelt_n == pytest.approx(0.3 * touch_n, rel=0.05)
 
 
-def test_it_touches_as_often_as_it_was_asked_to() -> None:
-    stage = touched(2)
-    course = stage.course
-    stage.ticks(300)
-    assert course.phase == Phase.TOUCH_RETRACT
-    gap_m = max(20.0 * PLANNED.position_resolution_m, 0.3 * PLANNED.guarded_speed_m_s)
-    assert course.goal_m == pytest.approx(course.surface_m - min(gap_m, PLAN.retract_m))
-    stage.ticks(1000, 0.49 * PLANNED.touch_force_n)
-    assert course.phase == Phase.GUARDED_APPROACH
-    stage.ticks(2, 1.5 * PLANNED.touch_force_n)
-    stage.ticks(300)
-    assert stage.then
-    assert [touch.purpose for touch in course.touches] == ["first", "again"]
-
-
 def test_a_stop_in_contact_leaves_before_the_next_touch() -> None:
     stage = touched(3)
     stage.operator.request_stop(StopLevel.AFTER_STEP)
@@ -462,27 +447,6 @@ def test_unloading_that_does_not_open_the_contact_goes_back_by_a_retract_and_no_
     assert stage.course.target_m == pytest.approx(-PLAN.retract_m, abs=2e-6)
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_phases_and_signs_of_loading_and_unloading(sign: float) -> None:
-    stage, part, controller = steps()
-    stage.sup.smooth_n, stage.sup.arm.position_m = 12.0, 3e-6
-    stage.course.dwelt_n = 11.0
-    stage.begin(part.step(4, 50.0, sign > 0.0))
-    assert stage.course.phase == (Phase.LOAD if sign > 0.0 else Phase.UNLOAD)
-    assert (stage.course.step_number, stage.course.level_n) == (4, 50.0)
-    assert controller.begun == [(50.0, 12.0, 3e-6, sign, False, 11.0, stage.course.target_m)]
-    controller.reached = True
-    stage.ticks()
-    assert stage.course.phase == (Phase.HOLD if sign > 0.0 else Phase.UNLOAD_HOLD)
-    for force_n in (13.0, 15.0):
-        stage.ticks(1, force_n)
-    stage.begin(part.step(5, 60.0, sign > 0.0))
-    assert controller.begun[-1][4:6] == (True, 14.0)
-    part.new_contact()
-    stage.begin(part.step(6, 70.0, sign > 0.0))
-    assert controller.begun[-1][4:6] == (False, 11.0)
-
-
 def hold(forces: Any, **procedure: Any) -> tuple[float, dict[str, Any]]:
     """How long a hold of 0.5 s lasts, and what is said of it."""
     stage, part, controller = steps(hold_s=0.5, settle_timeout_s=3.0, **procedure)
@@ -612,9 +576,3 @@ def test_near_the_plate_an_arm_may_be_held_off_by_less() -> None:
         stage.course.held_m = 7e-3 - off_m
         stage.ticks(round(START_REST_S / PERIOD_S) + 2)
         assert (stage.course.failure is None) == taken
-
-
-def test_a_controller_is_made_anew_for_new_limits() -> None:
-    stage, part, controller = steps()
-    part.adopt(stage.course.limits)
-    assert part.controller is not controller

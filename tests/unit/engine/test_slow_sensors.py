@@ -9,7 +9,6 @@ from long_ones import long, long_rows
 from run_bench import bench_for, run, spec_for
 from run_plans import stvf_plan, ur_plan
 
-from stepload.envelope.bounds import channel_skew_s, comparison_period_s, press_rig
 from stepload.plan.model import Plan, SecondForce, SecondForceSource
 from stepload.rig.world import WorldFault
 
@@ -34,7 +33,7 @@ def rated(plan: Plan, hz: float, second_hz: float) -> Plan:
 @pytest.mark.parametrize(
     ("hz", "second_hz"),
     [
-        (25.0, 50.0), (50.0, 0.0), (100.0, 50.0), (500.0, 50.0),
+        (25.0, 50.0), (50.0, 0.0),
         *long_rows(
             (hz, second_hz)
             for hz in (25.0, 50.0, 100.0, 500.0)
@@ -61,17 +60,6 @@ def test_a_wrong_gain_is_seen_all_the_same(hz: float, second_hz: float) -> None:
     assert engine.cause is not None
     assert engine.cause.rule == "R5"
     assert bench.peak_n < 60.0
-
-
-def test_the_skew_counts_delay_and_period_of_the_slower_channel() -> None:
-    fast, slow = ur_plan().rig, rated(ur_plan(), 25.0, 0.0).rig
-    assert comparison_period_s(fast) == pytest.approx(0.002)
-    assert channel_skew_s(fast) == pytest.approx(0.001 + 0.002 + 2 * 0.002)
-    assert channel_skew_s(slow) == pytest.approx(0.001 + 0.040 + 2 * 0.002)
-    second = rated(ur_plan(), 500.0, 50.0).rig
-    assert channel_skew_s(second) == pytest.approx(0.002 + 0.020 + 2 * 0.002)
-    checked_s = press_rig(slow, 0.1).cross_check_s
-    assert checked_s == pytest.approx(0.02 + 0.005 + channel_skew_s(slow) + 0.040)
 
 
 def alone(base: Plan) -> Plan:

@@ -195,12 +195,6 @@ def test_r10_sequences_rise(last: int, next_: int, found: bool) -> None:
         assert breach is None or breach[:3] == ("R10", float(next_), float(last))
 
 
-def test_r10_a_lost_sample_is_no_disorder() -> None:
-    watch = arm_watch()
-    assert take(watch, arm_sample(3, 0.0)) is None
-    assert take(watch, arm_sample(90, 0.0)) is None
-
-
 @pytest.mark.parametrize(("ahead_s", "found"), [(0.0, False), (0.9e-4, False), (1.1e-4, True)])
 def test_r10_a_stamp_of_the_future_is_refused_at_once(ahead_s: float, found: bool) -> None:
     for watch, sample in ((force_watch(), force_sample(0, 1.0)), (arm_watch(), arm_sample(0, 0.0))):
@@ -245,12 +239,6 @@ def test_r10_slow_drift_of_a_clock_is_followed() -> None:
     watch = force_watch()
     assert all(found is None for found in clock(watch, drift))
     assert drift[-1] > 2.0 * CLOCK_S
-
-
-def test_a_device_without_a_clock_is_not_judged_by_it() -> None:
-    watch = force_watch()
-    for index in range(20):
-        assert take(watch, force_sample(index, 1.0, device_time_s=math.nan)) is None
 
 
 @pytest.mark.parametrize(

@@ -12,14 +12,12 @@ import pytest
 from run_plans import limits_for, stvf_plan
 
 from stepload.contact.lateral import left_of_limit
-from stepload.engine.replay import zero_of
 from stepload.engine.supervisor import Supervisor
 from stepload.engine.tare import TareWindow
 from stepload.engine.watch import Breach, ForceWatch
 from stepload.envelope.bounds import Measured
 from stepload.envelope.envelope import envelope_of
 from stepload.envelope.lateral import (
-    RATED_SHARE,
     dragged_left,
     lateral_limits,
     lateral_reasons,
@@ -308,17 +306,6 @@ def test_a_second_sensor_has_ratings_of_its_own() -> None:
     assert "second force sensor's fy" in found.message
 
 
-def test_ratings_come_from_the_plan() -> None:
-    force = replace(
-        PLAN.rig.force, rated_force_n=(100.0, 200.0, 1000.0), rated_torque_n_m=(1.0, 2.0, 3.0)
-    )
-    stated = lateral_limits(replace(PLAN, rig=replace(PLAN.rig, force=force)), 0.3, 400.0)
-    assert [stated[f"overload_{name}"] for name in ("fx_n", "fz_n", "ty_n_m")] == pytest.approx(
-        [RATED_SHARE * 100.0, RATED_SHARE * 1000.0, RATED_SHARE * 2.0]
-    )
-    assert stated["second_overload_fx_n"] == 0.0
-
-
 @pytest.mark.parametrize("shows", ["the load on the tool", "the load on the plate"])
 @pytest.mark.parametrize("axis", ["+fx", "-fx", "+fy", "-fy", "+fz", "-fz"])
 def test_the_torque_that_a_lever_explains_is_none(axis: str, shows: str) -> None:
@@ -376,17 +363,6 @@ def test_the_zero_across_the_axis_is_that_mean_and_not_the_last_reading() -> Non
     feed.press([9.0, 0.0, 0.0, 0.0, 0.0, 0.0], 20, SEARCH)
     feed.supervisor.tare(0.0, 0.0, [8.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     assert feed.supervisor.force.across_n == pytest.approx(1.0, abs=1e-4)
-
-
-def event(**data: Any) -> Any:
-    return SimpleNamespace(time_s=3.0, data={"mean_n": 1.0, "second_mean_n": math.nan, **data})
-
-
-def test_the_zero_of_an_older_record_has_no_wrench() -> None:
-    assert zero_of(event()).wrench == ()
-    assert zero_of(event(wrench=[1, 2, 3, 4, 5, 6])).wrench == (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
-    with pytest.raises(ValueError, match="5 components"):
-        zero_of(event(wrench=[1, 2, 3, 4, 5]))
 
 
 def arm(components: str = "six", **procedure: Any) -> Plan:
@@ -458,10 +434,3 @@ def test_preflight_names_the_torque_that_a_long_tool_makes(
 ) -> None:
     found = list(lateral_reasons(long_tool(torque_n_m)))
     assert [str(reason.severity) for reason in found] == ([severity] if severity else [])
-
-
-def test_a_breach_that_an_ablation_leaves_out_is_none() -> None:
-    found = lambda rule, *rest: None if rule == "R12" else Breach(rule, *rest)  # noqa: E731
-    feed = Feed()
-    feed.supervisor.wrench._found = found
-    assert feed.ramp([60.0, 0.0, 100.0, 0.0, 0.0, 0.0]) is None

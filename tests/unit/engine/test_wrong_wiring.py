@@ -44,7 +44,7 @@ def whole_run(
 
 
 @pytest.mark.parametrize("make", [stvf_plan, *long([ur_plan])])
-@pytest.mark.parametrize("second", ["right", "wrong sign", "none"])
+@pytest.mark.parametrize("second", ["wrong sign", "none", *long(["right"])])
 @pytest.mark.parametrize("axis", AXES)
 def test_every_wiring_but_the_right_one_stops_at_the_surface(
     axis: str, second: str, make: Any

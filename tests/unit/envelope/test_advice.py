@@ -14,7 +14,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, assume, given, settings
 from hypothesis import strategies as st
 
-from stepload.envelope.advice import NONE_HELPS, advised, lifting
+from stepload.envelope.advice import NONE_HELPS, advised
 from stepload.envelope.bounds import Measured
 from stepload.envelope.envelope import Envelope, derive, envelope_of
 from stepload.envelope.reason import Reason, Severity
@@ -197,26 +197,6 @@ def advice(directory: Path, **values: object) -> tuple[dict[str, Any], Envelope,
     return data, envelope, {reason.code: reason for reason in envelope.reasons}
 
 
-def test_almost_all_of_f_c_may_be_pressed_where_the_strength_is_measured(tmp_path: Path) -> None:
-    data, envelope, reasons = advice(tmp_path, procedure__top_force="500 N")
-    reason = reasons["top_force_above_safe_limit"]
-    assert reason.remedy.startswith("top_force: 44")
-    assert reason.key == "procedure.top_force"
-    check(tmp_path, data, envelope, reason)
-
-
-def test_a_top_force_is_not_advised_where_it_is_above_f_c(tmp_path: Path) -> None:
-    """A stiff ball on a coarse arm: more force would tell it, and would break it."""
-    data, envelope, reasons = advice(
-        tmp_path, payload__force_limit="60 N", procedure__top_force="40 N", procedure__step="10 N",
-        rig__arm__position_resolution="5 µm",
-    )  # fmt: skip
-    reason = reasons["unidentifiable"]
-    assert "top_force" not in reason.remedy
-    assert "gauge" in reason.remedy
-    check(tmp_path, data, envelope, reason)
-
-
 @pytest.mark.parametrize(
     ("values", "code", "words"),
     [
@@ -244,45 +224,12 @@ def test_each_remedy_helps_where_it_is_told(
     check(tmp_path, data, envelope, reasons[code])
 
 
-def test_levels_that_are_written_out_end_at_the_new_top_force(tmp_path: Path) -> None:
-    data = copy.deepcopy(BASE)
-    del data["procedure"]["step"]
-    put(data, "procedure.levels", ["100 N", "290 N", "600 N"])
-    put(data, "procedure.top_force", "600 N")
-    put(data, "identify.secant_force", "550 N")
-    plan = read(tmp_path, data)
-    reason = next(r for r in envelope_of(plan).reasons if r.severity is Severity.REFUSE)
-    assert re.match(r"top_force: (4\d\d N), levels up to \1, secant_force: \1", reason.remedy)
-    change = lifting(plan, reason, envelope_of(plan).reasons, lambda p: derive(p).reasons)
-    assert change is not None
-    changed = change.make()
-    assert changed.procedure.levels_n[:2] == (100.0, 290.0)
-    assert changed.identify.secant_force_n == changed.procedure.top_force_n
-
-
 def test_where_no_change_helps_that_is_said(tmp_path: Path) -> None:
     _, _, reasons = advice(
         tmp_path, payload__force_limit="6 N", payload__geometry__shape="flat_punch",
         procedure__top_force="900 N",
     )  # fmt: skip
     assert reasons["top_force_above_safe_limit"].remedy == NONE_HELPS
-
-
-def test_changes_that_help_together_are_told() -> None:
-    plan = load_plan(PROCEDURES / "aluminium-sphere.yaml")
-    remedies = {reason.code: reason.remedy for reason in envelope_of(plan).reasons}
-    together = remedies["top_force_above_safe_limit"]
-    assert re.match(r"top_force: \d+ N, and .*gauge", together)
-    assert remedies["unidentifiable"] == together
-
-
-def test_a_remedy_that_was_not_tried_or_does_not_lift_is_not_told() -> None:
-    plan = load_plan(PROCEDURES / "aluminium-sphere.yaml")
-    reasons = derive(plan).reasons
-    worse = (Reason("another", Severity.REFUSE, ""),)
-    for after in (reasons, worse):
-        told = advised(plan, reasons, lambda _, after=after: after)
-        assert {r.remedy for r in told if r.severity is Severity.REFUSE} == {NONE_HELPS}
 
 
 def test_nothing_is_tried_during_a_run_and_for_a_plan_that_goes(

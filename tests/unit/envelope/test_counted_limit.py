@@ -75,16 +75,6 @@ def test_what_a_person_knows_better_allows_more() -> None:
     assert pressed(400.0, material=vague).limits is None
 
 
-def test_the_coverage_of_the_plan_counts() -> None:
-    counted = {k: pressed(100.0, limit_coverage=k).theory.counted for k in (1.0, 2.0, 3.0)}
-    assert [c.lower_n for c in counted.values()] == pytest.approx(
-        [727.05 * math.exp(-k * 0.19543) for k in counted], rel=1e-4
-    )
-    assert [c.probability for c in counted.values()] == pytest.approx(
-        [0.1587, 0.02275, 0.00135], abs=1e-4
-    )
-
-
 def limits_of(**payload: Any) -> tuple[float, str, float, str]:
     theory = theory_of(replace(SPHERE.payload, **payload))
     counted = theory.counted
@@ -107,14 +97,6 @@ def test_a_person_may_state_how_well_a_declared_limit_is_known() -> None:
     )
     assert counted_n == pytest.approx(400.0 * math.exp(-0.2))
     assert why == DECLARED
-
-
-def test_f_c_stays_theorys_where_the_other_body_rules_its_lower_end() -> None:
-    plate = replace(SPHERE.payload.plate, yield_strength_pa=80e6, yield_strength_sigma_pa=24e6)
-    theory = theory_of(replace(SPHERE.payload, plate=plate))
-    assert theory.elastic_limit_n == pytest.approx(727.0, abs=0.1)
-    assert theory.counted.value_n > theory.elastic_limit_n > theory.counted.lower_n
-    assert theory.counted.sigma_ln > 0.9
 
 
 def test_the_chance_that_a_force_yields_the_payload_is_that_of_its_limit() -> None:

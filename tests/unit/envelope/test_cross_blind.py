@@ -80,11 +80,6 @@ def test_a_difference_that_noise_cannot_hide_is_seen_in_most_ticks(rig: Rig) -> 
     assert beyond(rig, 0.2 * blind_n) < 0.7
 
 
-def test_without_noise_nothing_is_hidden() -> None:
-    rig = rig_of(500.0, 500.0, 500.0, 0.0, 0.03)
-    assert cross_blind_n(replace(rig, force=replace(rig.force, noise_n=0.0)), 0.0) == 0.0
-
-
 def test_noise_that_was_found_counts_where_it_is_worse_than_stated() -> None:
     rig = rig_of(500.0, 500.0, 500.0, 1.0, 0.03)
     stated_n = cross_blind_n(rig, 0.0)

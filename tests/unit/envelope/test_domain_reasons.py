@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from stepload.contact.materials import BluntTip, Material
-from stepload.envelope.domains import domain_reasons, payload_doubts
+from stepload.envelope.domains import domain_reasons
 from stepload.envelope.envelope import envelope_of
 from stepload.envelope.reason import Reason
 from stepload.envelope.theory import theory_of
@@ -18,7 +18,6 @@ from stepload.plan.model import Plan
 
 PROCEDURES = Path(__file__).resolve().parents[3] / "procedures"
 SILICONE = load_plan(PROCEDURES / "ur5e-silicone-sphere.yaml")
-PLASTIC = load_plan(PROCEDURES / "plastic-sphere.yaml")
 
 
 def with_payload(plan: Plan, **changes: Any) -> Plan:
@@ -48,20 +47,3 @@ def test_ten_tip_radii_are_refused() -> None:
     assert reason.value > 3.0
     assert reason.severity == "refuse"
     assert reason.remedy
-
-
-def test_stated_roughness_is_a_note_at_a_tenth_of_the_top_force() -> None:
-    reason = reasons(PLASTIC)["rough_contact"]
-    assert reason.severity == "note"
-    assert "at 30 N" in reason.message
-    assert reason.value == pytest.approx(0.587, abs=0.002)
-
-
-def test_what_the_ladder_says_is_not_said_twice_and_is_said_of_a_run() -> None:
-    theory = theory_of(PLASTIC.payload)
-    high = replace(PLASTIC, procedure=replace(PLASTIC.procedure, top_force_n=600.0))
-    assert "within_doubt_of_limit" not in {r.code for r in domain_reasons(high, theory)}
-    reached = {doubt.code for doubt in payload_doubts(PLASTIC.payload, theory, 60.0, 600.0)}
-    assert reached == {"rough_contact", "within_doubt_of_limit"}
-    reached = {doubt.code for doubt in payload_doubts(PLASTIC.payload, theory, 60.0, 800.0)}
-    assert reached == {"rough_contact", "above_elastic_limit"}

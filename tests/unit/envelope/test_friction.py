@@ -12,7 +12,6 @@ from stepload.envelope.bounds import LEAST_CLASS_RATIO
 from stepload.envelope.conditions import (
     ARM_MISALIGNMENT_RAD,
     UNKNOWN_OFFSET_M,
-    across_of,
     conditions_of,
     gauge_offset_of,
     misalignment_of,
@@ -33,10 +32,6 @@ def plan_with(structure: Structure = Structure.ARM, **stiffness: Any) -> Plan:
 
 def said(plan: Plan) -> dict[str, Severity]:
     return {r.code: r.severity for r in envelope_for(plan).reasons if r.code in CODES}
-
-
-def test_of_a_guided_axis_nothing_is_said() -> None:
-    assert said(plan_with(Structure.MACHINE)) == {}
 
 
 def test_of_an_arm_whose_record_knows_no_friction_the_result_is_doubted() -> None:
@@ -117,9 +112,3 @@ def test_a_calibration_with_lateral_force_leaves_no_doubt() -> None:
     assert said(plan_with(record="calibration", at_share=(0.1, 0.0))) == {}
     known = {"across_m_per_n": (3e-8, 0.0), "across_sigma_m_per_n": (1e-9, 1e-7)}
     assert said(plan_with(record="calibration", **known)) == {}
-
-
-def test_a_record_that_does_not_hold_tells_nothing_across() -> None:
-    plan = plan_with(record="old", at_share=(0.1, 0.0), validity_problem="expired")
-    assert across_of(plan.rig.system_stiffness).at_share is None
-    assert said(plan) == {"friction_unknown": Severity.WARN}

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
+import pytest
 from lab_plans import plan_of, rows
 
 from stepload.envelope.envelope import Envelope, envelope_of
@@ -16,27 +15,32 @@ LIMITS = {"top_force_above_safe_limit", "unidentifiable"}
 """The codes of refusals for F_c and for (34)."""
 
 
-def judged(folder: Path) -> list[tuple[str, Envelope]]:
+@pytest.fixture(scope="module")
+def judged(tmp_path_factory: pytest.TempPathFactory) -> list[tuple[str, Envelope]]:
+    folder = tmp_path_factory.mktemp("plans")
     return [(word, envelope_of(plan_of(text, name, folder))) for name, word, _, text in rows()]
 
 
-def test_preflight_agrees_with_the_expert_and_refuses_for_two_reasons_only(tmp_path: Path) -> None:
-    found = judged(tmp_path)
-    assert len(found) == 40
-    assert sum(WORDS[envelope.verdict] == word for word, envelope in found) >= AGREE
+def test_preflight_agrees_with_the_expert_and_refuses_for_two_reasons_only(
+    judged: list[tuple[str, Envelope]],
+) -> None:
+    assert len(judged) == 40
+    assert sum(WORDS[envelope.verdict] == word for word, envelope in judged) >= AGREE
     refusals = {
         reason.code
-        for _, envelope in found
+        for _, envelope in judged
         for reason in envelope.reasons
         if reason.severity is Severity.REFUSE
     }
     assert refusals == LIMITS
 
 
-def test_a_doubt_that_the_interval_holds_warns_only_where_it_is_too_wide(tmp_path: Path) -> None:
+def test_a_doubt_that_the_interval_holds_warns_only_where_it_is_too_wide(
+    judged: list[tuple[str, Envelope]],
+) -> None:
     told = {
         envelope.plan.name: {reason.code: reason.severity for reason in envelope.reasons}
-        for _, envelope in judged(tmp_path)
+        for _, envelope in judged
     }
     assert told["gelatine-ur5e"]["stiffness_indicative"] is Severity.NOTE
     assert told["tomato-ur5e"]["stiffness_indicative"] is Severity.WARN

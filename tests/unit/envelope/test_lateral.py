@@ -14,7 +14,6 @@ from stepload.contact.lateral import left_of_limit, weakening
 from stepload.envelope.envelope import derive
 from stepload.envelope.lateral import (
     LEAST_N,
-    SIGMAS,
     back_left,
     believed_tilt_rad,
     counted_left,
@@ -23,7 +22,6 @@ from stepload.envelope.lateral import (
     left_at,
     misaligned_share,
     share_from_n,
-    share_reasons,
 )
 from stepload.envelope.pressing import largest_top_force
 from stepload.plan.aligning import Alignment
@@ -105,25 +103,6 @@ def test_r12_judges_from_where_friction_may_take_too_much() -> None:
     assert foot_n == pytest.approx(7.0 * left_of_limit(NU, 0.6))
     for share in np.linspace(0.0, 0.6, 61):
         assert foot_n <= 7.0 * left_of_limit(NU, float(share)) * (1.0 + 1e-9)
-
-
-def test_no_share_is_told_below_the_noise() -> None:
-    assert share_from_n(arm(), 0.5, 7.0) == SIGMAS * 0.5
-
-
-def test_where_friction_is_low_or_counted_already_nothing_is_asked_of_small_forces() -> None:
-    assert share_from_n(arm(0.1), 0.01, 7.0) > 0.95 * min(LEAST_N, 7.0)
-    assert share_from_n(arm(0.6), 0.01, 7.0) == max(LEAST_N, 2.0 * PLAN.procedure.touch_force_n)
-
-
-@pytest.mark.parametrize(("components", "said"), [("six", 1), ("one", 0)])
-def test_a_share_that_hides_in_the_noise_is_named(components: str, said: int) -> None:
-    plan = arm(components=components)
-    from_n = share_from_n(plan, 0.5, 7.0)
-    found = list(share_reasons(plan, from_n, 7.0))
-    assert [reason.code for reason in found] == ["share_in_the_noise"] * said
-    assert not list(share_reasons(arm(0.1), share_from_n(arm(0.1), 0.5, 7.0), 7.0))
-    assert not list(share_reasons(plan, share_from_n(plan, 0.5, 400.0), 400.0))
 
 
 def test_what_f_allowed_leaves_out_already_is_not_taken_off_again() -> None:

@@ -8,7 +8,7 @@ import statistics
 from dataclasses import fields, replace
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from run_plans import limits_for, stvf_plan, ur_plan
 
@@ -19,7 +19,6 @@ from stepload.errors import DomainError, RefusedError
 from stepload.plan.model import SecondForce, SecondForceSource
 
 
-@settings(deadline=None, max_examples=150)
 @given(
     elastic=st.floats(5.0, 5000.0),
     top=st.floats(1.0, 2000.0),
@@ -62,7 +61,6 @@ def test_an_unseen_error_at_the_force_limit_stays_below_the_elastic_limit(
     assert top <= limits.largest_top_n
 
 
-@settings(deadline=None, max_examples=100)
 @given(
     tangent=st.floats(1e3, 1e9),
     force=st.floats(5.0, 1000.0),

@@ -11,20 +11,15 @@ from pathlib import Path
 import pytest
 
 from stepload.contact.elastic import law_for
-from stepload.contact.limit import elastic_limit
 from stepload.contact.limit_uncertainty import limit_in
 from stepload.contact.material_range import softest, stiffest
 from stepload.contact.materials import Material
 from stepload.contact.power_law import ContactLaw
-from stepload.envelope.domains import beyond_range
 from stepload.envelope.envelope import Envelope, derive, envelope_of
 from stepload.envelope.press import series_stiffness
 from stepload.envelope.theory import theory_of
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
-from stepload.plan.problems import PlanError
-from stepload.results.certificate import material
-from stepload.results.conditions import planned
 
 Planned = Callable[..., Plan]
 PLAN = """\
@@ -77,13 +72,6 @@ def test_the_ends_are_those_of_modulus_and_poissons_ratio_together(planned_for: 
     assert (softest(across).poisson_ratio, stiffest(across).poisson_ratio) == (0.0, -0.3)
 
 
-def test_what_is_known_has_no_ends(planned_for: Planned) -> None:
-    payload = planned_for("1 GPa", "0.3").payload
-    theory = theory_of(payload)
-    assert theory.softest == theory.law == theory.stiffest
-    assert not theory.is_range
-
-
 def test_no_body_of_the_range_is_hit_harder_than_the_budget_says(planned_for: Planned) -> None:
     """The envelope of each body between the ends allows at least as much as that of the range."""
     envelope = envelope_of(planned_for())
@@ -118,33 +106,6 @@ def test_distances_hold_for_the_softest_end(planned_for: Planned) -> None:
     assert wide.procedure.retract_m == planned_for("10 MPa", "0.2").procedure.retract_m > 5e-4
 
 
-@pytest.mark.parametrize(
-    ("modulus", "code", "procedure"),
-    [
-        ("2 MPa to 200 MPa", "search_short", "search_distance: 2.05 mm"),
-        ("2 MPa to 200 MPa", "slow_steps", "settle_timeout: 0.4 s"),
-        ("5 MPa to 500 MPa", "deep_contact", "cycles: 2"),
-    ],
-)
-def test_what_only_the_softest_end_meets_is_said(
-    planned_for: Planned, modulus: str, code: str, procedure: str
-) -> None:
-    procedure = f"surface_uncertainty: 1 mm, {procedure}"
-    soft, stiff = modulus.split(" to ")
-    values = [
-        {reason.code: reason.value for reason in envelope_of(plan).reasons}
-        for plan in (planned_for(each, "0.3", procedure=procedure) for each in (modulus, soft))
-    ]
-    assert values[0][code] == values[1][code]
-    assert code not in codes(envelope_of(planned_for(stiff, "0.3", procedure=procedure)))
-
-
-def test_a_soft_payload_is_not_refused_for_being_soft(planned_for: Planned) -> None:
-    noisy = "force: {noise: 2 N}, second_force: {noise: 2 N}"
-    wide = envelope_of(planned_for("0.1 MPa to 10 MPa", rig=noisy))
-    assert wide.limits is not None
-
-
 def test_a_payload_that_may_be_too_stiff_to_be_told_is_refused(planned_for: Planned) -> None:
     wide = envelope_of(planned_for("0.2 GPa to 6 GPa"))
     assert codes(wide)["unidentifiable"] == "refuse"
@@ -166,70 +127,6 @@ def test_the_declared_limit_counts_and_that_of_a_plate_that_is_known(planned_for
     known = limit_in(payload.plate, softest(payload.material), payload.geometry)
     assert known is not None
     assert known.force_n > plate.force_n
-
-
-def test_a_range_has_no_limit_by_theory(planned_for: Planned, tmp_path: Path) -> None:
-    payload = planned_for().payload
-    path = tmp_path / "plan.yaml"
-    path.write_text(path.read_text().replace("  force_limit: 400 N\n", ""))
-    with pytest.raises(PlanError, match="'some plastic' is known as a range only"):
-        load_plan(path)
-    known = replace(payload.material, youngs_modulus_ends_pa=None, yield_strength_pa=70e6)
-    known = replace(known, poisson_ratio_ends=None)
-    plate = replace(payload.plate, yield_strength_pa=None)
-    assert elastic_limit(payload.geometry, known, plate) is not None
-    vague = replace(plate, youngs_modulus_ends_pa=(20e9, 200e9))
-    assert elastic_limit(payload.geometry, known, vague) is None
-    with pytest.raises(PlanError, match="a yield strength beside a range"):
-        planned_for(ratio="0.3, yield_strength: 70 MPa")
-    with pytest.raises(PlanError, match="calibration against a material that is known as a range"):
-        planned_for(identify="kind: system")
-
-
-def test_results_are_not_compared_with_what_is_a_guess(planned_for: Planned) -> None:
-    told = planned(envelope_of(planned_for()))
-    assert (told.theory_k, told.theory_n, told.modulus_pa) == (None, None, None)
-    known = planned(envelope_of(planned_for("1 GPa", "0.3")))
-    assert known.theory_k is not None
-    assert known.modulus_pa is not None
-    shown = material(planned_for().payload.material)
-    assert shown == "some plastic: E 500 MPa to 2 GPa, not known better, ν 0.2 to 0.5"
-
-
-@pytest.mark.parametrize(
-    ("modulus", "message"),
-    [
-        ("2 GPa to 0.5 GPa", "does not rise"),
-        ("2 GPa to 2 GPa", "does not rise"),
-        ("1 MPa to 5 GPa", "a factor of 5e"),
-        ("0.5 to 5 GPa", "'0.5' has no unit"),
-        ("0.5 GPa to", "is not a range"),
-        ("1 GPa to 2 GPa to 3 GPa", "is not a range"),
-        ("1 GPa to 2 GPa ± 5 %", "the range"),
-        ("0.1 kPa to 1 kPa", "out of range"),
-    ],
-)
-def test_ranges_that_are_none(planned_for: Planned, modulus: str, message: str) -> None:
-    with pytest.raises(PlanError, match=message) as caught:
-        planned_for(modulus)
-    assert "plan.yaml:5:" in str(caught.value)
-
-
-def test_a_payload_outside_of_its_range_is_said_after_the_run(planned_for: Planned) -> None:
-    theory = theory_of(planned_for().payload)
-    least, most = (
-        100.0 / (law.deformation(200.0) - law.deformation(100.0))
-        for law in (theory.softest, theory.stiffest)
-    )
-
-    def said(low: float, high: float) -> str:
-        return " ".join(beyond_range(theory, (low, high), 100.0, 200.0))
-
-    assert "stiffer than the stiffest" in said(1.01 * most, 1.2 * most)
-    assert "softer than the softest" in said(0.8 * least, 0.99 * least)
-    assert said(0.99 * most, 1.2 * most) == said(0.8 * least, 1.01 * least) == ""
-    known = theory_of(planned_for("1 GPa", "0.3").payload)
-    assert beyond_range(known, (2.0 * most, 3.0 * most), 100.0, 200.0) == ()
 
 
 @pytest.mark.parametrize("n", [1.0, 1.5, 2.0])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,6 @@ from stepload.envelope.reason import PlanVerdict, Severity
 from stepload.envelope.reasons import one_channel_reasons, same_device
 from stepload.plan.load import load_plan
 from stepload.plan.model import ForceSpec, Plan, SecondForce, SecondForceSource
-from stepload_drivers.ur.force import UrForce
 
 PROCEDURES = Path(__file__).resolve().parents[3] / "procedures"
 HOST = {"host": "192.168.1.10"}
@@ -60,12 +58,6 @@ def test_the_arms_own_sensor_is_no_second_channel_beside_itself(plan: Plan) -> N
     assert "second_force.source: none" in refusal_of(envelope).message
 
 
-def test_a_lab_driver_says_by_itself_that_it_is_built_in(plan: Plan, monkeypatch) -> None:
-    own = with_channels(plan, ("ur_force", HOST), None)
-    monkeypatch.setattr(UrForce, "built_into_arm", False)
-    assert said(own) == []
-
-
 def test_the_arms_own_sensor_alone_or_as_the_second_channel_is_sound(plan: Plan) -> None:
     own_sensor, own = ("ati_net", BOX), ("ur_force", HOST)
     alone = with_channels(plan, own, None)
@@ -92,7 +84,3 @@ def test_one_device_named_twice(plan: Plan, name, first, second, same) -> None:
     choices = (name, first), (name, second)
     assert same_device(*(sensor(plan, each) for each in choices)) is same
     assert len(said(with_channels(plan, *choices))) == same
-
-
-def test_two_drivers_are_two_devices(plan: Plan) -> None:
-    assert not same_device(*map(partial(sensor, plan), (("ati_net", BOX), ("ur_force", HOST))))

@@ -13,7 +13,6 @@ from stepload.errors import RefusedError
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan, Provenance, RecordPolicy
 from stepload.rig.device import ArmConfiguration
-from stepload.rig.pose import differences, from_texts, to_texts
 
 PLAN = Path(__file__).resolve().parents[3] / "procedures" / "plastic-sphere.yaml"
 JOINTS = (0.1, -1.5, 1.2, -1.3, -1.57, 0.0)
@@ -61,25 +60,7 @@ def test_elsewhere_it_is_as_uncertain_as_the_joints_are_off() -> None:
     assert far.sigma_n_per_m == other_tool.sigma_n_per_m == known.stiffness_n_per_m
 
 
-def test_a_record_that_does_not_tell_is_not_compared() -> None:
-    plan = load_plan(PLAN)
-    assert plan_where_it_stands(plan, at(1.0)) is plan
-
-
 def test_the_run_that_measures_the_stiffness_may_stand_anywhere() -> None:
     plan = calibrated(RecordPolicy.REFUSE)
     plan = replace(plan, identify=replace(plan.identify, kind="system"))
     assert plan_where_it_stands(plan, at(1.0)) is plan
-
-
-def test_another_number_of_joints_is_another_arm() -> None:
-    assert differences(HERE, ArmConfiguration(JOINTS[:5])) != []
-
-
-def test_what_a_record_says_of_the_arm_is_read_back_exactly() -> None:
-    told = to_texts(replace(HERE, payload_kg=1.5, speed_fraction=1.0))
-    assert from_texts(told) == HERE
-    assert told["arm_payload_kg"] == "1.5"
-    assert to_texts(None) == {}
-    assert from_texts({"arm_joints_rad": "0.1 nan"}) is None
-    assert from_texts({"arm_joints_rad": "a b"}) is None

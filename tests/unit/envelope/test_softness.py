@@ -49,15 +49,6 @@ def test_a_search_that_ends_before_a_soft_payload_answers(sphere: Plan) -> None:
     assert reason.value > reason.limit == 2.05e-3
 
 
-def test_steps_longer_than_the_patience_of_the_plan(sphere: Plan) -> None:
-    soft = _softer(sphere, 3000.0)
-    assert "slow_steps" not in _warnings(soft)
-    hasty = replace(soft, procedure=replace(soft.procedure, settle_timeout_s=0.3))
-    reason = _warnings(hasty)["slow_steps"]
-    assert 3.0 < reason.value < 15.0
-    assert reason.limit == pytest.approx(6.0)
-
-
 @pytest.mark.parametrize(("factor", "warned"), [(1.0, False), (1e5, True)])
 def test_a_soft_payload_with_one_channel_is_warned_of_and_not_refused(
     sphere: Plan, factor: float, warned: bool

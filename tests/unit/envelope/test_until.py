@@ -11,7 +11,6 @@ import pytest
 from stepload.envelope.envelope import Envelope, derive, envelope_of
 from stepload.envelope.reason import PlanVerdict, Severity
 from stepload.envelope.until import MARGIN, Need, Until, until_of
-from stepload.identification.smooth import NORMAL_95
 from stepload.plan.checks import LEAST_LEVELS
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
@@ -68,17 +67,6 @@ def needed(plan: Plan) -> tuple[Need, ...]:
     return needs(plan, derive(plan))
 
 
-def test_a_plan_that_does_not_ask_has_none(plan: Plan, envelope: Envelope) -> None:
-    assert until_of(asking(plan, None), envelope.theory) is None
-    assert envelope_of(asking(plan, None)).until is None
-
-
-def test_every_level_of_the_plan_has_its_need(plan: Plan, envelope: Envelope) -> None:
-    assert envelope.until is not None
-    assert [need.level_n for need in envelope.until.needs] == list(LEVELS)
-    assert envelope.until.needs == needs(plan, envelope)
-
-
 def test_a_payload_with_just_that_deformation_has_just_that_interval(
     plan: Plan, envelope: Envelope
 ) -> None:
@@ -99,24 +87,6 @@ def test_what_is_needed_hangs_on_the_rig_and_not_on_the_payload(
         assert other.expected_m == pytest.approx(2.0 * one.expected_m, rel=0.01)
         assert other.needed_m == pytest.approx(one.needed_m, rel=0.05)
         assert other.least_m == pytest.approx(one.least_m, rel=0.05)
-
-
-def test_a_worse_position_needs_more(plan: Plan, envelope: Envelope) -> None:
-    rig = plan.rig
-    arm = replace(rig.arm, position_resolution_m=5.0 * rig.arm.position_resolution_m)
-    coarse = needs(replace(plan, rig=replace(rig, arm=arm)), envelope)
-    for one, other in zip(told(envelope)[3:], coarse[3:], strict=True):
-        assert other.needed_m > 1.3 * one.needed_m
-
-
-def test_a_narrower_interval_needs_more(plan: Plan, envelope: Envelope) -> None:
-    narrow = needs(asking(plan, 0.10), envelope)[-1]
-    wide = told(envelope)[-1]
-    assert narrow.needed_m > 1.4 * wide.needed_m
-    assert narrow.half_width == wide.half_width
-    assert wide.sigma_m / wide.expected_m == pytest.approx(
-        math.asinh(wide.half_width / MARGIN) / NORMAL_95, rel=1e-6
-    )
 
 
 def test_where_the_deflection_table_has_no_rows_more_deformation_is_needed(
@@ -142,13 +112,6 @@ def test_the_expected_level_is_the_first_that_is_enough_and_never_too_early(
     assert Until(0.15, easy, until.conditions).expected == LEAST_LEVELS - 1
 
 
-def test_the_limits_are_those_of_the_whole_plan(plan: Plan, envelope: Envelope) -> None:
-    without = envelope_of(asking(plan, None))
-    assert envelope.limits == without.limits
-    assert envelope.verdict is PlanVerdict.GO
-    assert envelope.reasons == without.reasons
-
-
 def test_what_theory_does_not_expect_is_said_before_anything_moves(wanting: Envelope) -> None:
     found = wanting
     (reason,) = [each for each in found.reasons if each.code == "until_not_expected"]
@@ -166,9 +129,3 @@ def test_what_no_deformation_can_reach_is_refused(plan: Plan) -> None:
         Severity.REFUSE
     ]
     assert found.verdict is PlanVerdict.REFUSED
-
-
-def test_what_is_expected_at_the_top_force_is_told(wanting: Envelope) -> None:
-    assert wanting.until is not None
-    (reason,) = [each for each in wanting.reasons if each.code == "until_not_expected"]
-    assert (reason.value, reason.limit) == (wanting.until.needs[-1].half_width, 0.05)

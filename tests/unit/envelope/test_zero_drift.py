@@ -9,7 +9,7 @@ import pytest
 from run_plans import envelope_for, stvf_plan
 
 from stepload.envelope.reason import Severity
-from stepload.envelope.schedule import DRIFT_CHECK_S, FAST, LOAD_STEP, UNLOAD_STEP, Stage
+from stepload.envelope.schedule import LOAD_STEP, Stage
 from stepload.envelope.zero_drift import (
     counted_shift_n,
     longest_under_load_s,
@@ -109,61 +109,6 @@ def test_a_tare_that_is_too_short_to_show_a_drift_is_named_with_one_that_is_not(
     tare_s = float(reason.remedy.removeprefix("tare: ").split()[0])
     assert not list(zero_drift_reasons(one_channel(tare_s=tare_s), LOOP_S, ()))
     assert list(zero_drift_reasons(one_channel(tare_s=tare_s - 1.5), LOOP_S, ()))
-
-
-def test_a_drift_may_hide_behind_the_resolution() -> None:
-    plan = one_channel(noise_n=1e-3, tare_s=0.5)
-    coarse = replace(plan.rig.force, resolution_n=2.0)
-    [reason] = zero_drift_reasons(replace(plan, rig=replace(plan.rig, force=coarse)), LOOP_S, ())
-    fine = replace(plan.rig.force, resolution_n=1e-3)
-    assert not list(
-        zero_drift_reasons(replace(plan, rig=replace(plan.rig, force=fine)), LOOP_S, ())
-    )
-    assert reason.value > plan.procedure.max_drift_n
-
-
-def test_a_stated_drift_beyond_max_drift_is_named_with_one_channel_and_with_two() -> None:
-    plan = one_channel()
-    looked_s = 0.5 * plan.procedure.tare_s + DRIFT_CHECK_S
-    looked_s += under_load_s(plan.procedure, LOOP_S)
-    limit = plan.procedure.max_drift_n / looked_s
-    for share, named in ((0.99, False), (1.01, True)):
-        alone = one_channel(share * limit)
-        second = replace(alone.rig.second_force, source=SecondForceSource.ARM)
-        both = replace(alone, rig=replace(alone.rig, second_force=second))
-        for each in (alone, both):
-            codes = {reason.code for reason in zero_drift_reasons(each, LOOP_S, ())}
-            assert ("drift_beyond_max" in codes) == named
-
-
-def test_what_the_schedule_says_counts_where_it_is_longer() -> None:
-    plan = one_channel(0.02, cycles=2, lift_off=True)
-    counted_n = counted_shift_n(plan, LOOP_S)
-    planned_s = under_load_s(plan.procedure, LOOP_S)
-    for loaded_s, named in ((planned_s, False), (counted_n / 0.02 + 5.0, True)):
-        stages = (Stage(LOAD_STEP, loaded_s, 1), Stage(UNLOAD_STEP, loaded_s, 1))
-        found = {r.code: r for r in zero_drift_reasons(plan, LOOP_S, stages)}
-        assert ("old_zero" in found) == named
-    before_s = 0.5 * plan.procedure.tare_s + DRIFT_CHECK_S
-    assert found["old_zero"].value == pytest.approx(counted_n + 0.1 + 0.02 * before_s)
-    assert found["old_zero"].limit == counted_n
-    max_drift_n = float(found["old_zero"].remedy.split("max_drift: ")[1].split(" N")[0])
-    wider = one_channel(0.02, cycles=2, lift_off=True, max_drift_n=max_drift_n)
-    assert "old_zero" not in {r.code for r in zero_drift_reasons(wider, LOOP_S, stages)}
-    both = replace(wider, rig=replace(plan.rig, second_force=stvf_plan().rig.second_force))
-    assert "old_zero" not in {r.code for r in zero_drift_reasons(both, LOOP_S, stages)}
-
-
-def test_a_long_way_to_the_surface_counts_up_to_the_touch_force() -> None:
-    plan = one_channel(0.2, cycles=1)
-    counted_n, touch_n = counted_shift_n(plan, LOOP_S), plan.procedure.touch_force_n
-    planned_s = under_load_s(plan.procedure, LOOP_S)
-    left_s = (counted_n - touch_n) / 0.2
-    for approach_s in (0.1, 1e4):
-        for loaded_s, named in ((planned_s, False), (left_s + 1.0, approach_s > 1.0)):
-            stages = (Stage(FAST, approach_s, 1), Stage(LOAD_STEP, loaded_s, 1))
-            codes = {r.code for r in zero_drift_reasons(plan, LOOP_S, stages)}
-            assert ("old_zero" in codes) == named
 
 
 def test_r5_leaves_room_for_the_stated_drift_and_f_allowed_counts_it() -> None:

@@ -12,7 +12,6 @@ from stepload.contact.power_law import LAW_NAMES
 from stepload.identification import verdict
 from stepload.identification.budget import middle
 from stepload.identification.fit import FloatArray
-from stepload.identification.laws import LAWS
 from stepload.identification.smooth import smooth_lengths
 from stepload.identification.verdict import Judgement, judge
 
@@ -26,10 +25,6 @@ def chosen(world: World, *words: str) -> Judgement:
 
 def two_springs(force_n: FloatArray) -> FloatArray:
     return np.asarray(force_n / 12e6 + np.minimum(force_n, 90.0) / 5e6)
-
-
-def test_every_name_is_a_law() -> None:
-    assert {word: law.name for word, law in LAWS.items()} == LAW_NAMES
 
 
 def test_a_law_that_was_chosen_and_fits_narrows_the_secant_and_says_so() -> None:
@@ -73,14 +68,6 @@ def test_an_exponent_that_was_assumed_is_not_a_finding() -> None:
     both = chosen(World(), "power", "hertz").exponent
     assert both is not None
     assert both.interval[0] <= 1.5 <= both.interval[1]
-
-
-def test_a_choice_that_cannot_be_fitted_leaves_the_chord() -> None:
-    run = told(press(World()), laws=("rough",))
-    found = judge(told(run, rough_length_m=0.0))
-    assert set(found.quantities) == WITHOUT_LAW
-    assert "it cannot be fitted" in found.notes[-1]
-    assert TOUCH in judge(told(run, rough_length_m=None)).quantities
 
 
 def test_a_choice_that_cannot_be_fitted_with_the_length_that_stands_for_all_counts_with_none(

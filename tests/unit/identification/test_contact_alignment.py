@@ -10,7 +10,6 @@ import pytest
 from pressed_runs import World, press
 
 from stepload.identification.contact_quality import (
-    OFF_AXIS_M,
     BranchShare,
     ContactPoint,
     ContactQuality,
@@ -22,7 +21,6 @@ from stepload.identification.lateral import (
     LATERAL_OVER_AXIAL,
     TANGENTIAL_OVER_NORMAL,
     TILT_RAD,
-    TURN_RAD_PER_N,
     UNKNOWN_SHARE,
     ContactAlignment,
     coupling_of,
@@ -70,15 +68,6 @@ def point(off_m: float, sigma_m: float = 1e-5) -> ContactPoint:
     return ContactPoint(300.0, (off_m, 0.0), sigma_m)
 
 
-def test_a_place_off_the_axis_is_a_note() -> None:
-    far = ContactAlignment(quality(place=point(1.2 * OFF_AXIS_M)))
-    assert len(far.notes) == 1
-    assert len(replace(far, gauge_offset_m=0.02).notes) == 1
-    assert ContactAlignment(quality(place=point(0.9 * OFF_AXIS_M))).notes == []
-    noisy = ContactAlignment(quality(place=point(1.2 * OFF_AXIS_M, 0.3 * OFF_AXIS_M)))
-    assert noisy.notes == []
-
-
 def test_misalignment_costs_by_the_share_the_angle_and_how_far_the_tip_goes_sideways() -> None:
     it = ContactAlignment(arm=True, share=0.2, misalignment_rad=0.03, yields_m_per_n=1e-5)
     [line] = it.lines(0.667, 5.0, 50.0, 5e-4)
@@ -95,11 +84,6 @@ def test_a_guided_axis_costs_nothing_unless_its_sensor_is_said_to_be_askew() -> 
     assert ContactAlignment(share=0.2).lines(0.667, 30.0, 300.0, SPAN_M) == []
     [line] = ContactAlignment(share=0.2, misalignment_rad=0.03).lines(0.667, 30.0, 300.0, SPAN_M)
     assert line.relative < 0.002
-
-
-def test_a_gauge_beside_the_contact_reads_how_an_arm_turns() -> None:
-    [line] = ContactAlignment(gauge_offset_m=0.02).lines(0.667, 5.0, 50.0, 5e-4)
-    assert line.relative == pytest.approx(0.02 * TURN_RAD_PER_N * 45.0 / 5e-4)
 
 
 def test_three_numbers_tell_the_coupling() -> None:

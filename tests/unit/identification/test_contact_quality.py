@@ -9,15 +9,9 @@ import numpy as np
 import pytest
 
 from stepload.identification.contact_quality import (
-    NO_HOLDS,
-    NO_LEVER,
-    NO_TORQUE,
-    NOT_IN_DATA,
-    OTHER_SIDE,
     ContactQuality,
     Wrench,
     contact_quality,
-    smallest_seen_n,
     turn_of,
 )
 from stepload.identification.fit import Missing
@@ -108,13 +102,6 @@ def test_a_step_of_the_load_that_the_force_across_follows_is_no_slip() -> None:
     assert told(replace(stepped, across_n=wrench.across_n)).slips != ()
 
 
-def test_a_steady_slide_is_no_jump() -> None:
-    wrench = made()
-    slide_n = np.interp(wrench.time_s, [3.0, 4.0], [0.0, 20.0])
-    across = wrench.across_n - np.stack([slide_n, 0.0 * slide_n], axis=1)
-    assert told(replace(wrench, across_n=across)).slips == ()
-
-
 def test_what_is_smaller_than_what_can_be_seen_is_told_as_that() -> None:
     loud = told(made(jump_n=0.5, noise_n=0.3))
     assert loud.slips == ()
@@ -123,11 +110,6 @@ def test_what_is_smaller_than_what_can_be_seen_is_told_as_that() -> None:
     assert quiet.unseen_n == pytest.approx(0.01 * TOP_N + 2.0 * NOISE_N / math.sqrt(2.0), rel=0.02)
     for seed in range(20):
         assert told(made(jump_n=loud.unseen_n, noise_n=0.3, seed=seed)).slips
-
-
-def test_the_smallest_jump_follows_noise_and_force() -> None:
-    assert smallest_seen_n(0.1, 0.002, 0.0) == pytest.approx(8.0 * 0.1 / math.sqrt(2.0))
-    assert smallest_seen_n(0.0, 0.002, 100.0) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("axis", AXES)
@@ -154,36 +136,6 @@ def test_the_place_is_found_for_every_pressing_axis(axis: str) -> None:
     assert best.sigma_m == pytest.approx(
         math.hypot(0.002, 0.12 * NOISE_N) / TOP_N / math.sqrt(RATE_HZ), rel=0.01
     )
-
-
-def with_torques(plain: Wrench, lever_m: float) -> Wrench:
-    """Torques of a contact on the axis, `lever_m` along it in the direction of the push."""
-    force = np.column_stack([plain.across_n, plain.force_n])
-    torque = np.cross(np.array([0.0, 0.0, lever_m]), force)[:, :2]
-    return replace(plain, torque_n_m=torque, torque_noise_n_m=0.002, turn=turn_of("+fz"))
-
-
-def test_a_lever_on_the_other_side_is_noticed_where_the_share_changes() -> None:
-    sliding = made(0.1, -0.1)
-    right, wrong = with_torques(sliding, -0.12), with_torques(sliding, 0.12)
-    assert not isinstance(told(right, 0.12).place, Missing)
-    assert told(wrong, 0.12).place == Missing(OTHER_SIDE)
-
-
-def test_holds_without_a_loading_are_no_place() -> None:
-    moving = with_torques(made(), -0.12)
-    free = replace(moving, held=np.zeros_like(moving.held))
-    assert told(free, 0.12).place == Missing(NO_HOLDS)
-
-
-def test_a_place_needs_torques_and_a_lever() -> None:
-    assert told(made(), 0.12).place == Missing(NO_TORQUE)
-    twisted = replace(made(), torque_n_m=np.zeros_like(made().across_n))
-    assert told(twisted).place == Missing(NO_LEVER)
-
-
-def test_one_axis_tells_nothing() -> None:
-    assert contact_quality(None, 0.12) == Missing(NOT_IN_DATA)
 
 
 def test_too_little_contact_tells_nothing() -> None:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stepload.identification.curve_channels import LEAST_SAMPLES, spikes
+from stepload.identification.curve_channels import spikes
 from stepload.identification.fit import FloatArray
 
 TOP_N = 300.0
@@ -68,14 +68,3 @@ def test_the_noise_and_the_quanta_of_a_channel_are_none() -> None:
     held = np.zeros(500)
     held[::50] = 1.0  # one quantum now and then
     assert not spikes(held).any()
-
-
-def test_many_are_no_glitches() -> None:
-    force = press()
-    force[50::50] += TOP_N
-    assert not spikes(force).any()
-
-
-def test_a_short_table_has_none() -> None:
-    force = np.array([0.0] * 10 + [300.0] + [0.0] * (LEAST_SAMPLES - 12))
-    assert not spikes(force).any()

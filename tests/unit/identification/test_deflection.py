@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from pressed_runs import there_and_back
 
 from stepload.errors import DomainError
-from stepload.identification.conditions import Conditions, Sources
 from stepload.identification.deflection import DeflectionTable
 from stepload.identification.fit import Fit
-from stepload.identification.identify import identify
 from stepload.identification.inverse_law import joint
-from stepload.identification.quantity import ResultVerdict
 from stepload.identification.samples import select
 from stepload.identification.smooth import smooth_lengths
 
@@ -49,11 +43,6 @@ def test_beyond_its_rows_it_goes_straight_on_and_that_is_a_doubt() -> None:
     assert "ends at 300 N, the data reach 320 N" in TABLE.beyond(320.0)
 
 
-def test_a_table_that_begins_late_is_a_doubt_and_a_held_level_is_not() -> None:
-    assert TABLE.beyond(100.0) == TABLE.beyond(99.0) == ""  # planned, and as a level is held
-    assert "begins at 25 N, above a quarter of the 95 N" in TABLE.beyond(95.0)
-
-
 @pytest.mark.parametrize(
     ("rows", "said"),
     [
@@ -80,40 +69,6 @@ def test_a_load_path_that_is_no_line_biases_k_s_and_not_the_table() -> None:
     assert by_table.secant_n_per_m == pytest.approx(FIT.secant_n_per_m, rel=0.02)
     line = joint(travel - FORCE / KS, FORCE, secant_force_n=300.0)
     assert abs(line.secant_n_per_m / FIT.secant_n_per_m - 1.0) > 0.05
-
-
-def sources(**more: object) -> Sources:
-    stated = Sources(KS, smooth_length_n=50.0, **more)  # type: ignore[arg-type]
-    return replace(
-        stated, deflection_force_n=TABLE.force_n, deflection_m=TABLE.deflection_m,
-        deflection_sigma_m=TABLE.sigma_m,
-    )  # fmt: skip
-
-
-def rows_of(stated: Sources) -> tuple[tuple[float, ...], ...]:
-    return stated.deflection_force_n, stated.deflection_m, stated.deflection_sigma_m
-
-
-def test_data_beyond_the_table_are_a_line() -> None:
-    deep = (FORCE / K) ** (1.0 / N)
-    given = Conditions(sources(), 300.0, 0.0, 2e-6)
-    selected = select(deep, FORCE)
-    travel = deep + TABLE.at(FORCE)
-    whole = identify(selected, there_and_back(FORCE, travel, given))
-    assert whole.verdict is ResultVerdict.IDENTIFIED, whole.reasons
-    cut = replace(
-        given.sources, deflection_force_n=TABLE.force_n[:-2], deflection_m=TABLE.deflection_m[:-2],
-        deflection_sigma_m=TABLE.sigma_m[:-2],
-    )  # fmt: skip
-    less = replace(given, sources=cut)
-    short = identify(selected, there_and_back(FORCE, travel, less))
-    assert whole.headline is not None
-    assert short.headline is not None
-    assert short.headline.half_width > whole.headline.half_width
-    assert not DeflectionTable(*rows_of(given.sources)).uncovered_sigma_at(FORCE).any()
-    unseen = DeflectionTable(*rows_of(cut)).uncovered_sigma_at(np.array([200.0, 300.0]))
-    assert unseen[0] == 0.0
-    assert unseen[1] > 0.05 * 100.0 / KS * 0.9
 
 
 def test_a_length_that_is_not_known_is_carried_as_a_range() -> None:

@@ -63,10 +63,6 @@ def line(found: Difference, source: str) -> DifferenceLine:
     return next(each for each in found.lines if each.source == source)
 
 
-def apart(one: float = 5e6, other: float = 5e6, **how: float) -> Difference:
-    return difference([run(one, **how)], [run(other, **how)], tolerance=0.2)
-
-
 def test_what_both_feel_alike_cancels_and_the_rest_stays() -> None:
     first, second = run(ks=0.013, gain=0.005, noise=0.01), run(ks=0.015, gain=0.005, noise=0.02)
     found = difference([first], [second], tolerance=0.2)
@@ -233,15 +229,6 @@ def test_a_verdict_needs_the_accuracy_that_was_asked_for() -> None:
     assert said(1.01 * Z * u, 1e-3) is Agreement.DIFFER, "a difference is one at any tolerance"
 
 
-def test_many_comparisons_share_the_false_alarms() -> None:
-    runs = [run(noise=0.01)], [run(noise=0.01)]
-    one = difference(*runs, tolerance=0.2)
-    five = difference(*runs, tolerance=0.2, comparisons=5)
-    assert five.half_width / one.half_width == pytest.approx(
-        scipy.stats.norm.isf(0.005) / scipy.stats.norm.isf(0.025)
-    )
-
-
 def repeats(*ln: float, noise: float = 0.001, smooth: float = 0.0, **how: str) -> list[Measured]:
     origins = [replace(HERE, **{key: f"{value} {i}" for key, value in how.items()})
                for i in range(len(ln))]  # fmt: skip
@@ -261,16 +248,6 @@ def test_scatter_beyond_the_budget_takes_its_place_with_student() -> None:
     quiet = difference(alike, alike, tolerance=0.2)
     assert all(each.source != REPEATABILITY for each in quiet.lines)
     assert quiet.half_width == pytest.approx(Z * 0.001 * math.sqrt(2 / 3))
-
-
-def test_one_repeat_counts_only_where_chance_does_not_explain_it() -> None:
-    single = [run(noise=0.01)]
-    chance = difference(repeats(-0.01, 0.01, noise=0.01), single, tolerance=0.2)
-    assert chance.scatter_degrees == 1
-    assert chance.half_width == pytest.approx(Z * 0.01 * math.sqrt(1.5))
-    beyond = difference(repeats(-0.02, 0.02, noise=0.01), single, tolerance=0.2)
-    t = float(scipy.stats.t.isf(0.025, 1))
-    assert beyond.half_width == pytest.approx(t * 0.02 * math.sqrt(2) * math.sqrt(1.5), rel=1e-3)
 
 
 def test_a_smooth_error_of_each_run_is_as_large_as_it_scatters() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,12 +17,9 @@ from stepload.identification.estimators import (
     decide,
     undetermined,
 )
-from stepload.identification.fit import Doubt, Fit, Flag, FloatArray, checked, usable
+from stepload.identification.fit import Fit, Flag
 from stepload.identification.identifiability import Binding, identifiability
 from stepload.identification.identify import identify
-from stepload.identification.inverse_law import joint
-from stepload.identification.ls import ill_conditioned
-from stepload.identification.pooled_stiffness import pool
 from stepload.identification.recursive import MEMORY_SHARE, RsRtls
 from stepload.identification.run_in import run_in
 from stepload.identification.samples import select
@@ -59,9 +55,6 @@ def test_k_max_by_hand() -> None:
     gauge = identifiability(300.0, 2e-6, None)
     assert gauge.k_max_n_per_m == pytest.approx(k_r / 20)
     assert math.isinf(gauge.limit_stiff_resolution_n_per_m)
-
-
-K_MAX = identifiability(300.0, 2e-6, 3.5e6).k_max_n_per_m
 
 
 def conditions(**changes: Any) -> Conditions:
@@ -122,52 +115,7 @@ def test_fits_compare_with_the_paper_where_their_exponents_agree() -> None:
     assert comparable(1.5, zero_m=1e-6)
 
 
-def test_the_order_in_which_fits_are_believed() -> None:
-    names = ["joint", "rs_btls", "mixed_ls_tls", "odr", "inverse_ls", "rs_rtls"]
-    fits = {name: fit(name) for name in reversed(names)}
-    for name in names:
-        assert decide(fits).selected == name
-        fits[name] = fit(name, doubts=(Doubt(Flag.ILL_CONDITIONED, "x"),))
-
-
 # --- points and samples
-
-
-def test_points_without_force_or_deformation_are_left_out() -> None:
-    deformation = np.array([0.0, -1e-6, 1e-6, 2e-6, 3e-6])
-    force = np.array([1.0, 2.0, 0.0, 4.0, 5.0])
-    assert usable(deformation, force, at_least=3, known_zero=False).force_n.tolist() == [
-        1.0,
-        2.0,
-        4.0,
-        5.0,
-    ]
-    assert usable(deformation, force, at_least=2, known_zero=True).force_n.tolist() == [4.0, 5.0]
-    with pytest.raises(DomainError, match="at least 3"):
-        usable(deformation, force, at_least=3, known_zero=True)
-    for bad in (math.nan, math.inf):
-        with pytest.raises(DomainError, match="not finite"):
-            checked([1.0, bad], [1.0, 2.0])
-        with pytest.raises(DomainError, match="not finite"):
-            checked([1.0, 2.0], [bad, 1.0])
-    with pytest.raises(DomainError, match="one length"):
-        checked([1.0], [1.0, 2.0])
-
-
-@pytest.mark.parametrize(("count", "few"), [(9, True), (10, False)])
-def test_few_points_are_flagged(count: int, few: bool) -> None:
-    flags = {
-        d.flag for d in usable(np.ones(count), np.ones(count), at_least=1, known_zero=False).doubts
-    }
-    assert (Flag.TOO_FEW_POINTS in flags) == few
-
-
-@pytest.mark.parametrize(("bad", "flagged"), [(1, False), (2, True)])
-def test_more_than_one_percent_without_force_is_flagged(bad: int, flagged: bool) -> None:
-    force = np.ones(100)
-    force[:bad] = 0.0
-    flags = {d.flag for d in usable(np.ones(100), force, at_least=1, known_zero=False).doubts}
-    assert (Flag.NOT_POSITIVE in flags) == flagged
 
 
 def test_the_system_takes_its_share_of_the_travel() -> None:
@@ -207,16 +155,6 @@ def test_a_memory_that_spans_too_little_of_the_force_is_flagged() -> None:
         whole.update((newton / K) ** (1.0 / N), newton)
     assert Flag.HOLD_WINDUP not in {doubt.flag for doubt in whole.fit().doubts}
     assert MEMORY_SHARE == 0.25
-
-
-def test_two_close_singular_values_determine_no_direction() -> None:
-    assert ill_conditioned(0.3, 1.0) == ()
-    assert ill_conditioned(0.301, 1.0)[0].flag is Flag.ILL_CONDITIONED
-
-
-def same(found: FloatArray, expected: FloatArray, relative: float = 1e-9) -> None:
-    """Covariances are tiny: no absolute tolerance is small enough."""
-    np.testing.assert_allclose(found, expected, rtol=relative, atol=0.0)
 
 
 def test_white_sigmas_of_both_channels() -> None:
@@ -335,19 +273,6 @@ def test_a_band_carries_both_parameters_and_their_correlation() -> None:
         confidence_band(fit(), covariance, np.array([0.0]))
 
 
-def test_runs_of_their_own_share_no_error() -> None:
-    force = np.concatenate([FORCE[:20], FORCE[:20]])
-    columns = np.stack([np.ones_like(force), force], axis=1)
-    run = np.repeat([0, 1], 20)
-    y = 1e-6 * np.sin(np.arange(40.0))
-    apart = fit_with_smooth_error(columns, y, force, 50.0, run=run)
-    correlation = smooth_correlation(force, 50.0) * (run[:, None] == run)
-    expected = apart.sensitivity @ correlation @ apart.sensitivity.T
-    same(apart.unit_covariance, expected)
-    whole = fit_with_smooth_error(columns, y, force, 50.0)
-    assert whole.unit_covariance[1, 1] > 1.5 * apart.unit_covariance[1, 1]
-
-
 def test_a_bend_of_the_rig_is_a_doubt_about_its_stiffness() -> None:
     time = np.linspace(0.0, 10.0, 4000)
     force = 500.0 * (1.0 - np.abs(time - 5.0) / 5.0)
@@ -371,19 +296,3 @@ def test_the_bound_of_the_damping_is_below_what_was_fitted() -> None:
     lows = [found.damping_lower_bound_n_s_per_m for found in bounds]
     assert lows[0] > 0.9 * bounds[0].damping_n_s_per_m
     assert lows[0] > lows[1] > lows[2] == 0.0
-
-
-def test_the_lowest_damping_of_all_runs_is_the_bound() -> None:
-    one = ramp()
-    runs = [replace(one, damping_lower_bound_n_s_per_m=value) for value in (100.0, 50.0, 70.0)]
-    assert pool(runs).damping_lower_bound_n_s_per_m == 50.0
-
-
-def test_the_residuals_sigma_counts_three_parameters() -> None:
-    bent = DEFORMATION + 1e-6 * np.where(np.arange(60) % 2, 1.0, -1.0)
-    own, given = joint(bent, FORCE), joint(bent, FORCE, sigma_m=1e-6)
-    assert own.covariance is not None
-    assert given.covariance is not None
-    residual = bent - own.zero_m - (FORCE / own.k) ** (1.0 / own.n)
-    square = float(residual @ residual) / (60 - 3)
-    assert own.covariance[1, 1] / given.covariance[1, 1] == pytest.approx(square / 1e-12)

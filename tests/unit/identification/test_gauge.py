@@ -118,18 +118,6 @@ def test_an_arm_that_says_nothing_of_the_scale_is_told_and_fires_nothing() -> No
     assert "was not checked" in about_the_scale(serial)[0]
 
 
-def test_a_record_that_does_not_know_the_arms_side_says_so() -> None:
-    found = judge(told(beside(World(), 0), arm_sources=None))
-    assert not against(found)
-    assert "does not say how far the system gives way" in about_the_scale(found)[0]
-
-
-def test_without_a_gauge_nothing_is_said_of_one() -> None:
-    found = judge(press(World()))
-    assert not against(found)
-    assert not about_the_scale(found)
-
-
 def test_a_payload_that_stops_is_no_gauge_at_its_end() -> None:
     def stopped(force_n: FloatArray) -> FloatArray:
         return hertz(np.minimum(force_n, 120.0))

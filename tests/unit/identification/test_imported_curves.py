@@ -11,13 +11,10 @@ from long_ones import long
 
 from stepload.errors import BadInputError
 from stepload.identification.curve_channels import (
-    first_touch,
-    free_air,
     is_exact,
     quantum,
     white_noise,
 )
-from stepload.identification.estimators import UNUSABLE
 from stepload.identification.fit import Flag, FloatArray
 from stepload.identification.identifiability import identifiability
 from stepload.identification.identify import Identification
@@ -27,9 +24,6 @@ from stepload.results.curve import PreparedCurve, deformation_curve, prepare
 from stepload.results.from_file import identify_file, system_results_of_file
 
 K, N, KS = 6.57e8, 1.5, 3.49e6
-ONLY_A_LOADING = (
-    "only a loading: creep, drift, slip and yield cannot be separated from elastic deformation"
-)
 SECANT = 300.0 ** (1 - 1 / N) * K ** (1 / N)
 NOTHING = Stated()
 RIG = Stated(system_stiffness_n_per_m=KS, system_stiffness_sigma_n_per_m=35e3)
@@ -194,17 +188,6 @@ def test_a_displacement_of_a_testing_machine_is_doubted(
         assert not any("own deflection" in why for why in found.reasons)
 
 
-def test_a_glitch_in_the_run_of_a_system(tmp_path: Path) -> None:
-    force = np.concatenate([course(), course()[::-1]])
-    position = force / KS + np.random.default_rng(3).normal(0, 5e-8, force.size)
-    noisy = force + np.random.default_rng(4).normal(0, 0.3, force.size)
-    noisy[500] += 3000.0
-    path = tmp_path / "curve.csv"
-    table = np.column_stack([np.arange(force.size) * 0.01, position, noisy])
-    np.savetxt(path, table, "%.10g", ",", header="time_s,position_m,force_n", comments="")
-    assert system_results_of_file(path)[0].stiffness_n_per_m == pytest.approx(KS, rel=0.01)
-
-
 def flags(found: Identification) -> set[Flag]:
     return {doubt.flag for fit in found.fits.values() for doubt in fit.doubts}
 
@@ -229,14 +212,6 @@ def test_a_payload_beyond_the_rig_is_not_identified(identified: Callable[..., Fo
         RIG, time_s=np.arange(force.size) / 100, position_m=position, force_n=force
     )
     assert found.verdict != "identified"
-
-
-def test_force_above_the_elastic_limit_is_flagged(identified: Callable[..., Found]) -> None:
-    force = np.linspace(1.0, 300.0, 100)
-    found, _ = identified(
-        Stated(elastic_limit_n=250.0), displacement_m=(force / K) ** (1 / N), force_n=force
-    )
-    assert found.verdict == "marginal"
 
 
 def test_few_samples_are_flagged_and_fewer_refused(identified: Callable[..., Found]) -> None:
@@ -288,32 +263,6 @@ def test_k_max_rests_on_a_resolution_that_the_travel_shows(
     assert "position resolution for K_max (34): 4 µm, twice the stated noise" in notes
 
 
-def test_a_deformation_of_noise_is_believed_by_nobody(identified: Callable[..., Found]) -> None:
-    depth = np.random.default_rng(7).normal(30e-6, 10e-6, 200)
-    found, _ = identified(displacement_m=depth, force_n=np.linspace(1.0, 300.0, 200))
-    assert flags(found) >= {Flag.ILL_CONDITIONED, Flag.NOT_CONVERGED}
-    assert found.verdict == "not identifiable"
-    assert UNUSABLE & {doubt.flag for doubt in found.fit.doubts}
-
-
-def test_a_long_unrest_at_the_top_winds_the_recursive_fit_up(
-    identified: Callable[..., Found],
-) -> None:
-    seconds = np.arange(0, 300 * 100) / 100
-    force = np.concatenate([course(), 295.0 + 5.0 * np.cos(2 * np.pi * 0.2 * seconds)])
-    found, _ = identified(
-        RIG, time_s=np.arange(force.size) / 100, position_m=travel(force), force_n=force
-    )
-    assert Flag.HOLD_WINDUP in {doubt.flag for doubt in found.fits["rs_rtls"].doubts}
-    assert found.selected == "joint"
-
-
-def test_an_unloading_alone_is_no_loading(identified: Callable[..., Found]) -> None:
-    depth, force = indentation()
-    with pytest.raises(BadInputError, match="there is no loading in these data"):
-        identified(displacement_m=depth[::-1], force_n=force[::-1])
-
-
 @pytest.mark.parametrize("signs", [(1, -1), (-1, 1), *long([(-1, -1)])])
 def test_signs_of_others_are_turned_and_told(
     identified: Callable[..., Found], signs: tuple[int, int]
@@ -328,11 +277,6 @@ def test_signs_of_others_are_turned_and_told(
     assert covers(found)
     assert ("the travel falls towards the payload" in notes) == (signs[0] < 0)
     assert ("pressing is negative" in notes) == (signs[1] < 0)
-
-
-def test_no_pressing_at_all_is_refused(identified: Callable[..., Found]) -> None:
-    with pytest.raises(BadInputError, match=r"largest force is .*0 N"):
-        identified(displacement_m=np.linspace(0, 1e-5, 50), force_n=np.zeros(50))
 
 
 @pytest.mark.long
@@ -370,21 +314,6 @@ def test_noise_is_told_from_curvature_and_quantum_from_noise() -> None:
     assert quantum(np.round(rng.normal(0, 2e-5, 500) / 2e-6) * 2e-6) == pytest.approx(2e-6)
 
 
-def test_the_touch_of_a_loading() -> None:
-    force = course()
-    assert force[first_touch(force, 3.0)] >= 3.0 > force[first_touch(force, 3.0) - 1]
-    assert first_touch(force + 10.0, 3.0) == 0
-
-
-def test_rest_in_contact_is_no_free_air() -> None:
-    force = np.concatenate([np.full(100, 20.0), np.linspace(20, 300, 500)])
-    assert free_air(travel(force), force, 3.0) is None
-    found = free_air(travel(course()), course() + 20.0, 3.0)
-    assert found is not None
-    assert found.mean_n == pytest.approx(20.0, abs=0.1)
-    assert found.slope_n_per_m == 0.0
-
-
 def indentation(
     top_n: float = 300.0, lead_in_m: float = 40e-6, count: int = 2000, seed: int = 0
 ) -> tuple[FloatArray, FloatArray]:
@@ -408,21 +337,6 @@ def test_a_lead_in_of_a_deformation_is_found(identified: Callable[..., Found], b
     assert covers(found)
     assert "touch taken where the force passes 3" in notes
     assert ("taken out" in notes) == (bias != 0.0)
-
-
-def test_a_lead_in_of_a_few_samples_is_found(identified: Callable[..., Found]) -> None:
-    depth, force = indentation(count=60, lead_in_m=4e-6)
-    assert np.count_nonzero(force < 3.0) < 8
-    found, _ = identified(displacement_m=depth, force_n=force)
-    assert found.fit.n == pytest.approx(N, abs=0.1)
-    assert covers(found)
-
-
-def test_a_zero_that_the_file_states_is_kept(identified: Callable[..., Found]) -> None:
-    force = np.linspace(0.0, 300.0, 300)
-    found, notes = identified(displacement_m=(force / K) ** (1 / N), force_n=force)
-    assert "touch" not in notes
-    assert found.fits["rs_btls"].n == pytest.approx(N, abs=1e-4)
 
 
 def test_free_air_that_tilts_is_taken_out_as_a_line(identified: Callable[..., Found]) -> None:
@@ -496,32 +410,6 @@ def test_of_growing_cycles_only_what_is_new_is_a_first_loading() -> None:
     assert (reached - found.selected.force_n).max() < 2.0, "no reloading among it"
 
 
-def test_a_light_touch_before_the_test_is_left_out() -> None:
-    _, _, plain = cycles((300.0,))
-    _, _, touched = cycles((10.0, 300.0))
-    assert "hold touches only" in "\n".join(touched.notes)
-    assert len(touched.run.tracks) == 1
-    for found in (plain, touched):
-        assert found.run.tracks[0][1].force_n.max() == pytest.approx(300.0, abs=4.0)
-        assert found.selected.deformation_m[0] == pytest.approx(0.0, abs=3e-7)
-
-
-def test_numbers_without_noise_have_no_interval(identified: Callable[..., Found]) -> None:
-    force = np.linspace(1.0, 300.0, 300)
-    exact = {"displacement_m": (force / K) ** (1 / N), "force_n": force}
-    found, _ = identified(**exact)
-    assert found.verdict == "marginal"
-    assert found.interval_secant_n_per_m is None
-    assert np.isnan(found.k_max_n_per_m)
-    assert any("state --force-noise" in reason for reason in found.reasons)
-    for stated in (Stated(smooth_error_m=0.5e-6), Stated(force_noise_n=0.5)):
-        found, _ = identified(stated, **exact)
-        assert found.headline is not None
-        assert found.headline.half_width < 0.2
-        assert found.reasons[:-1] == (ONLY_A_LOADING,)
-        assert covers(found)
-
-
 @pytest.mark.parametrize("scale", [1e-4 / 300.0, 1e4 / 300.0, *long([1e-3 / 300.0, 1.0])])
 def test_a_stated_error_counts_at_every_force(
     identified: Callable[..., Found], scale: float
@@ -585,30 +473,6 @@ def test_magnitudes_that_a_payload_cannot_have_are_doubted(
         assert "payload's law gives" in found.reasons[0]
 
 
-def test_millimetres_and_kilonewtons_with_a_stated_rig_are_doubted(
-    identified: Callable[..., Found],
-) -> None:
-    rng = np.random.default_rng(8)
-    force = course()
-    time_s, path = np.arange(force.size) / 100, travel(force) + rng.normal(0, 3e-7, force.size)
-    noisy = force + rng.normal(0, 0.3, force.size)
-    for factor_m, factor_n in ((1e3, 1.0), (1.0, 1e-3)):
-        found, _ = identified(
-            RIG, time_s=time_s, position_m=factor_m * path, force_n=factor_n * noisy
-        )
-        assert found.verdict == "marginal"
-        assert any("is the unit of a column wrong" in r for r in found.reasons)
-
-
-def test_a_system_that_takes_all_of_the_travel_is_told(identified: Callable[..., Found]) -> None:
-    force = course()
-    wishes = Stated(system_stiffness_n_per_m=0.3 * KS)
-    with pytest.raises(BadInputError, match=r"of 142 µm of travel at 300 N it takes 287 µm"):
-        identified(
-            wishes, time_s=np.arange(force.size) / 100, position_m=travel(force), force_n=force
-        )
-
-
 @pytest.mark.parametrize("signs", [(1, 1), (-1, 1), (1, -1)])
 def test_a_system_of_other_signs_and_zeros(tmp_path: Path, signs: tuple[int, int]) -> None:
     rng = np.random.default_rng(0)
@@ -658,13 +522,3 @@ def test_a_secant_needs_a_zero_of_force_that_somebody_saw(
     vouched, _ = identified(Stated(smooth_error_m=2e-7, tared=True), **columns)
     why = vouched.quantities["secant_from_touch"].why
     assert not any("no free air" in each for each in why)
-
-
-def test_a_force_that_goes_far_below_zero_has_no_zero(identified: Callable[..., Found]) -> None:
-    up = np.linspace(0.0, 300.0, 400)
-    depth = (np.concatenate([up, up[::-1]]) / K) ** (1 / N)
-    force = np.concatenate([up, up[::-1]]) - 50.0
-    found, _ = identified(Stated(smooth_error_m=2e-7), displacement_m=depth, force_n=force)
-    assert found.headline is not None
-    assert found.headline.verdict == "marginal"
-    assert any("is not that of free air" in why for why in found.headline.why)

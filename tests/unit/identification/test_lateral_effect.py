@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stepload.errors import DomainError
 from stepload.identification.lateral_coupling import (
     CROSS_COMPLIANCE,
     EXTRAPOLATED,
@@ -114,11 +113,6 @@ def test_runs_of_one_friction_tell_its_share_and_nothing_else() -> None:
     assert not found.directions.size
 
 
-def test_runs_too_much_alike_for_their_errors_claim_nothing() -> None:
-    near = DRY + np.array([0.004, 0.0])
-    assert fitted(DRY, near, noise_m=5e-6).across.per_newton_m is None
-
-
 def test_the_shares_that_it_holds_at_are_those_of_the_mean_and_how_far_the_runs_went() -> None:
     found = fitted(DRY, GREASED)
     assert found.across.at_share == pytest.approx(tuple(0.5 * (DRY + GREASED)), abs=1e-6)
@@ -136,24 +130,9 @@ def test_its_error_is_as_large_as_it_says() -> None:
     assert sum(abs(each) < 1.96 for each in off) >= 37
 
 
-def test_nothing_to_fit_is_an_error() -> None:
-    with pytest.raises(DomainError, match="no run"):
-        fit_across([], contacts=[])
-    run = cells(DRY, 1)
-    turned = Cells(run.force_n, -run.displacement_m, run.rate_m_s, run.across_n, run.loading)
-    with pytest.raises(DomainError, match="does not rise"):
-        fit_across([turned], contacts=[None], length_n=8.0)
-
-
 def test_a_share_that_points_the_other_way_than_the_calibration_counts_as_unknown() -> None:
     """A sensor that was turned by half a turn since then shows the payload's share like that."""
     known = Across((1e-6, 0.0), (1e-9, 1e-9), 0.0, at_share=(0.1, 0.0), reach=0.3)
     along, against = (doubt(known, np.array([t, 0.0]), K_S) for t in (0.1, -0.1))
     assert against > 20.0 * along
     assert against == pytest.approx(CROSS_COMPLIANCE / K_S * 0.1, rel=0.01)
-
-
-def test_three_numbers_without_their_reach_hold_at_their_share_only() -> None:
-    stated = Across((1e-6, 0.0), (1e-9, 1e-9), 0.0, at_share=(0.1, 0.0))
-    assert doubt(stated, np.array([0.1, 0.0]), K_S) == pytest.approx(0.0, abs=1e-12)
-    assert doubt(stated, np.array([0.3, 0.0]), K_S) > 0.1 * CROSS_COMPLIANCE / K_S

@@ -46,19 +46,10 @@ def test_a_guided_axis_is_judged_by_the_size_of_the_share_as_ever() -> None:
     assert (unknown.size, unknown.relative) == ("share not known, counted as none", 0.0)
 
 
-def test_a_gauge_across_the_contact_asks_nothing_of_the_arm() -> None:
-    assert found(Across(), None, stiffness=None).relative == 0.0
-
-
 @pytest.mark.parametrize("share", [None, (0.01, 0.0)])
 def test_an_arm_whose_friction_nobody_knows_costs_width(share: tuple[float, float] | None) -> None:
     it = found(Across(), share)
     assert (it.rule, it.relative) == ("unknown", UNKNOWN_FRICTION)
-
-
-def test_a_force_sensor_of_one_axis_does_not_know_even_if_the_calibration_does() -> None:
-    assert found(KNOWN, None).rule == "unknown"
-    assert found(Across(at_share=(0.1, 0.0)), None).rule == "unknown"
 
 
 def test_one_number_holds_near_the_share_that_it_was_measured_at() -> None:

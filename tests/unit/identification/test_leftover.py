@@ -42,11 +42,3 @@ def test_white_noise_is_not_taken_for_it() -> None:
     assert plain is not None
     assert told is not None
     assert told.smooth_error_m < 0.7 * plain.smooth_error_m
-
-
-def test_a_narrow_range_tells_nothing() -> None:
-    for least_n, known in ((288.0, True), (290.0, False), (292.0, False), (295.0, False)):
-        force = np.linspace(least_n, 300.0, 50)
-        data = (force / K) ** (1 / N)
-        found = smooth_leftover(joint(data, force), data, force, length_n=50.0)
-        assert (found is not None) == known

@@ -5,14 +5,12 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
-from stepload.errors import DomainError
 from stepload.identification.fit import Fit, Flag, FloatArray
 from stepload.identification.ls import log_ls, log_tls, mixed_ls_tls, rs_btls
 
-quick = settings(max_examples=30, deadline=None)
 ALL = (log_ls, log_tls, rs_btls, mixed_ls_tls)
 
 
@@ -37,7 +35,6 @@ stiffnesses = st.floats(1e6, 1e14)
 exponents = st.floats(1.0, 2.5)
 
 
-@quick
 @given(seeds, stiffnesses, exponents)
 def test_rs_btls_is_the_smallest_singular_vector(seed: int, k: float, n: float) -> None:
     x, y = noisy(seed, k, n)
@@ -47,7 +44,6 @@ def test_rs_btls_is_the_smallest_singular_vector(seed: int, k: float, n: float) 
     assert math.log(fit.k) == pytest.approx(log_k, rel=1e-11)
 
 
-@quick
 @given(seeds, stiffnesses, exponents)
 def test_log_tls_is_the_unscaled_singular_vector(seed: int, k: float, n: float) -> None:
     x, y = noisy(seed, k, n)
@@ -57,7 +53,6 @@ def test_log_tls_is_the_unscaled_singular_vector(seed: int, k: float, n: float) 
     assert math.log(fit.k) == pytest.approx(log_k, rel=1e-11)
 
 
-@quick
 @given(seeds, stiffnesses, exponents)
 def test_log_ls_is_a_straight_line_with_its_covariance(seed: int, k: float, n: float) -> None:
     x, y = noisy(seed, k, n)
@@ -70,7 +65,6 @@ def test_log_ls_is_a_straight_line_with_its_covariance(seed: int, k: float, n: f
     assert not fit.covariance[2].any()
 
 
-@quick
 @given(seeds, stiffnesses, exponents)
 def test_mixed_fit_eliminates_the_exact_column_first(seed: int, k: float, n: float) -> None:
     """QR against the exact column, then total least squares of what is left."""
@@ -100,19 +94,6 @@ def test_three_column_fits_minimise_what_they_say(estimator: Callable[..., Fit])
             assert cost(math.log(fit.k) + step_k, fit.n + step_n) >= least
 
 
-@quick
-@given(seeds, st.randoms(use_true_random=False))
-def test_order_of_samples_does_not_matter(seed: int, shuffler: object) -> None:
-    x, y = noisy(seed, 6.57e8, 1.5)
-    order = np.random.default_rng(seed + 1).permutation(x.size)
-    for estimator in ALL:
-        one, other = estimator(x, y), estimator(x[order], y[order])
-        assert other.n == pytest.approx(one.n, rel=1e-11)
-        assert other.k == pytest.approx(one.k, rel=1e-9)
-        assert other.force_rms_n == pytest.approx(one.force_rms_n, rel=1e-9)
-
-
-@quick
 @given(seeds, st.sampled_from([1e-3, 1e3, 1e6]))
 def test_units_matter_only_where_documented(seed: int, unit: float) -> None:
     x, y = noisy(seed, 6.57e8, 1.5)
@@ -121,7 +102,6 @@ def test_units_matter_only_where_documented(seed: int, unit: float) -> None:
     assert rs_btls(x * unit, y).n != pytest.approx(rs_btls(x, y).n, rel=1e-9)
 
 
-@quick
 @given(stiffnesses, exponents)
 def test_exact_data_give_the_exact_law(k: float, n: float) -> None:
     force_n = np.linspace(1.0, 300.0, 50)
@@ -134,12 +114,6 @@ def test_exact_data_give_the_exact_law(k: float, n: float) -> None:
         assert fit.doubts == ()
 
 
-def test_force_rms_is_of_the_force() -> None:
-    x, y = noisy(5, 6.57e8, 1.5)
-    fit = rs_btls(x, y)
-    assert fit.force_rms_n == pytest.approx(np.sqrt(np.mean((fit.k * x**fit.n - y) ** 2)))
-
-
 def test_the_force_residual_is_that_of_the_data_as_they_were_fitted() -> None:
     x, y = noisy(5, 6.57e8, 1.5)
     fit = rs_btls(x, y)
@@ -148,11 +122,6 @@ def test_the_force_residual_is_that_of_the_data_as_they_were_fitted() -> None:
     y[:] = 0.0
     assert fit.force_rms_n == pytest.approx(expected)
     assert fit.force_rms_n == pytest.approx(expected), "asked for twice"
-
-
-def test_accuracy_holds_where_blocks_meet() -> None:
-    x, y = noisy(6, 6.57e8, 1.5, size=140_000)
-    assert rs_btls(x, y).n == pytest.approx(by_svd(x[:, None] * columns(x, y))[1], rel=1e-10)
 
 
 def test_points_without_logarithm_are_left_out_and_flagged() -> None:
@@ -165,33 +134,10 @@ def test_points_without_logarithm_are_left_out_and_flagged() -> None:
     assert "1.5 % of 203 points" in fit.doubts[0].message
 
 
-@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-@pytest.mark.parametrize("place", [0, 100, 199])
-def test_one_bad_number_among_many_is_refused(bad: float, place: int) -> None:
-    for column in (0, 1):
-        data = noisy(2, 6.57e8, 1.5)
-        data[column][place] = bad
-        with pytest.raises(DomainError, match=rf"1 of 200 .* not finite.* \[{place}\]"):
-            rs_btls(*data)
-
-
 def test_a_middle_full_of_free_air_is_left_out() -> None:
     x, y = noisy(2, 6.57e8, 1.5)
     air_x, air_y = np.insert(x, 100, np.full(300, -1e-6)), np.insert(y, 100, np.zeros(300))
     assert rs_btls(air_x, air_y).n == pytest.approx(rs_btls(x, y).n, rel=1e-12)
-
-
-def test_few_points_are_flagged() -> None:
-    x, y = noisy(3, 6.57e8, 1.5, size=9)
-    assert [doubt.flag for doubt in rs_btls(x, y).doubts] == [Flag.TOO_FEW_POINTS]
-    x, y = noisy(3, 6.57e8, 1.5, size=10)
-    assert rs_btls(x, y).doubts == ()
-
-
-def test_pure_noise_is_flagged() -> None:
-    rng = np.random.default_rng(0)
-    fit = log_tls(np.exp(rng.normal(size=500)), np.exp(rng.normal(size=500)))
-    assert Flag.ILL_CONDITIONED in [doubt.flag for doubt in fit.doubts]
 
 
 def test_falling_data_are_flagged_not_raised() -> None:
@@ -199,21 +145,3 @@ def test_falling_data_are_flagged_not_raised() -> None:
     fit = log_ls(x, 1e-3 / x)
     assert fit.n == pytest.approx(-1.0)
     assert Flag.ILL_CONDITIONED in [doubt.flag for doubt in fit.doubts]
-
-
-@pytest.mark.parametrize("estimator", ALL)
-def test_unusable_data_are_refused(estimator: Callable[..., Fit]) -> None:
-    with pytest.raises(DomainError, match="2 of 2 points are usable"):
-        estimator([1e-5, 2e-5], [10.0, 20.0])
-    with pytest.raises(DomainError, match="0 of 3 points are usable"):
-        estimator([-1e-5, -2e-5, -3e-5], [10.0, 20.0, 30.0])
-    with pytest.raises(DomainError, match="1 of 3 deformations are not finite"):
-        estimator([1e-5, np.nan, 3e-5], [10.0, 20.0, 30.0])
-    with pytest.raises(DomainError, match="1 of 3 forces are not finite"):
-        estimator([1e-5, 2e-5, 3e-5], [10.0, 20.0, np.inf])
-    with pytest.raises(DomainError, match=r"shape \(2,\), force \(3,\)"):
-        estimator([1e-5, 2e-5], [10.0, 20.0, 30.0])
-    with pytest.raises(DomainError, match="all 3 deformations are equal"):
-        estimator([1e-5] * 3, [10.0, 20.0, 30.0])
-    with pytest.raises(DomainError, match="secant force is 0 N"):
-        estimator([1e-5, 2e-5, 3e-5], [10.0, 20.0, 30.0], secant_force_n=0.0)

@@ -28,11 +28,6 @@ def test_it_goes_through_the_points_and_never_falls() -> None:
     assert (np.diff(curve(np.linspace(0.0, 9.0, 2000))) >= 0.0).all()
 
 
-def test_two_points_are_a_straight_line() -> None:
-    at = np.array([-1.0, 0.5, 7.0])
-    assert rising_curve(np.array([0.0, 2.0]), np.array([0.0, 6.0]))(at) == pytest.approx(3.0 * at)
-
-
 def test_where_the_parabola_would_fall_the_end_is_level() -> None:
     x, y = np.array([0.0, 1.0, 2.0]), np.array([0.0, 0.1, 10.0])
     assert rising_curve(x, y)(np.array([1e-9]))[0] == pytest.approx(0.0, abs=1e-15)

@@ -14,14 +14,6 @@ FORCE = np.linspace(1.0, 300.0, 50)
 DEPTH = (FORCE / K) ** (1 / N)
 
 
-def test_a_contact_is_plausible() -> None:
-    assert plausibility(DEPTH, FORCE) == ()
-    assert plausibility(DEPTH, FORCE, theory_k=K, theory_n=N, system_stiffness_n_per_m=KS) == ()
-    assert plausibility(DEPTH, FORCE, system_stiffness_n_per_m=KS, travel_m=DEPTH - 5e-3) == ()
-    assert plausibility(1e-3 * DEPTH, 1e-6 * FORCE, position_quantum_m=1e-11) == ()
-    assert plausibility(DEPTH[:0], FORCE[:0]) == ()
-
-
 @pytest.mark.parametrize(
     ("scale_m", "scale_n", "more", "word"),
     [

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stepload.errors import DomainError
 from stepload.identification.pooled_stiffness import pool
 from stepload.identification.system_stiffness import (
     SeriesContact,
@@ -33,16 +32,6 @@ def run(seed: int, contact: SeriesContact | None = None) -> SystemStiffnessFit:
 @pytest.fixture(scope="module")
 def runs() -> list[SystemStiffnessFit]:
     return [run(seed) for seed in range(60)]
-
-
-def test_one_run_is_itself(runs: list[SystemStiffnessFit]) -> None:
-    one = runs[0]
-    pooled = pool([one])
-    assert pooled.stiffness_n_per_m == pytest.approx(one.stiffness_n_per_m)
-    assert pooled.sigma_n_per_m == pytest.approx(one.sigma_n_per_m)
-    assert pooled.smooth_error_m == one.smooth_error_m
-    assert pooled.smooth_degrees == one.smooth_degrees
-    assert (pooled.runs, pooled.independent_runs, pooled.scatter) == (1, 1.0, 0.0)
 
 
 def test_runs_with_errors_of_their_own_add_up(runs: list[SystemStiffnessFit]) -> None:
@@ -85,11 +74,3 @@ def test_the_contact_is_common_to_all_runs() -> None:
     fits = [run(seed, contact) for seed in range(8)]
     assert all(fit.contact_sigma_n_per_m > 0.0 for fit in fits)
     assert pool(fits).sigma_n_per_m > max(fit.contact_sigma_n_per_m for fit in fits)
-
-
-def test_what_cannot_be_pooled_is_refused(runs: list[SystemStiffnessFit]) -> None:
-    with pytest.raises(DomainError, match="no run"):
-        pool([])
-    other = replace(runs[1], force_range_n=(400.0, 800.0))
-    with pytest.raises(DomainError, match="no force in common"):
-        pool([runs[0], other])

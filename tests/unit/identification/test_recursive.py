@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stepload.errors import DomainError
 from stepload.identification.fit import Flag, FloatArray
 from stepload.identification.ls import rs_btls
 from stepload.identification.recursive import RsRtls
@@ -83,23 +82,6 @@ def test_freezing_at_rest_keeps_the_exponent() -> None:
     assert filter_.fit().points < 400
 
 
-def test_length_of_the_hold_does_not_matter_when_frozen() -> None:
-    x, y = ramp(1)
-    plain, held = RsRtls(0.99), RsRtls(0.99)
-    for deformation_m, force_n in zip(x.tolist(), y.tolist(), strict=True):
-        plain.update(deformation_m, force_n)
-        if held.update(deformation_m, force_n):
-            assert not any(held.update(deformation_m, force_n + 0.5) for _ in range(50))
-    assert held.fit() == plain.fit()
-
-
-def test_force_rms_is_of_the_size_of_the_residual() -> None:
-    x, y = ramp(2)
-    x, y = x[20:], y[20:]
-    fit = run(RsRtls(1.0, rest_band_n=EVERY_SAMPLE), x, y).fit()
-    assert fit.force_rms_n == pytest.approx(rs_btls(x, y).force_rms_n, rel=0.5)
-
-
 def test_points_without_logarithm_are_left_out_and_flagged() -> None:
     x, y = ramp(3)
     filter_ = run(RsRtls(1.0), x[20:], y[20:])
@@ -107,32 +89,3 @@ def test_points_without_logarithm_are_left_out_and_flagged() -> None:
         assert not filter_.update(-1e-6, 5.0)
         assert not filter_.update(1e-6, 0.0)
     assert Flag.NOT_POSITIVE in [doubt.flag for doubt in filter_.fit().doubts]
-
-
-def test_few_samples_are_flagged_or_refused() -> None:
-    filter_ = RsRtls(0.999)
-    with pytest.raises(DomainError, match="0 samples used"):
-        filter_.fit()
-    for force_n in (10.0, 20.0, 30.0, 40.0):
-        filter_.update((force_n / 6.57e8) ** (1 / 1.5), force_n)
-    assert Flag.TOO_FEW_POINTS in [doubt.flag for doubt in filter_.fit().doubts]
-
-
-def test_equal_deformations_are_refused() -> None:
-    filter_ = RsRtls(1.0)
-    for force_n in (10.0, 20.0, 30.0, 40.0):
-        filter_.update(1e-5, force_n)
-    with pytest.raises(DomainError, match="different"):
-        filter_.fit()
-
-
-@pytest.mark.parametrize("forgetting", [0.0, -0.5, 1.01, math.nan])
-def test_forgetting_out_of_range_is_refused(forgetting: float) -> None:
-    with pytest.raises(DomainError, match="forgetting factor"):
-        RsRtls(forgetting)
-
-
-@pytest.mark.parametrize("sample", [(math.nan, 1.0), (1e-6, math.nan), (math.inf, 1.0)])
-def test_sample_that_is_not_finite_is_refused(sample: tuple[float, float]) -> None:
-    with pytest.raises(DomainError, match="not finite"):
-        RsRtls(1.0).update(*sample)

@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
-from stepload.errors import DomainError
 from stepload.identification.fit import FloatArray
-from stepload.identification.samples import FORCE_BINS, at_rate, rest_band, uniform_in_force
+from stepload.identification.samples import FORCE_BINS, rest_band, uniform_in_force
 
 
 def step_forces() -> FloatArray:
@@ -37,7 +36,6 @@ def test_samples_are_spread_over_the_time_of_a_bin() -> None:
     assert abs(held[0] - (1000 - held[-1])) <= 1
 
 
-@settings(max_examples=40, deadline=None)
 @given(st.lists(st.floats(-10.0, 400.0), max_size=200), st.integers(1, 500))
 def test_indices_are_rising_and_no_bin_is_empty(forces: list[float], count: int) -> None:
     force_n = np.array(forces)
@@ -49,26 +47,6 @@ def test_indices_are_rising_and_no_bin_is_empty(forces: list[float], count: int)
         assert set(np.digitize(force_n, edges)) == set(np.digitize(force_n[chosen], edges)) or (
             np.min(np.abs(force_n[:, None] - edges)) < 1e-9
         )
-
-
-def test_constant_force_is_thinned_too() -> None:
-    assert uniform_in_force(np.full(100, 5.0), 10).size == 10
-    assert uniform_in_force([], 10).size == 0
-
-
-def test_unusable_requests_are_refused() -> None:
-    with pytest.raises(DomainError, match="not falling"):
-        at_rate([0.0, 2.0, 1.0], 100.0)
-
-
-def test_thinning_to_a_rate() -> None:
-    time_s = np.arange(1000) / 1000.0
-    np.testing.assert_array_equal(at_rate(time_s, 100.0), np.arange(0, 1000, 10))
-    slow_s = np.arange(20) / 50.0
-    np.testing.assert_array_equal(at_rate(slow_s, 100.0), np.arange(20))
-    gap_s = np.array([0.0, 0.005, 3.0, 3.001, 3.02])
-    np.testing.assert_array_equal(at_rate(gap_s, 100.0), [0, 2, 4])
-    assert at_rate([], 100.0).size == 0
 
 
 def test_rest_band_is_five_times_the_noise() -> None:

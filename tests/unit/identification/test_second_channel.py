@@ -54,10 +54,6 @@ def test_friction_of_the_second_channel_is_its_uncertainty() -> None:
     assert against_second(pressed(1.07, friction_n=0.0))[0] != []
 
 
-def test_without_a_stated_second_channel_nothing_is_compared() -> None:
-    assert against_second(pressed(0.5, share=None)) == ([], [])
-
-
 def test_samples_that_the_second_channel_has_not_are_left_out() -> None:
     run = pressed(1.2)
     [(number, up, down)] = run.tracks

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from stepload.errors import BadInputError
-from stepload.identification.estimators import UNUSABLE, decide, undetermined
+from stepload.identification.estimators import UNUSABLE, decide
 from stepload.identification.fit import Doubt, Fit, Flag
 
 
@@ -75,17 +74,6 @@ def test_agreeing_fits_compare_with_the_paper() -> None:
     assert "roughness (7.5 µm)" in rough.why[-1]
 
 
-def test_without_a_known_sigma_there_is_no_doubt() -> None:
-    assert all(not each.doubts for each in decide(table(PAPER, JOINT)).fits.values())
-
-
-def test_undetermined_exponent_in_the_words_of_a_user() -> None:
-    (doubt,) = undetermined(1.5, 0.0770)
-    assert doubt.message == "n = 1.50, 95 % [1.35, 1.65]"
-    assert undetermined(1.5, 0.0760) == ()
-    assert undetermined(1.5, None) == ()
-
-
 def test_covariance_of_the_residuals_stands_in() -> None:
     joint = fit("joint", n=1.5, sigma_n=0.2)
     assert Flag.EXPONENT_UNDETERMINED in [
@@ -94,8 +82,3 @@ def test_covariance_of_the_residuals_stands_in() -> None:
     assert (
         decide(table(PAPER, joint), covariance=np.diag([0.0, 1e-4, 0.0])).fits["joint"].doubts == ()
     )
-
-
-def test_no_fit_at_all_is_refused() -> None:
-    with pytest.raises(BadInputError, match="no fit"):
-        decide({})

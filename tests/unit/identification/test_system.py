@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from long_ones import long
 
-from stepload.errors import DomainError
-from stepload.identification.smooth import fit_with_smooth_error, smooth_correlation
+from stepload.identification.smooth import smooth_correlation
 from stepload.identification.system_stiffness import SeriesContact
 from stepload.identification.system_stiffness import fit_system_stiffness as fit_anything
 
@@ -116,36 +115,6 @@ def test_nonlinearity_is_seen():
     assert fit.nonlinearity == pytest.approx(0.1, rel=0.1)
     assert straight.nonlinearity < 0.01
     assert fit.sigma_n_per_m > 0.04 * KS > 5 * straight.sigma_n_per_m
-
-
-def test_hold_only_data_have_no_damping():
-    force = np.repeat([120.0, 160.0, 200.0, 250.0, 300.0], 40)
-    time = np.arange(force.size) / RATE_HZ
-    fit = fit_system_stiffness(time[::20], (force / KS)[::20], force[::20])
-    assert fit.damping_lower_bound_n_s_per_m == 0.0 or fit.damping_n_s_per_m > 0
-
-
-@pytest.mark.parametrize(
-    ("change", "word"),
-    [
-        (lambda t, d, f: (t[:-1], d, f), "length"),
-        (lambda t, d, f: (t, d, np.where(f == 50, np.nan, f)), "finite"),
-        (lambda t, d, f: (t[::-1], d, f), "rise"),
-        (lambda t, d, f: (t, d, -f), "positive"),
-        (lambda t, d, f: (t, -d, f), "positive"),
-        (lambda t, d, f: (t[:5], d[:5], f[:5]), "at least 10"),
-    ],
-)
-def test_bad_data_are_refused(change, word):
-    time, force, rate = steps()
-    with pytest.raises(DomainError, match=word):
-        fit_system_stiffness(*change(time, travel(force, rate), force))
-
-
-def test_inseparable_columns_are_refused():
-    force = np.linspace(1, 300, 50)
-    with pytest.raises(DomainError, match="apart"):
-        fit_with_smooth_error(np.stack([force, 2 * force], axis=1), force, force, 50.0)
 
 
 @pytest.mark.long

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from long_ones import long
@@ -96,26 +94,6 @@ def test_more_runs_make_its_rows_surer() -> None:
     assert three.table.sigma_m[0] < 0.7 * one.table.sigma_m[0]
 
 
-def test_runs_without_a_force_in_common_have_none() -> None:
-    fit = run(1)
-    low, high = fit.loading_force_n < 100.0, fit.loading_force_n > 200.0
-    parts = [
-        replace(fit, loading_force_n=fit.loading_force_n[part], loading_m=fit.loading_m[part])
-        for part in (low, high)
-    ]
-    found = measured_table(parts, pool([fit]), resolution_m=QUANTUM_M)
-    assert found.table is None
-    assert "no force in common" in found.problem
-
-
-def test_what_does_not_rise_is_no_table() -> None:
-    fit = run(1)
-    flat = replace(fit, loading_m=np.where(fit.loading_force_n > 150.0, 4e-5, fit.loading_m))
-    found = measured_table([flat], pool([fit]), resolution_m=QUANTUM_M)
-    assert found.table is None
-    assert "must rise" in found.problem
-
-
 def test_a_table_is_of_the_loading_where_the_unloading_lies_elsewhere() -> None:
     time_s = np.arange(0.0, 60.0, 0.01)
     force = 305.0 - 300.0 * np.abs(time_s - 30.0) / 30.0
@@ -150,16 +128,6 @@ def test_the_length_of_the_smooth_error_is_measured_from_several_runs(length_n: 
     assert all(each.length_n / 1.49 > each.low_n for each in told)
 
 
-def test_noise_alone_determines_no_length() -> None:
-    rng = np.random.default_rng(4)
-    for _ in range(2):
-        assert measure_length([(FORCE, rng.normal(0.0, 1e-7, 60)) for _ in range(3)]) is None
-
-
-def test_an_error_over_the_whole_range_determines_no_length() -> None:
-    assert [measure_length(misfits(400.0, 1, seed)) for seed in range(2)] == [None] * 2
-
-
 def test_runs_that_repeat_one_error_tell_no_more_than_one() -> None:
     """A short run that cannot tell alone, told three times: as three it would tell."""
     for seed in range(6, 30):
@@ -168,8 +136,3 @@ def test_runs_that_repeat_one_error_tell_no_more_than_one() -> None:
             assert measure_length(one * 3, runs=1.0) is None
             return
     pytest.fail("no misfit that three copies would have determined")
-
-
-def test_too_few_forces_tell_nothing() -> None:
-    assert measure_length([]) is None
-    assert measure_length([(FORCE[:9], np.arange(9.0))]) is None

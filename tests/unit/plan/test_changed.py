@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from stepload.plan.checks import can_be
-from stepload.plan.derived import follows, rederived
+from stepload.plan.derived import rederived
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
 
@@ -46,23 +46,6 @@ def test_what_followed_follows_anew_and_what_was_given_stays(
     assert made.procedure == new.procedure
     assert made.identify == new.identify
     assert made.rig == new.rig
-
-
-def test_the_rig_decides_what_follows_too(write_plan: WritePlan) -> None:
-    old = load_plan(write_plan())
-    new = load_plan(
-        write_plan(("rig: stvf", "rig: {profile: stvf, force: {resolution: 6 N, noise: 2 N}}"))
-    )
-    force = replace(old.rig.force, resolution_n=6.0, noise_n=2.0)
-    made = rederived(old, replace(old, rig=replace(old.rig, force=force)))
-    assert made.procedure == new.procedure != old.procedure
-
-
-def test_what_is_given_does_not_follow(write_plan: WritePlan) -> None:
-    plan = load_plan(write_plan((LINE, LINE[:-1] + ", touch_force: 7 N}")))
-    assert not follows(plan, "procedure", "touch_force_n")
-    assert follows(plan, "procedure", "levels_n")
-    assert not follows(plan, "procedure", "hold_s")
 
 
 @pytest.mark.parametrize(

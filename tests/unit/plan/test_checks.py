@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 import pytest
 
-from stepload.plan.checks import least_touch_force
-from stepload.plan.load import load_payload, load_plan
+from stepload.plan.load import load_plan
 from stepload.plan.problems import PlanError, Problem
 
 SECTIONS = {
@@ -263,21 +262,6 @@ def test_what_cannot_be_is_refused_at_its_place(case: Case, tmp_path: Path) -> N
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_what_can_just_be_is_not(case: Case, tmp_path: Path) -> None:
     assert problems(tmp_path, case.possible) == []
-
-
-def test_the_plan_they_are_made_from_is_good(tmp_path: Path) -> None:
-    assert problems(tmp_path, {}) == []
-
-
-def test_the_least_touch_force_is_four_standard_deviations() -> None:
-    assert least_touch_force(0.5) == 2.0
-
-
-def test_a_payload_by_itself_is_checked_too(tmp_path: Path) -> None:
-    path = tmp_path / "payload.yaml"
-    path.write_text(PUNCH)
-    with pytest.raises(PlanError, match="missing key 'force_limit'"):
-        load_payload(path)
 
 
 def test_a_bad_value_hides_nothing_of_other_sections(tmp_path: Path) -> None:

@@ -63,11 +63,6 @@ def procedure(directory: Path, **how: str) -> Procedure:
     return plan(directory, **how).procedure
 
 
-def test_a_plan_is_called_after_its_file(tmp_path: Path) -> None:
-    assert plan(tmp_path).name == "my-plan"
-    assert plan(tmp_path, rest="name: another").name == "another"
-
-
 @pytest.mark.parametrize(
     ("steps", "levels", "step"),
     [
@@ -86,10 +81,6 @@ def test_levels_follow_from_the_step_and_the_step_from_levels(
     made = procedure(tmp_path, steps=steps)
     assert (made.levels_n, made.step_n) == (levels, step)
     assert made.load_rate_n_per_s == pytest.approx(step)
-
-
-def test_the_load_rate_of_the_plan_stays(tmp_path: Path) -> None:
-    assert procedure(tmp_path, procedure="load_rate: 7 N/s").load_rate_n_per_s == 7.0
 
 
 @pytest.mark.parametrize(

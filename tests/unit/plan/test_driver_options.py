@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Annotated
 
 import pytest
-from pydantic import ValidationError
 from pydantic.dataclasses import dataclass
 
 from stepload.declaration.quantities import WRITTEN, Choice, Flag, Setting, Vector, Verbatim, number
@@ -100,16 +98,6 @@ def test_bad_options_are_reported_at_their_place(  # type: ignore[no-untyped-def
     assert hint in reported[0].hint
 
 
-def test_a_missing_required_option_is_reported_with_its_meaning(read) -> None:  # type: ignore[no-untyped-def]
-    _, problems = read("gain: 200")
-    assert [(p.message, p.hint) for p in problems] == [
-        (
-            "driver 'fake' needs the option 'host'",
-            "address; expected a text of one line of at most 400 characters",
-        )
-    ]
-
-
 @pytest.mark.parametrize("group", GROUPS)
 def test_every_default_of_an_installed_driver_is_one_that_a_plan_may_write(group: str) -> None:
     for name in driver_names(group):
@@ -119,14 +107,3 @@ def test_every_default_of_an_installed_driver_is_one_that_a_plan_may_write(group
             if each.default_text is not None:
                 read = adapter(each.hint).validate_python(each.default_text, context=WRITTEN)
                 assert read == pytest.approx(each.info.default), f"{name}.{each.name}"
-
-
-@pytest.mark.parametrize(
-    "options",
-    [{}, {"host": "a", "lookahead": 1.0}, {"host": "a", "lookahead": math.nan},
-     {"host": "a", "lookahead": "50 ms"}, {"host": "a", "lookahead": True},
-     {"host": "a", "hots": "b"}, {"host": "a", "approach": [0, 0]}, {"host": "a", "gain": 50}],
-)  # fmt: skip
-def test_limits_hold_in_code_too(options: dict[str, object]) -> None:
-    with pytest.raises(ValidationError):
-        Options(**options)  # type: ignore[arg-type]

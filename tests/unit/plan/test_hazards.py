@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from stepload.errors import BadInputError
-from stepload.plan.hazards import HAZARDS, hazards_read, keep, read_by, read_words, rig_argument
+from stepload.plan.hazards import hazards_read, keep, read_by, read_words
 from stepload.plan.load import load_plan
 
 ROOT = Path(__file__).parents[3]
@@ -25,12 +24,6 @@ def _plan(tmp_path: Path, rig: str, newline: str = "\n") -> Path:
     path = tmp_path / "plan.yaml"
     path.write_bytes((HEAD + rig + TAIL).replace("\n", newline).encode())
     return path
-
-
-def test_nobody_has_read_what_nobody_has_signed(tmp_path):
-    plan = load_plan(_plan(tmp_path, BLOCK))
-    assert not hazards_read(plan)
-    assert read_words(plan) == "not read yet"
 
 
 @pytest.mark.parametrize(
@@ -78,25 +71,3 @@ def test_what_cannot_be_kept_changes_nothing(tmp_path, rig):
     before = path.read_bytes()
     assert keep(load_plan(path), read_by("Anna", DAY)) is None
     assert path.read_bytes() == before
-
-
-def test_a_name_that_no_plan_takes_leaves_the_file_as_it_was(tmp_path):
-    path = _plan(tmp_path, BLOCK)
-    before = path.read_bytes()
-    with pytest.raises(BadInputError, match="could not be added"):
-        keep(load_plan(path), read_by("x" * 2000, DAY))
-    assert path.read_bytes() == before
-
-
-def test_the_page_has_every_hazard_that_is_said():
-    page = " ".join((ROOT / "docs/risk-assessment.md").read_text().split())
-    assert [hazard for hazard in HAZARDS if hazard not in page] == []
-
-
-def test_the_verb_takes_a_profile_a_rig_file_or_the_plan(tmp_path):
-    assert rig_argument(load_plan(_plan(tmp_path, "rig: stvf\n"))) == "stvf"
-    own = _plan(tmp_path, BLOCK)
-    assert rig_argument(load_plan(own)) == str(own)
-    (tmp_path / "rig.yaml").write_text("profile: stvf\n")
-    beside = load_plan(_plan(tmp_path, "rig: ./rig.yaml\n"))
-    assert rig_argument(beside) == str(tmp_path / "rig.yaml")

@@ -24,9 +24,7 @@ HOSTILE = [
     "50 %", "💥", "\ud7ff", "\\", "a: " * 30, "[" * 60, "{a: " * 60,
 ]  # fmt: skip
 
-SLOW = settings(
-    max_examples=50, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+SLOW = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 def plan_or_error(path: Path, content: bytes) -> None:
@@ -88,13 +86,10 @@ def test_any_value_at_any_key(tmp_path: Path, data: st.DataObject) -> None:
         b"[" * 900_000,
         b"{a: " * 200_000,
         b"- " * 500_000,
-        b"- a\n" * 120_000,
-        b"#\n" * 200_000,
         b"a: '" + b"x" * 1_000_000 + b"'",
         b"a: " + b"9" * 1_000_000,
         b"\n".join(b"k%d: 1" % i for i in range(40_000)),
         b"a: &a [x,x,x,x]\n" + b"".join(b"b%d: &b%d [*a,*a,*a]\n" % (i, i) for i in range(500)),
-        b" " * 1_000_000 + b"x",
         b"\xff\xfe" + "stepload: 1".encode("utf-16-le"),
         b"x" * ((1 << 20) + 1),
     ],

@@ -4,19 +4,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 import stepload.plan.kinematics as shelf
-from stepload.errors import BadInputError
 from stepload.plan.kinematics import arms, read_arm
-from stepload.plan.load import load_plan
 from stepload.plan.problems import PlanError
-from stepload.plan.references import profiles, read_profile
 
-WritePlan = Callable[..., Path]
 TEXT = (Path(shelf.__file__).parent / "arms" / "ur5e.yaml").read_text()
 
 
@@ -30,12 +25,6 @@ def test_the_arms_that_come_with_stepload_say_what_is_published_and_what_is_assu
     assert "assumed" in arm.stiffness_source
     assert name.upper() == arm.name.upper()
     assert sum(arm.mass_kg) > 5.0
-
-
-def test_every_profile_of_such_an_arm_names_it() -> None:
-    named = {name: re.search(r"kinematics: (\S+)", read_profile(name).text) for name in profiles()}
-    assert {name for name, found in named.items() if found} == set(arms())
-    assert all(found[1] == name for name, found in named.items() if found)
 
 
 @pytest.mark.parametrize(
@@ -64,34 +53,3 @@ def test_what_is_wrong_in_an_arm_s_file_is_told(
     path.write_text(TEXT.replace(old, new))
     with pytest.raises(PlanError, match=re.escape(told)):
         read_arm(str(path))
-
-
-def test_masses_may_be_left_out_all_together(tmp_path: Path) -> None:
-    path = tmp_path / "arm.yaml"
-    path.write_text(re.sub(r"(?m)^(mass|centre_.|max_torque): .*\n", "", TEXT))
-    assert read_arm(str(path)).mass_kg == ()
-
-
-def test_an_unknown_arm_is_told_with_the_nearest() -> None:
-    with pytest.raises(BadInputError, match="no arm is named 'ur5'") as told:
-        read_arm("ur5")
-    assert "did you mean 'ur5e'?" in told.value.hint
-    with pytest.raises(PlanError, match=r"none\.yaml"):
-        read_arm("./none.yaml")
-
-
-def test_a_rig_that_names_an_arm_that_is_not_known_is_refused(tmp_path: Path) -> None:
-    root = Path(__file__).parents[3]
-    text = (root / "procedures" / "plastic-sphere.yaml").read_text()
-    text = text.replace("payloads/", f"{root}/procedures/payloads/")
-    path = tmp_path / "plan.yaml"
-
-    def with_arm(name: str) -> Path:
-        rig = f"rig: {{profile: stvf, arm: {{kinematics: {name}}}}}"
-        path.write_text(re.sub(r"(?m)^rig:.*(\n .*)*", rig, text))
-        return path
-
-    with pytest.raises(PlanError, match=r"kinematics: no arm is named 'ur5ee'"):
-        load_plan(with_arm("ur5ee"))
-    assert load_plan(with_arm("ur5e")).rig.arm.kinematics == "ur5e"
-    assert load_plan(with_arm("./mine.yaml")).rig.arm.kinematics == str(tmp_path / "mine.yaml")

@@ -40,24 +40,6 @@ def test_a_mistake_is_told_in_plain_words(tmp_path: Path, text: str, line: int, 
         assert word not in problem.message + problem.hint
 
 
-@pytest.mark.parametrize(
-    ("text", "noun"),
-    [
-        ("name: x\narm: {driver: ur}\nforce: {driver: ati_can}\n", "rig file"),
-        ("name: ball\nmaterial: {name: x}\ngeometry: {sphere: {radius: 3 mm}}\n", "payload file"),
-        ("top_force: 30 N\nstep: 5 N\n", "procedure file"),
-    ],
-)
-def test_a_part_of_a_plan_is_called_what_it_is(tmp_path: Path, text: str, noun: str) -> None:
-    path = tmp_path / "part.yaml"
-    path.write_text(text)
-    with pytest.raises(PlanError) as caught:
-        load_plan(path)
-    [problem] = caught.value.problems
-    assert problem.message == f"this is a {noun}, not a plan"
-    assert "name it in a plan" in problem.hint
-
-
 @pytest.mark.parametrize("rig", ["ur5e", "{profile: ur5e, arm: {options: {}}}"])
 def test_an_address_is_asked_for_where_devices_are_opened_and_in_the_users_file(
     tmp_path: Path, rig: str

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-import yaml
 
-from stepload.plan import references
 from stepload.plan.compose import overlay
 from stepload.plan.load import load_plan
 from stepload.plan.problems import PlanError
@@ -57,24 +54,6 @@ def test_paths_start_at_the_file_they_stand_in(write_plan: WritePlan, tmp_path: 
     assert {(Path(p.file).name, p.line) for p in problems} == {("plan.yaml", 4)}
 
 
-def test_what_is_wrong_with_a_file_is_reported_once_however_often_it_is_named(
-    write_plan: WritePlan, tmp_path: Path
-) -> None:
-    (tmp_path / "both.yaml").write_text("name: x\nname: y\n")
-    inline = "{step: 50 N, top_force: 300 N, surface_distance: 5 mm}"
-    with pytest.raises(PlanError) as caught:
-        load_plan(write_plan(("ball.yaml", "both.yaml"), (inline, "both.yaml")))
-    said = [p.message for p in caught.value.problems]
-    assert said.count("duplicate key 'name'") == 1
-
-
-def test_another_payload_takes_the_place_of_a_bad_one(
-    write_plan: WritePlan, tmp_path: Path
-) -> None:
-    path = write_plan(("payload: ball.yaml", "payload: nowhere.yaml"))
-    assert load_plan(path, payload=tmp_path / "ball.yaml").payload.name == "ball"
-
-
 def _mapping(text: str) -> Mapping:
     node, problems = parse_tree(Source("x.yaml", None, text, text.encode()))
     assert not problems
@@ -112,35 +91,3 @@ def test_what_is_laid_over_a_profile(base: str, over: str, merged: object) -> No
     found = overlay(_mapping(base), _mapping(over))
     assert _plain(found) == merged
     assert list(found.keys) == list(found.entries)
-
-
-def test_what_is_laid_over_keeps_its_place() -> None:
-    found = overlay(_mapping("a: 1\nb: 2"), _mapping("\n\n b: 3"))
-    assert (found.keys["a"].line, found.keys["b"].line) == (1, 3)
-
-
-@pytest.mark.parametrize(
-    ("names", "read"),
-    [(references.profiles(), references.read_profile),
-     (references.data_sheets(), references.read_data_sheet)],
-    ids=["rigs", "force sensors"],
-)  # fmt: skip
-def test_a_profile_is_one_line_of_a_terminal(
-    names: Sequence[str], read: Callable[[str], Source]
-) -> None:
-    margins = 4
-    width = max(map(len, names)) + margins
-    titles = [references.title(read(name)) for name in names]
-    assert all(titles)
-    assert width + max(map(len, titles)) <= 80
-
-
-def test_a_name_where_keys_belong_is_shown_the_keys_to_write(tmp_path: Path) -> None:
-    path = tmp_path / "plan.yaml"
-    path.write_text("stepload: 1\npayload:\n  material: rubber\n")
-    with pytest.raises(PlanError) as caught:
-        load_plan(path)
-    [problem] = [each for each in caught.value.problems if (each.line, each.column) == (3, 13)]
-    written = re.search(r"\{.*?\}", problem.hint)
-    assert written
-    assert set(yaml.safe_load(written[0])) == {"name", "youngs_modulus", "poisson_ratio"}

@@ -36,9 +36,3 @@ def test_another_file_is_not_overwritten(tmp_path: Path) -> None:
         copy_plan("plastic-sphere", tmp_path)
     assert mine.read_text() == "mine"
     assert list(tmp_path.iterdir()) == [mine]
-
-
-def test_an_unknown_plan_names_those_that_there_are() -> None:
-    with pytest.raises(BadInputError, match="no plan 'sphere'") as refused:
-        copy_plan("sphere", Path("nowhere"))
-    assert "plastic-sphere" in refused.value.hint

@@ -31,33 +31,6 @@ def test_a_pose_over_the_table_is_clear_and_none_that_reaches_into_it() -> None:
     assert _looked_at(elbow_down, floor_m=-2.0)
 
 
-def _stands(*points: tuple[float, float, float]) -> bool:
-    """Whether an arm whose joints are at these points is clear; the last one is its tip."""
-    placed = np.tile(np.eye(4), (1, 7, 1, 1))
-    placed[0, :, :3, 3] = points[:7]
-    return bool(clear(UR5E, placed, np.array([points[7]]), np.array([0.0]))[0])
-
-
-def test_a_forearm_or_wrist_in_the_column_of_the_base_is_not_clear() -> None:
-    def reaches_down_to(x_m: float) -> bool:
-        wrist = (x_m, 0.0, 0.4)
-        column = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.6, 0.0, 1.3)
-        return _stands(*column, wrist, wrist, wrist, (0.3, 0.0, 0.3), (0.3, 0.0, 0.2))
-
-    assert reaches_down_to(0.13)
-    assert not reaches_down_to(0.11)
-    assert not reaches_down_to(-0.2)
-
-
-def test_a_wrist_or_tool_at_the_upper_arm_is_not_clear() -> None:
-    def folds_back_to(y_m: float) -> bool:
-        arm = (0.0, 0.0, 0.0), (0.0, 0.0, 0.5), (0.8, 0.0, 0.5)
-        return _stands(*arm, *3 * [(0.4, y_m, 0.5)], (0.4, 0.4, 0.5), (0.4, 0.5, 0.5))
-
-    assert folds_back_to(0.13)
-    assert not folds_back_to(0.11)
-
-
 def test_a_stretched_arm_and_two_axes_in_line_are_not_mobile() -> None:
     def looked_at(joints_deg: tuple[float, ...]) -> bool:
         placed = frames(UR5E, np.radians(joints_deg)[None])

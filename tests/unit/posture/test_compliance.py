@@ -64,25 +64,3 @@ def test_figures_are_those_of_the_inverted_matrices(press: np.ndarray) -> None:
         moved = c[:3, :3] @ press
         aside = np.linalg.norm(moved - (moved @ press) * press)
         assert found.sideways == pytest.approx(aside / (press @ moved))
-
-
-def test_what_is_held_is_never_softer() -> None:
-    found = gives_way(_arm(2, 500), DOWN)
-    assert np.all(found.stuck_ratio >= 1.0 - 1e-9)
-    assert np.all(found.flat_n_per_m >= found.stuck_n_per_m * (1.0 - 1e-6))
-    assert found.at(3).free_n_per_m == found.free_n_per_m[3]
-
-
-def test_a_direction_that_does_not_give_way_needs_no_force_to_hold() -> None:
-    c = np.diag([2e-6, 0.0, 4e-6, 1e-4, 1e-4, 1e-4])
-    c[0, 2] = c[2, 0] = 1e-6
-    found = gives_way(c, DOWN)
-    assert found.stuck_share == pytest.approx(0.5)
-    assert np.isfinite(found.stuck_n_per_m)
-
-
-def test_a_matrix_that_cannot_be_inverted_is_beyond_all_bounds_not_soft() -> None:
-    tilted = np.array([0.6, 0.0, 0.8, 0.0, 0.0, 0.0])
-    c = 1e-5 * (np.eye(6) - np.outer(tilted, tilted))
-    found = gives_way(c, DOWN)
-    assert found.flat_ratio > 1e6

@@ -68,15 +68,6 @@ def test_several_give_one_factor_by_their_weight() -> None:
     assert "0.json, 1.json" in found.source
 
 
-def test_the_pose_of_a_calibration_is_read_from_its_file(tmp_path: Path) -> None:
-    path = tmp_path / "here.json"
-    write_calibration(_record(POSES_DEG[0], ASSUMED), path)
-    found = read_held(path, UR5E, DOWN)
-    assert found.by(ASSUMED) == pytest.approx(found.measured_n_per_m)
-    assert found.name == "here.json"
-    assert found.press == pytest.approx(DOWN, abs=1e-3)
-
-
 @pytest.mark.parametrize(
     ("change", "why"),
     [
@@ -96,9 +87,3 @@ def test_a_calibration_that_says_nothing_of_the_joints_is_refused(
     write_calibration(record, path)
     with pytest.raises(BadInputError, match=why):
         read_held(path, UR5E, DOWN)
-
-
-def test_a_calibration_pressed_another_way_is_refused() -> None:
-    record = _record(POSES_DEG[0], ASSUMED)
-    assert why_not(record, UR5E, DOWN) == ""
-    assert "90° away" in why_not(record, UR5E, direction(1.0, 0.0, 0.0))

@@ -5,37 +5,26 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from datetime import date
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from stepload.errors import BadInputError, RefusedError
+from stepload.errors import RefusedError
 from stepload.plan.calibration import CalibrationRecord, write_calibration
 from stepload.plan.kinematics import read_arm
-from stepload.plan.problems import PlanError
 from stepload.plan.shipped import payload_folder
-from stepload.posture import picture, tables
 from stepload.posture.joint_calibration import held
 from stepload.posture.rig_search import Posture, make
 from stepload.posture.search import direction
-from stepload.posture.text import WORTH, sentences, up
-from stepload.results.figures import png_of, svg_of
+from stepload.posture.text import up
 
 SOME: dict[str, Any] = {
     "arm": None, "payload": None, "press": direction(0.0, 0.0, -1.0), "tool_m": None,
     "radius_m": (0.3, 0.6), "height_m": (0.0, 0.1), "travel_m": 0.05, "calibrations": [],
 }  # fmt: skip
-PULLED_IN_DEG = (19.0, -111.8, -101.3, 123.1, -90.0, -71.0)
 STRETCHED_DEG = (10.0, -60.0, 60.0, -90.0, -90.0, 0.0)
-
-
-@cache
-def _plain() -> Posture:
-    """A search with nothing but its bounds; to be read only."""
-    return _made()
 
 
 def _made(rig: str = "ur5e", **asked: Any) -> Posture:
@@ -66,45 +55,6 @@ def _rig(path: Path, text: str) -> str:
     return str(path)
 
 
-def test_what_is_not_said_is_assumed_and_told_so() -> None:
-    found = _plain()
-    assert found.tool.offset[2] == 0.12
-    assert found.tool.source == "assumed"
-    assert found.stiffness.source.startswith("assumed")
-    assert found.stiffness.remarks == ()
-    assert found.press.top_n == pytest.approx(0.8 * 269.0)
-    assert np.all(found.poses.push_n >= found.press.top_n)
-
-
-def test_a_tool_changes_the_poses() -> None:
-    short, long = _made(tool_m=0.0), _made(tool_m=0.3)
-    assert short.tool.source == long.tool.source == "--tool"
-    assert not np.allclose(short.best[0].joints_rad, long.best[0].joints_rad, atol=0.01)
-    with pytest.raises(BadInputError, match="longer than 2 m"):
-        _made(tool_m=2.5)
-
-
-def test_a_machine_of_one_axis_has_no_poses() -> None:
-    with pytest.raises(RefusedError, match=r"STVF does not say.*one axis") as refused:
-        _made("stvf")
-    assert "ur5e" in refused.value.hint
-    assert _made("stvf", arm="ur10e", radius_m=(0.5, 0.5)).arm.name == "UR10e"
-
-
-@pytest.mark.parametrize(
-    ("rig", "asked", "told"),
-    [
-        ("nothing", {}, "no rig profile"),
-        ("./none.yaml", {}, "no such rig file"),
-        ("ur5e", {"arm": "ur5"}, "no arm is named 'ur5'"),
-        ("ur5e", {"payload": payload_folder() / "none.yaml"}, "none.yaml"),
-    ],
-)
-def test_what_cannot_be_used_is_told(rig: str, asked: dict[str, Any], told: str) -> None:
-    with pytest.raises((BadInputError, PlanError), match=told):
-        _made(rig, **asked)
-
-
 def test_a_calibration_scales_the_joints_and_stands_beside_the_best(tmp_path: Path) -> None:
     path = tmp_path / "here.json"
     record = _calibration(path, STRETCHED_DEG, 0.8)
@@ -119,14 +69,6 @@ def test_a_calibration_scales_the_joints_and_stands_beside_the_best(tmp_path: Pa
     assert math.isnan(row.push_n)
 
 
-def test_where_the_pose_of_a_calibration_is_good_already_that_is_said(tmp_path: Path) -> None:
-    path = tmp_path / "here.json"
-    _calibration(path, PULLED_IN_DEG, 1.0)
-    found = _made(calibrations=[path], radius_m=(0.5, 0.6))
-    (row,) = found.calibrated
-    assert float(found.best[0].figures.free_n_per_m) < WORTH * (row.measured_n_per_m or 0.0)
-
-
 def test_the_rig_s_own_calibration_counts_once_and_that_of_another_rig_is_told(
     tmp_path: Path,
 ) -> None:
@@ -136,14 +78,6 @@ def test_the_rig_s_own_calibration_counts_once_and_that_of_another_rig_is_told(
     found = _made(rig)
     assert len(found.calibrated) == len(_made(rig, calibrations=[path]).calibrated) == 1
     assert "own.json was made for the rig UR5e, this is mine." in found.remarks
-
-
-def test_a_calibration_of_the_rig_that_says_nothing_is_left_out_and_told(tmp_path: Path) -> None:
-    _calibration(tmp_path / "own.json", STRETCHED_DEG, 0.9, joints_rad=())
-    rig = _rig(tmp_path / "rig.yaml", "name: UR5e\nsystem_stiffness: {record: own.json}\n")
-    found = _made(rig)
-    assert found.calibrated == []
-    assert "own.json, the rig's calibration, is not used: it tells 0 joints" in found.remarks[0]
 
 
 def test_an_arm_of_one_s_own_is_found_beside_the_rig_file(tmp_path: Path) -> None:
@@ -182,50 +116,7 @@ def test_a_plan_gives_its_payload_its_force_and_its_accuracy(tmp_path: Path) -> 
     assert found.press.told.t == 10.0
 
 
-def test_with_a_gauge_across_the_contact_no_pose_changes_k_max(tmp_path: Path) -> None:
-    rig = _rig(
-        tmp_path / "rig.yaml", "displacement: {driver: sim, rate: 100 Hz, resolution: 1 µm}\n"
-    )
-    found = _made(rig)
-    assert found.median_k_max_n_per_m == found.best[0].k_max_n_per_m
-    assert found.press.gauge
-
-
-def test_the_object_and_the_tables_say_the_same() -> None:
-    found = _plain()
-    said, first = tables.data(found), found.best[0]
-    assert said["best"][0]["k_zz_n_per_m"] == float(first.figures.free_n_per_m)
-    assert said["best"][0]["largest_stuck_ratio"] == first.largest.stuck_ratio
-    assert said["poses"] == len(found.poses.joints_rad)
-    assert said["answers"] == sentences(found)
-    assert len(said["places"]) == len({(e["radius_m"], e["height_m"]) for e in said["places"]})
-    assert max(e["k_zz_n_per_m"] for e in said["places"]) == max(found.poses.figures.free_n_per_m)
-    place, stiffness = tables.place_table(found), tables.stiffness_table(found)
-    assert len(place.rows) == len(found.best)
-    assert stiffness.rows[0][3] == up(first.largest.stuck_ratio)
-    assert stiffness.rows[-1][0] == f"median of {said['poses']}"
-
-
-def svg(found: Posture) -> str:
-    with picture.drawn(found) as figure:
-        return svg_of(figure)
-
-
 def test_a_bound_is_never_rounded_down() -> None:
     assert [up(each) for each in (1.0, 1.001, 1.0099, 1.01, 2.341)] == [
         "1.00", "1.01", "1.01", "1.01", "2.35",
     ]  # fmt: skip
-
-
-def test_few_poses_are_drawn_all_the_same() -> None:
-    found = _made(radius_m=(0.5, 0.5), height_m=(0.1, 0.1))
-    assert svg(found).startswith("<?xml")
-
-
-def test_the_picture_is_drawn_with_the_poses_of_calibrations(tmp_path: Path) -> None:
-    path = tmp_path / "$here_.json"
-    _calibration(path, STRETCHED_DEG, 0.8)
-    found = _made(calibrations=[path])
-    assert svg(found) == svg(found)
-    with picture.drawn(found) as figure:
-        assert png_of(figure).startswith(b"\x89PNG")

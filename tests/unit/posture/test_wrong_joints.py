@@ -42,13 +42,6 @@ def test_the_largest_ratio_is_above_nearly_all_that_joints_off_by_a_factor_have(
         assert most.flat_ratio > most.stuck_ratio
 
 
-def test_stiffness_changes_over_travel_as_the_study_has_it(poses: Poses) -> None:
-    """Study, UR10: 0.1/0.3 % over 2 mm, 0.9/3.5 % over 20 mm."""
-    two, twenty = poses.changes.T
-    assert np.percentile(two, (50, 90)) == pytest.approx((1e-3, 3e-3), rel=0.5)
-    assert np.percentile(twenty, (50, 90)) == pytest.approx((9e-3, 3.5e-2), rel=0.5)
-
-
 def test_a_change_is_that_of_the_arm_drawn_back_the_same_way(poses: Poses) -> None:
     """Over a short way it is the slope, by joint angles that follow the tip."""
     some = slice(0, 400, 40)

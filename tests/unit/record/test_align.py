@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,8 +9,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from stepload.errors import BadInputError
-from stepload.record.align import align, project, sample_times
+from stepload.record.align import align
 from stepload.record.lag import Lag, measure_lag
 from stepload.record.reader import Recording
 from stepload.record.rows import ArmColumns, DisplacementColumns, ForceColumns, Phase, TickColumns
@@ -136,16 +134,6 @@ def test_no_motion_tells_no_lag() -> None:
     assert none.how == "no data in contact"
 
 
-def test_two_windows_tell_no_lag() -> None:
-    time_s = np.arange(0.0, 5.0, 1e-3)
-    position_m = stepped(time_s)
-    noise_n = np.random.default_rng(4).normal(0.0, 0.02, len(time_s))
-    lag = measure_lag(time_s, STIFFNESS_N_PER_M * position_m + noise_n, position_m)
-    assert np.isnan(lag.lag_s)
-    assert np.isinf(lag.sigma_s)
-    assert lag.how.startswith("only 2 windows")
-
-
 def test_bad_samples_and_gaps_are_left_out() -> None:
     record = recording()
     record.force.status[100:110] = Status.SATURATED
@@ -159,22 +147,6 @@ def test_bad_samples_and_gaps_are_left_out() -> None:
     assert 10 + 1 + 198 <= got.left_out <= 10 + 1 + 203 + 10
     inside = (got.time_s > 10.001) & (got.time_s < 10.199)
     assert not inside.any()
-
-
-@pytest.mark.parametrize("bit", [Status.SATURATED, Status.INVALID, Status.DEVICE_FAULT])
-def test_samples_that_their_device_disowns_are_left_out(bit: Status) -> None:
-    record = recording()
-    before = align(record).left_out
-    record.force.status[1000:1010] = bit | Status.OVERRANGE
-    assert align(record).left_out == before + 10
-
-
-def test_positions_that_are_no_numbers_are_left_out() -> None:
-    record = recording()
-    record.arm.position_m[5000:5010] = np.nan
-    got = align(record)
-    assert np.isfinite(got.position_m).all()
-    assert got.left_out >= 20
 
 
 @pytest.mark.parametrize("stream", ["arm", "ticks"])
@@ -217,42 +189,6 @@ def test_a_device_clock_that_no_quartz_can_have_is_not_believed() -> None:
     clock = align(record).clocks[0]
     assert clock.how == "receive time"
     assert "1000 ppm" in clock.why
-
-
-def test_times_of_arrival_never_fall() -> None:
-    time_s = np.array([0.0, 0.02, 0.01, 0.03])
-    found, clock = sample_times("displacement", gauge(time_s))
-    assert clock.how == "receive time"
-    assert found.tolist() == [0.0, 0.02, 0.02, 0.03]
-
-
-def test_projection() -> None:
-    wrench = np.arange(6.0).reshape(1, 6)
-    found: Mapping[str, float] = {a: float(project(wrench, a)[0]) for a in ("+fx", "-fy", "+fz")}
-    assert found == {"+fx": 0.0, "-fy": -1.0, "+fz": 2.0}
-    for axis in ("", "fz", "+tz", "+fw"):
-        with pytest.raises(BadInputError, match="force axis"):
-            project(wrench, axis)
-
-
-def test_an_empty_channel_is_named() -> None:
-    record = recording()
-    arm = ArmColumns(*(column[:1] for column in record.arm))
-    with pytest.raises(BadInputError, match="1 samples in channel 'arm'"):
-        align(replace(record, arm=arm))
-
-
-def test_a_lag_is_found_through_noise_and_coarse_positions() -> None:
-    """Position steps as long as the lag, and force noise a hundredth of a ramp."""
-    time_s = np.arange(0.0, 60.0, 1e-3)
-    rng = np.random.default_rng(3)
-    position_m = stepped(time_s)
-    late_m = np.interp(time_s - 0.02, time_s, position_m)
-    force_n = 300.0 * (late_m / 300e-6) ** 1.5 + rng.normal(0.0, 0.5, len(time_s))
-    coarse_m = np.round(position_m / 1e-6) * 1e-6
-    lag = measure_lag(time_s, force_n, coarse_m)
-    assert lag.sigma_s < 2e-3
-    assert lag.lag_s == pytest.approx(0.02, abs=4.0 * lag.sigma_s)
 
 
 def test_the_lag_of_a_short_noisy_run_lies_within_its_interval() -> None:

@@ -61,15 +61,3 @@ def test_what_is_not_told_is_refused(names: tuple[str, ...], message: str) -> No
         read(*names)
     assert any(part in caught.value.message for part in message.split("|"))
     assert caught.value.hint
-
-
-def test_plain_names_win_over_others() -> None:
-    found = read("Force [kN]", "force_n", "Depth (V)", "displacement_m", "Load std (N)")
-    assert found == {"displacement_m": ("displacement_m", 1.0), "force_n": ("force_n", 1.0)}
-
-
-def test_a_channel_in_another_kind_of_unit_is_another_channel() -> None:
-    assert read("Depth (nm)", "Load (V)", "Load (µN)", "Depth (V)") == {
-        "displacement_m": ("Depth (nm)", pytest.approx(1e-9)),
-        "force_n": ("Load (µN)", pytest.approx(1e-6)),
-    }

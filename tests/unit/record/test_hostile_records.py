@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
 import struct
 import zlib
 from collections.abc import Callable
@@ -16,13 +15,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from stepload.errors import BadInputError
-from stepload.record import reader
 from stepload.record.container import MAGIC
 from stepload.record.reader import read_recording
 from stepload.record.recovery import recover
 from stepload.record.scan import DamageError, RawRecord, Scan, runs
-
-Change = tuple[int, bytes]
 
 
 @pytest.fixture
@@ -30,9 +26,7 @@ def hostile(write_record: Callable[..., Path], tmp_path: Path) -> Path:
     return write_record("honest.mcap", chunks=3)
 
 
-@settings(
-    max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     changes=st.lists(
         st.tuples(st.floats(0.0, 1.0, exclude_max=True), st.binary(min_size=1, max_size=9)),
@@ -69,7 +63,6 @@ def test_mutated_files_are_read_or_refused(
         assert recovered.counts.get("/force", 0) >= len(got.force.sequence)
 
 
-@settings(max_examples=300, deadline=None)
 @given(st.binary(max_size=400))
 def test_chunk_content_of_any_bytes_adds_up_or_fails(raw: bytes) -> None:
     end = 0
@@ -97,22 +90,6 @@ def test_bombs_are_not_expanded(tmp_path: Path, claimed: int) -> None:
         read_recording(path)
 
 
-def test_huge_lengths_ask_for_no_memory(tmp_path: Path) -> None:
-    path = tmp_path / "huge.mcap"
-    path.write_bytes(MAGIC + struct.pack("<BQ", 6, 2**63))
-    with pytest.raises(BadInputError, match="beyond the file's end"):
-        read_recording(path)
-
-
-def test_a_record_larger_than_any_of_ours_is_not_read(tmp_path: Path) -> None:
-    path = tmp_path / "large.mcap"
-    length = (1 << 28) + 1
-    path.write_bytes(MAGIC + struct.pack("<BQ", 6, length))
-    os.truncate(path, length + 1000)  # takes no room on the disk
-    with pytest.raises(BadInputError, match=f"a record of {length} bytes, limit"):
-        read_recording(path)
-
-
 @pytest.mark.parametrize(
     ("claimed", "crc", "damaged"),
     [(5, zlib.crc32(b"12345"), False), (5, 0, False), (5, 1, True), (6, 0, True), (4, 0, True)],
@@ -126,23 +103,3 @@ def test_a_chunk_is_what_it_says(claimed: int, crc: int, damaged: bool) -> None:
             scan.chunk(record)
     else:
         assert scan.chunk(record).raw == b"12345"
-
-
-def test_other_files_are_named_for_what_they_are(tmp_path: Path) -> None:
-    path = tmp_path / "curve.mcap"
-    path.write_text("time_s, position_m, force_n\n0, 0, 0\n")
-    with pytest.raises(BadInputError, match="not an MCAP file"):
-        read_recording(path)
-    with pytest.raises(BadInputError, match="no such file"):
-        read_recording(tmp_path / "absent.mcap")
-    with pytest.raises(BadInputError, match="not a file"):
-        read_recording(tmp_path)
-
-
-def test_more_events_than_a_run_has_are_not_read(
-    hostile: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(reader, "MOST_EVENTS", 2)
-    cut = read_recording(hostile)
-    assert len(cut.events) == 2
-    assert "more than 2 events" in cut.damage

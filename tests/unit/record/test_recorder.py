@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import resource
 import signal
@@ -25,7 +24,6 @@ from stepload.record.reader import read_recording
 from stepload.record.recorder import Recorder, RecordingFailedError
 from stepload.record.recovery import find_unfinished, is_being_written, recover
 from stepload.record.ring import State
-from stepload.record.scan import count_messages
 from stepload.rig.samples import DisplacementSample
 
 RATES_HZ = {"force": 1000.0, "arm": 500.0, "tick": 500.0}
@@ -111,37 +109,6 @@ def test_everything_comes_back_exactly(start: Start, make: SimpleNamespace) -> N
     assert got.attachments["plan.yaml"] == b"payload: {}\n"
 
 
-def test_the_clock_and_the_files_are_told(
-    tmp_path: Path, virtual_clock: Any, start: Start, make: SimpleNamespace
-) -> None:
-    before_ns = time.time_ns()
-    recorder = start()
-    after_ns = time.time_ns()
-    recorder.force(make.force(0))
-    path = recorder.finish({}, "identified")
-    metadata = read_recording(path).metadata
-    assert metadata["sha256 plan.yaml"] == hashlib.sha256(b"payload: {}\n").hexdigest()
-    assert metadata["clock"] == "virtual"
-    offset_ns = int(metadata["clock_offset_ns"])
-    assert before_ns <= offset_ns + 100_000_000_000 <= after_ns
-    (logged_ns, *_) = [m.log_time for topic, m, _ in decode(path) if topic == "/force"]
-    assert logged_ns == offset_ns + 100_000_000_000
-
-
-def test_what_is_read_back_must_be_what_was_written(
-    start: Start, make: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    recorder = start()
-    fill(recorder, make, 100)
-    monkeypatch.setattr(
-        recorder_module, "count_messages", lambda path: {**count_messages(path), "/tick": 49}
-    )
-    with pytest.raises(RecordingFailedError, match="/tick: 50 written, 49 read back"):
-        recorder.finish({}, "identified")
-    assert recorder.part_path.exists()
-    assert not recorder.path.exists()
-
-
 def test_the_last_name_is_on_the_disk_when_a_record_is_finished(
     start: Start, make: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -163,15 +130,6 @@ def test_a_dead_writer_is_seen_within_64_looks(start: Start) -> None:
     recorder = start()
     dead(recorder)
     assert "code -9" in "".join(recorder.problem() for _ in range(64))
-
-
-def test_a_problem_is_known_after_the_record_is_given_up(start: Start) -> None:
-    recorder = start()
-    for _ in range(63):
-        assert recorder.problem() == ""
-    dead(recorder)
-    recorder.abandon()
-    assert "code -9" in recorder.problem()
 
 
 def test_nobody_waits_for_a_dead_writer(start: Start) -> None:
@@ -229,16 +187,6 @@ def test_sync_waits_for_all_that_was_pushed(
     assert sleeps
     got = read_recording(recorder.part_path)
     assert len(got.ticks.time_s) + len(got.events) == 1
-
-
-def test_a_finished_record_takes_no_more(start: Start, make: SimpleNamespace) -> None:
-    recorder = start()
-    recorder.finish({}, "identified")
-    for push, sample in ((recorder.force, make.force(0)), (recorder.tick, make.tick(0))):
-        with pytest.raises(RuntimeError, match="closed"):
-            push(sample)
-    with pytest.raises(RuntimeError, match="closed"):
-        recorder.event(1.0, "note", {})
 
 
 def test_long_runs_are_read_as_means(start: Start, make: SimpleNamespace) -> None:
@@ -361,34 +309,6 @@ def test_a_failed_writer_keeps_the_file_until_the_run_lets_go(
     assert is_being_written(recorder.part_path)
 
 
-def test_a_disk_that_is_full_from_the_start(virtual_clock: Any, tmp_path: Path) -> None:
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (8 << 20, before[1]))
-    try:
-        with pytest.raises(RecordingFailedError, match="File too large"):
-            Recorder(
-                tmp_path,
-                rates_hz=RATES_HZ,
-                clock=virtual_clock,
-                metadata={},
-                attachments={"big.txt": bytes(9 << 20)},
-                lossless=True,
-            )
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_dead_writer_is_a_problem(start: Start, make: SimpleNamespace) -> None:
-    recorder = start()
-    os.kill(recorder.writer_pid, signal.SIGKILL)
-    until(lambda: bool(recorder.problem()))
-    assert "code -9" in recorder.problem()
-    recorder.force(make.force(0))
-    with pytest.raises(RecordingFailedError, match="code -9"):
-        recorder.finish({}, "stopped")
-
-
 def test_abandoned_records_are_found_and_repaired(
     start: Start, make: SimpleNamespace, tmp_path: Path
 ) -> None:
@@ -407,39 +327,6 @@ def test_abandoned_records_are_found_and_repaired(
     got = read_recording(recovered.path)
     assert got.partial
     assert got.outcome["verdict"] == "interrupted"
-
-
-def test_a_directory_holds_one_run(start: Start, tmp_path: Path) -> None:
-    start().finish({}, "identified")
-    with pytest.raises(BadInputError, match="exists already"):
-        start()
-
-
-def test_an_unfinished_record_is_not_written_over(start: Start, tmp_path: Path) -> None:
-    part = tmp_path / "run.mcap.part"
-    part.write_bytes(b"mine")
-    with pytest.raises(BadInputError, match="an unfinished record"):
-        start()
-    assert part.read_bytes() == b"mine"
-
-
-def test_a_missing_directory_is_said(virtual_clock: Any, tmp_path: Path) -> None:
-    with pytest.raises(BadInputError, match="No such file"):
-        Recorder(
-            tmp_path / "no",
-            rates_hz=RATES_HZ,
-            clock=virtual_clock,
-            metadata={},
-            attachments={},
-            lossless=True,
-        )
-
-
-@pytest.mark.parametrize("rate_hz", [0.0, -1.0, float("nan"), float("inf"), 10_001.0])
-def test_impossible_rates_are_refused(start: Start, rate_hz: float, tmp_path: Path) -> None:
-    with pytest.raises(BadInputError, match="rate of force"):
-        start({"force": rate_hz})
-    assert list(tmp_path.iterdir()) == []
 
 
 def until(condition: Callable[[], bool]) -> None:

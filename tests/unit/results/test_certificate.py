@@ -11,19 +11,13 @@ import pytest
 from evaluated_runs import an_envelope, evaluated, pressed
 
 from stepload.envelope.envelope import Envelope
-from stepload.envelope.reason import PlanVerdict, Reason, Severity
 from stepload.record.outcome import RunStatus
-from stepload.record.summary import Summary
-from stepload.results import provenance
-from stepload.results.certificate import LONGEST, rig_facts, specimen_facts
+from stepload.results.certificate import LONGEST
 from stepload.results.levels import Level, changes_again
-from stepload.results.model import Certificate, Document, Figure, Verdict
-from stepload.results.page import render, running
-from stepload.results.provenance import TITLE, sealed, with_record
+from stepload.results.model import Certificate, Document, Figure
+from stepload.results.page import render
+from stepload.results.provenance import TITLE, sealed
 from stepload.results.run_document import run_document
-
-EMPTY = Document("t", Verdict("good", "ok", "fine"))
-TEMPLATES = Path(__file__).resolve().parents[3] / "src/stepload/results/templates"
 
 
 @pytest.fixture(scope="module")
@@ -115,16 +109,6 @@ def test_a_level_loaded_again_is_compared_at_the_same_force() -> None:
     assert [change for _, change in changes_again(first)] == [None, None]
 
 
-def test_sixty_levels_leave_the_sheet_short_and_the_details_whole(envelope: Envelope) -> None:
-    document = run_document(evaluated(envelope, pressed(60, cycles=1)))
-    levels = sheet_of(document).levels
-    assert levels is not None
-    assert [row[0] for row in levels.rows][::7] == ["5 N", "300 N"]
-    assert any("8 of 60 levels" in note for note in levels.notes)
-    (holds,) = [each for each in document.tables if each.title == "Every hold"]
-    assert len(holds.rows) == 119
-
-
 def test_the_seal_is_the_sum_of_the_record(healthy: Document, tmp_path: Path) -> None:
     record = tmp_path / "run.mcap"
     record.write_bytes(b"data")
@@ -134,23 +118,6 @@ def test_the_seal_is_the_sum_of_the_record(healthy: Document, tmp_path: Path) ->
     assert sheet_of(done).seal == f"run.mcap SHA-256 {told}"
     gone = sealed(healthy, tmp_path / "gone.mcap")
     assert rows_of(gone, TITLE)["gone.mcap, SHA-256"] == ["not known: No such file or directory"]
-
-
-def test_a_record_that_was_not_finished_is_said_first(
-    healthy: Document, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    record = tmp_path / "run.mcap"
-    record.write_bytes(b"data")
-    refused = with_record(healthy, record)
-    assert "the record cannot be read" in refused.reasons[0]
-    told = {"recorded_force": "7", "dropped_force": "2"}
-    for partial in (False, True):
-        summary = Summary(record, {}, told, None, partial)
-        monkeypatch.setattr(provenance, "read_summary", lambda path, found=summary: found)
-        done = with_record(healthy, record)
-        assert rows_of(done, TITLE)["messages, force"] == ["7 recorded, 2 dropped"]
-        assert (provenance.UNFINISHED in done.reasons) == partial
-        assert (sheet_of(done).remarks[0] == provenance.UNFINISHED) == partial
 
 
 @pytest.mark.parametrize("made", [None, "no fit", "one level"])
@@ -163,19 +130,6 @@ def test_a_run_without_a_result_says_so(envelope: Envelope, made: str | None) ->
     assert (sheet_of(document).figure is None) == (data is None)
     assert sheet_of(document).tables == []
     assert "Operator" in page
-
-
-def test_an_adhesive_contact_and_a_refused_plan_are_shown(envelope: Envelope) -> None:
-    reason = Reason("too_much", Severity.REFUSE, "it would yield")
-    refused = replace(envelope, verdict=PlanVerdict.REFUSED, reasons=(*envelope.reasons, reason))
-    document = run_document(evaluated(refused, pressed(6, pull_n=12.0)))
-    [preflight] = [each for each in document.tables if each.title == "Preflight"]
-    assert ("refuse", "too_much", "it would yield", "") in preflight.rows
-    notes = [note for each in document.tables for note in each.notes]
-    assert any("Preflight said REFUSED" in note for note in notes)
-    figure = sheet_of(document).figure
-    assert figure is not None
-    assert "</svg>" in figure.draw()
 
 
 HOSTILE = '"><script>alert(1)</script><img src=//x>$x_{ ' + "W" * 900
@@ -198,41 +152,3 @@ def test_hostile_words_are_escaped_cut_on_the_sheet_and_whole_behind_it(envelope
     assert html.escape(HOSTILE, quote=True).replace("&#x27;", "&#39;")[20:60] in page
     assert "W" * 900 in page
     assert notes.strip() in page
-
-
-def test_a_system_stiffness_that_is_not_the_plans_is_not_told_as_the_plans(
-    envelope: Envelope,
-) -> None:
-    run = evaluated(envelope, pressed(6))
-    found = run.identification
-    assert found is not None
-    for stiffness, told in ((5e6, "5 MN/m ± 100 kN/m"), (None, "none was taken out")):
-        sources = replace(
-            found.conditions.sources,
-            system_stiffness_n_per_m=stiffness, system_stiffness_sigma_n_per_m=1e5,
-        )  # fmt: skip
-        conditions = replace(found.conditions, sources=sources)
-        other = replace(found, run=replace(found.run, conditions=conditions))
-        facts = dict(rig_facts(envelope, run.recording, other))
-        assert facts["K_s"].startswith(told)
-        assert "not by the plan" in facts["K_s from"]
-
-
-def test_an_elastic_limit_that_is_not_the_plans_is_told_on_the_sheet(envelope: Envelope) -> None:
-    run = evaluated(envelope, pressed(6))
-    found = run.identification
-    assert found is not None
-    plans = specimen_facts(envelope, run.recording, found)
-    assert plans == specimen_facts(envelope, run.recording)
-    conditions = replace(found.conditions, elastic_limit_n=200.0)
-    other = replace(found, run=replace(found.run, conditions=conditions))
-    document = run_document(replace(run, identification=other))
-    told = dict(sheet_of(document).facts[0])["Elastic limit F_c"]
-    assert told.startswith("200 N, taken for this result; by the plan ")
-    share = f"{100.0 * run.outcome.peak_force_n / 200.0:.0f} % of the F_c used"
-    assert dict(sheet_of(document).facts[0])["Largest force"].endswith(share)
-
-
-def test_the_foot_of_a_printed_page_cannot_leave_its_string() -> None:
-    foot = running('stepload 0.1.0 · run 1";}</style>\\', simulated=True)
-    assert foot == "SIMULATED  stepload 0.1.0  run 1style"

@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from long_ones import long
 from matplotlib.figure import Figure
 
-from stepload.identification.identify import REPORTED
 from stepload.record.rows import Phase
 from stepload.results import figures, run_figures
 
@@ -68,10 +67,6 @@ def test_every_figure_is_an_svg(count: int) -> None:
         assert "</svg>" in svg
 
 
-def test_the_same_data_give_the_same_picture() -> None:
-    assert run_figures.over_time(trace(50)) == run_figures.over_time(trace(50))
-
-
 @pytest.mark.parametrize("rows", [1, *long([3])])
 def test_a_figure_is_what_saving_would_make_of_it_by_itself(rows: int) -> None:
     made = []
@@ -90,15 +85,3 @@ def saved(figure: Figure) -> str:
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     return buffer.getvalue()
-
-
-def test_a_fit_whose_force_falls_as_it_is_pressed_is_not_drawn() -> None:
-    def fit(n: float) -> Any:
-        return SimpleNamespace(k=1e6, n=n, zero_m=0.0)
-
-    found: Any = SimpleNamespace(
-        fits={REPORTED[0]: fit(-5.9), REPORTED[1]: fit(1.4)}, selected="joint", fit=fit(0.7)
-    )
-    laws = run_figures._laws(found)
-    assert set(laws) == {REPORTED[1], "joint"}
-    assert laws["joint"](np.array([-1e-6, 0.0, 1e-6]))[2] > 0.0

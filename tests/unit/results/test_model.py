@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import json
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Annotated
 
 import pytest
@@ -151,19 +151,6 @@ def test_with_json_one_object_goes_out_and_text_to_the_other_stream(
         "stiffness_n_per_m": 1e6, "ends_m": None, "turns": 3, "length_m": None,
         "nothing": None,
     }  # fmt: skip
-
-
-def test_the_verdict_stands_below_the_details(capsys: pytest.CaptureFixture[str]) -> None:
-    behind = Table("Behind", ("which",), [["others"]])
-    found = replace(document(behind), brief=["  tangent   8 MN/m"], doubts=list("abcd"))
-    Output(as_json=False).show(found)
-    text = capsys.readouterr().out
-    assert text.index("Behind") < text.index("SOUND ") < text.index("tangent")
-    Output(as_json=False).show(found, details=False)
-    text = capsys.readouterr().out
-    assert "Behind" not in text
-    assert text.splitlines()[1:4] == ["  a", "  b", "  c"]
-    assert text.index("SOUND ") < text.index("tangent")
 
 
 def test_a_table_that_is_too_wide_is_turned(capsys: pytest.CaptureFixture[str]) -> None:

@@ -33,10 +33,6 @@ def test_a_calibration_holds_where_its_runs_were_made() -> None:
     }  # fmt: skip
 
 
-def test_arms_that_do_not_tell_make_a_calibration_as_before() -> None:
-    assert common_pose([run(None), run(None)]) == {}
-
-
 @pytest.mark.parametrize(
     ("other", "said"),
     [(moved(4e-3), "the arm stood elsewhere"), (run(None), "not all runs tell how the arm stood")],

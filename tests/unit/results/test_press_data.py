@@ -12,7 +12,7 @@ from recorded_runs import BIAS_N, LATERAL_N, SETS_M, SURFACE_M, recorded
 from stepload.identification.lateral_coupling import Across
 from stepload.record.reader import Event, Recording
 from stepload.record.rows import DisplacementColumns
-from stepload.results.press_data import LOADING, PressData, largest_step, press_data
+from stepload.results.press_data import LOADING, PressData, press_data
 from stepload.results.reasons import remarks, reopened
 
 
@@ -98,18 +98,6 @@ def test_noise_across_is_told_beside_the_size_that_it_raises() -> None:
     assert found.lateral_noise_n == pytest.approx(0.5 * math.sqrt(2.0), rel=0.1)
 
 
-def test_a_sensor_of_one_axis_has_no_force_across() -> None:
-    found = press_data(recorded(lateral=False))
-    assert found.across_n is None
-    assert math.isnan(found.lateral_noise_n)
-
-
-def test_a_force_across_that_is_no_number_is_none() -> None:
-    run = recorded()
-    run.force.wrench[5000, 0] = math.nan
-    assert press_data(run).across_n is None
-
-
 def test_the_lag_is_that_of_the_travel_that_is_identified() -> None:
     run = recorded()
     late_m = np.interp(run.arm.receive_time_s - 8e-3, run.arm.receive_time_s, run.arm.position_m)
@@ -119,11 +107,6 @@ def test_the_lag_is_that_of_the_travel_that_is_identified() -> None:
     across = press_data(replace(damped, displacement=gauge_of(run)))
     assert across.gauge
     assert across.lag.lag_s == pytest.approx(prompt_s, abs=5e-4)
-
-
-def test_the_largest_step_of_the_zero_is_that_between_neighbours() -> None:
-    assert largest_step(np.array([1.0, 1.5, 0.7, 0.9])) == pytest.approx(-0.8)
-    assert math.isnan(largest_step(np.array([1.0])))
 
 
 def test_the_zero_of_force_before_and_after_is_told(data: PressData) -> None:

@@ -14,7 +14,7 @@ from stepload.record.align import torques
 from stepload.record.rows import Phase
 from stepload.results.identified import Contact, contact_of
 from stepload.results.press_data import press_data
-from stepload.results.quality import quality_of, summary, wrench_of
+from stepload.results.quality import quality_of
 
 
 def twisted(axis: str = "+fz", beside_m: tuple[float, float] = (0.0, 3e-3)) -> ContactQuality:
@@ -60,17 +60,6 @@ def test_torques_are_told_along_the_other_axes_first() -> None:
     assert torques(wrench, "+fx").tolist() == [[4, 5, 3], [10, 11, 9]]
     assert torques(wrench, "-fy").tolist() == [[3, 5, 4], [9, 11, 10]]
     assert torques(wrench, "+fz").tolist() == [[3, 4, 5], [9, 10, 11]]
-
-
-def test_a_sensor_of_one_axis_says_so_and_is_quiet() -> None:
-    data = press_data(recorded(lateral=False))
-    assert data.torque_n_m is None
-    assert wrench_of(data) is None
-    assert quality_of(data, 0.12) == Missing(NOT_IN_DATA)
-    assert summary(Missing(NOT_IN_DATA)) == ""
-    told = dict(contact_of(Missing(NOT_IN_DATA)))
-    assert told.pop("missing") == NOT_IN_DATA
-    assert set(told.values()) == {None}
 
 
 def test_objects_hold_what_was_found() -> None:

@@ -104,17 +104,6 @@ def test_mujoco_obeys_the_spring_that_was_asked_for(mass):
     assert (mass + more) * acceleration == pytest.approx(-6.0e6 * r, rel=1e-5)
 
 
-@pytest.mark.parametrize("mass", [0.0, -1.0, math.inf, math.nan])
-def test_an_impossible_mass_is_refused(mass):
-    with pytest.raises(BadInputError, match="mass"):
-        snippet(SPRING, "mujoco", mass_kg=mass)
-
-
-def test_a_mass_is_not_for_drake():
-    with pytest.raises(BadInputError, match="does not depend"):
-        snippet(SPRING, "drake", mass_kg=1.0)
-
-
 def test_drake_combines_two_of_them_to_the_contact():
     root = ElementTree.fromstring(snippet(SPRING, "drake"))
     drake = "{http://drake.mit.edu}"

@@ -53,12 +53,6 @@ def test_a_stated_length_is_taken_and_an_unknown_one_is_a_range(curve: Path) -> 
     assert unknown[source] != "0.5 µm over 40 N"
 
 
-def test_laws_are_named_one_by_one_or_with_commas() -> None:
-    assert laws_of(["hertz,power", "cone", "hertz"]) == ("hertz", "power", "cone")
-    assert laws_of([]) is None
-    assert laws_of(["auto"]) == ()
-
-
 @pytest.mark.parametrize("texts", [["herz"], ["auto,hertz"], ["hertz", "auto"], [""]])
 def test_a_law_nobody_knows_is_refused_with_the_list(texts: list[str]) -> None:
     with pytest.raises(BadInputError) as caught:

@@ -62,12 +62,3 @@ def test_files_of_something_else_are_refused(tmp_path: Path, name: str, data: by
     (tmp_path / name).write_bytes(data)
     with pytest.raises(BadInputError, match=name):
         store(tmp_path)
-
-
-def test_rows_without_their_header_are_refused(tmp_path: Path) -> None:
-    with store(tmp_path) as first:
-        first.add(ROWS)
-    (tmp_path / "head.json").unlink()
-    for _ in range(2):
-        with pytest.raises(BadInputError, match="missing beside"):
-            store(tmp_path)

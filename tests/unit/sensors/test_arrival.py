@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from stepload_drivers.arrival import ArrivalCounter, spread_back
+from stepload_drivers.arrival import ArrivalCounter
 
 
 def arrivals(count, period_s, rng, jitter_s, burst_s, lost):
@@ -53,16 +53,3 @@ def test_jitter_and_stalls_are_no_loss(seed):
         found += counter.arrived(waiting, time_s + rng.uniform(0.0, 9e-4))
         waiting = 0
     assert found == 0
-
-
-def test_a_gap_of_a_second_is_a_thousand_samples():
-    counter, found = ArrivalCounter(1e-3), 0
-    for index in range(6000):
-        if not 3000 <= index < 4000:
-            found += counter.arrived(1, index * 1e-3)
-    assert found == 1000
-
-
-def test_spread_back_keeps_order():
-    assert spread_back(3, 1.0, 1e-3, 0.0) == pytest.approx([0.998, 0.999, 1.0])
-    assert spread_back(3, 1.0, 1e-3, 0.9995) == pytest.approx([0.9995, 0.9995, 1.0])

@@ -8,7 +8,6 @@ from ati_page import PAGE
 from driver_time import Clock
 from read_sensor import connect, look, read
 
-from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
 from stepload.rig.samples import Status
 from stepload_drivers import stream as stream_module
@@ -104,34 +103,6 @@ def test_samples_are_newton_with_the_devices_time(sensor, clock):
     assert sensor.health().errors == {}
 
 
-def test_a_request_that_was_lost_is_repeated(device, clock):
-    device.deaf = True
-    clock.at(clock.now_s + 0.5, lambda: setattr(device, "deaf", False))
-    connect(AtiNet(host=HOST))
-    assert device.asked.count(request(Command.START)) == 4
-
-
-def test_a_box_that_sends_nothing_is_given_up_in_time(device, clock):
-    device.deaf = True
-    began_s = clock.now_s
-    with pytest.raises(DeviceError) as caught:
-        connect(AtiNet(host=HOST), 1.0)
-    assert caught.value.code == FaultCode.NOT_CONNECTED
-    assert clock.now_s - began_s < 1.1
-
-
-def test_another_serial_number_is_refused(device):
-    with pytest.raises(DeviceError, match="FT27462") as caught:
-        connect(AtiNet(host=HOST, serial_number="FT1"))
-    assert caught.value.code == FaultCode.WRONG_DEVICE
-
-
-def test_another_rate_than_planned_is_refused(device):
-    with pytest.raises(DeviceError, match="1000 records per second, the plan says 2000") as caught:
-        connect(AtiNet(host=HOST, rate=2000.0))
-    assert caught.value.code == FaultCode.WRONG_DEVICE
-
-
 def test_repeated_and_overtaken_records_are_dropped(sensor, device, clock):
     device.keep = lambda number: [number, number]
     samples = read(sensor, clock, 0.02)
@@ -187,14 +158,6 @@ def test_status_bits_are_faults_and_flags(sensor, device, clock, status, code, f
     assert fault(sensor) is code
 
 
-def test_a_threshold_of_somebodys_own_is_only_counted(sensor, device, clock):
-    device.status = 0x80010000
-    (sample,) = look(sensor, clock)
-    assert sample.status == 0
-    assert sensor.health().errors == {"status_bits": 1}
-    assert fault(sensor) is None
-
-
 def test_beyond_the_calibrated_range_is_overload(sensor, device, clock):
     device.fz = lambda number: -991_000_000
     (sample,) = look(sensor, clock)
@@ -211,22 +174,3 @@ def test_a_stream_that_another_client_took_is_told(sensor, device, clock):
     assert "another program" in sensor.fault().hint
     sensor.close()
     assert request(Command.STOP) not in device.asked  # it would stop the other one's stream
-
-
-def test_a_dead_device_is_not_blamed_on_another_client(sensor, device, clock):
-    read(sensor, clock, 0.05)
-    device.silent, device.alive = True, False
-    read(sensor, clock, 0.3)
-    assert sensor.fault().code is FaultCode.STALE
-    assert "pages" not in sensor.fault().message
-
-
-def test_close_stops_the_stream(sensor, device):
-    sensor.close()
-    assert device.asked[-1] == request(Command.STOP)
-    assert device.closed
-
-
-def test_bias_is_one_request(sensor, device):
-    assert sensor.bias(1.0) is True
-    assert device.asked[-1] == request(Command.BIAS)

@@ -1,7 +1,6 @@
 """Which answer belongs to which question, whatever is late or lost."""
 
-import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from stepload_drivers.ati.poller import ANSWER_S, SILENCE_S, Poller
@@ -43,13 +42,6 @@ class Bus:
             self.now_s += 1e-4
 
 
-def test_every_question_is_answered_in_step():
-    bus = Bus(Poller(0x20, PERIOD_S, 1e-3))
-    bus.run(0.5)
-    assert len(bus.got) == pytest.approx(500, abs=10)
-    assert all(question == number for question, number in bus.got)
-
-
 def test_one_late_answer_never_shifts_the_pairs_after_it():
     bus = Bus(Poller(0x20, PERIOD_S, 1e-3))
     bus.run(0.5, late={100: 0.015})
@@ -84,7 +76,6 @@ def test_after_a_time_out_nothing_is_asked_until_silence():
     assert (poller.timeouts, poller.late, poller.resyncs) == (1, 1, 1)
 
 
-@settings(max_examples=80, deadline=None)
 @given(
     st.lists(
         st.tuples(st.integers(0x1F0, 0x20F), st.binary(max_size=8), st.floats(0.0, 0.02)),
@@ -99,11 +90,3 @@ def test_any_frames_at_any_time_give_only_whole_answers(events):
         answer = poller.feed(CanFrame(frame_id, data, now_s), now_s)
         assert answer is None or (len(answer.first), len(answer.second)) == (8, 6)
         assert poller.pause_s(now_s) >= 0.0
-
-
-def test_an_answer_that_nobody_asked_for_is_none():
-    poller = Poller(0x20, PERIOD_S, 1e-3)
-    assert poller.due(10.0)
-    answers = [poller.feed(frame, 10.0003) for _ in range(2) for frame in frames(1, 10.0002)]
-    assert [answer is not None for answer in answers] == [False, True, False, False]
-    assert poller.late == 1

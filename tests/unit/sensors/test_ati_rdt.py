@@ -1,12 +1,8 @@
 """RDT requests, records and status words, and the page of an Ethernet sensor."""
 
-import math
-
 import pytest
 from ati_page import PAGE
 
-from stepload.errors import DeviceError
-from stepload.rig.faults import FaultCode
 from stepload_drivers.ati import rdt
 from stepload_drivers.ati.box import read_box
 from stepload_drivers.ati.rdt import AXIA, NET_BOX, Command, Record, Scale
@@ -27,11 +23,6 @@ def test_requests(command, count, data):
     assert requested(bytes.fromhex(data)) == (command, count)
 
 
-@pytest.mark.parametrize("data", ["", "1235000200000000", "123400020000", "12340002000000000000"])
-def test_what_is_no_request(data):
-    assert requested(bytes.fromhex(data)) is None
-
-
 def test_a_record():
     data = bytes.fromhex(
         "00000007" "0001e240" "80020000"
@@ -43,11 +34,6 @@ def test_a_record():
     assert encode(record) == data
     wrench = Scale(1e-6, 1e-3).wrench(counts)
     assert wrench == pytest.approx((1.0, -1.0, -1e-6, 0.0, 2147483.647, -2147483.648))
-
-
-@pytest.mark.parametrize("size", [0, 35, 37, 72])
-def test_no_record_of_another_length(size):
-    assert rdt.decode(bytes(size)) is None
 
 
 def test_counters_go_on_over_their_wrap_and_back():
@@ -88,33 +74,3 @@ def test_units_are_the_pages_own(force, torque, scale):
     box = read_box(page, "box")
     assert box.scale == pytest.approx(scale)
     assert box.rated_n[2] == pytest.approx(990.0 * scale[0] * 1e6)
-
-
-def test_what_scales_the_counts_is_in_the_calibration_revision():
-    other = PAGE.replace("132.710", "0")
-    assert read_box(PAGE, "box").calibration != read_box(other, "box").calibration
-
-
-def test_an_axia_is_known_by_its_page():
-    assert read_box(PAGE.replace("</netft>", "<setrate>976</setrate></netft>"), "x").status is AXIA
-
-
-def test_a_range_that_is_not_told_is_none():
-    assert read_box(PAGE.replace("330;330;990;30;30;30", ""), "x").rated_n == (math.inf,) * 3
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "words", "code"),
-    [
-        ("<cfgcpf>1000000<", "<cfgcpf>0<", "cfgcpf", FaultCode.OUT_OF_RANGE),
-        ("<cfgcpt>1000000</cfgcpt>", "", "cfgcpt", FaultCode.OUT_OF_RANGE),
-        ("<runrate>7000<", "<runrate>nan<", "runrate", FaultCode.OUT_OF_RANGE),
-        ("<scfgfu>N<", "<scfgfu>dyn<", "scfgfu = 'dyn'", FaultCode.OUT_OF_RANGE),
-        (">Enabled<", ">Disabled<", "switched off", FaultCode.REFUSED_COMMAND),
-        (PAGE, "<html>router</html>", "scfgfu", FaultCode.OUT_OF_RANGE),
-    ],
-)
-def test_a_page_that_makes_no_sense_is_refused(old, new, words, code):
-    with pytest.raises(DeviceError, match=words) as caught:
-        read_box(PAGE.replace(old, new), "box")
-    assert caught.value.code == code

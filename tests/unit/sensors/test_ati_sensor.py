@@ -109,16 +109,6 @@ def test_force_is_newton_by_the_devices_own_unit(bus, clock, unit, newton):
     assert read(sensor, clock, 0.02)[-1].wrench[2] == pytest.approx(newton)
 
 
-def test_old_firmware_takes_its_unit_from_the_plan(bus, clock):
-    bus.firmware, bus.matrix = (3, 6, 0), 1000.0
-    with pytest.raises(DeviceError) as caught:
-        connect(AtiCan(channel="c"))
-    assert caught.value.code == FaultCode.UNSUPPORTED
-    sensor = AtiCan(channel="c", units="lbf N-m")
-    connect(sensor)
-    assert read(sensor, clock, 0.02)[-1].wrench[2] == pytest.approx(2.0 * 4.4482216152605)
-
-
 @pytest.mark.parametrize(
     ("spoil", "code"),
     [
@@ -164,14 +154,6 @@ def test_critical_bits_are_flagged_and_latched(sensor, bus, clock, bit):
     bus.status = 1 << bit
     assert {s.status for s in read(sensor, clock, 0.01)} == {int(Status.DEVICE_FAULT)}
     assert sensor.fault().code is FaultCode.DEVICE_REPORTS
-
-
-@pytest.mark.parametrize("bit", [0, 8, 11, 14])
-def test_other_bits_are_counted(sensor, bus, clock, bit):
-    bus.status = 1 << bit
-    assert {s.status for s in read(sensor, clock, 0.01)} == {0}
-    assert sensor.fault() is None
-    assert sensor.health().errors["status_bits"] > 0
 
 
 def test_unanswered_questions_are_lost_samples(sensor, bus, clock):

@@ -6,7 +6,6 @@ import pytest
 from driver_time import Clock, FakePort
 from read_sensor import connect, read
 
-from stepload.errors import BadInputError, DeviceError
 from stepload.rig.faults import FaultCode
 from stepload.rig.samples import Status
 from stepload_drivers import stream as stream_module
@@ -95,39 +94,6 @@ def test_identity_and_rate_are_the_devices_own(device):
     identity = connect(sensor)
     assert (identity.model, identity.serial_number, identity.firmware) == ("SensONE", "B7", "1.2")
     assert sensor.rate_hz == 1000.0
-
-
-@pytest.mark.parametrize("letter", "CcfR")
-def test_a_command_that_is_refused_is_an_error(device, letter):
-    device.refuses = letter
-    with pytest.raises(DeviceError, match="refused") as caught:
-        connect(BotaSerial(port="p"))
-    assert caught.value.code == FaultCode.REFUSED_COMMAND
-
-
-def test_a_unit_that_is_slower_is_taken_at_its_own_rate(device):
-    device.period_s = 64 * 19.53125e-6
-    sensor = BotaSerial(port="p")
-    connect(sensor)
-    assert sensor.rate_hz == pytest.approx(800.0, rel=1e-3)
-
-
-@pytest.mark.parametrize("period_s", [0.0007, 0.0015])
-def test_a_rate_that_no_setting_gives_is_refused(device, period_s):
-    device.period_s = period_s
-    with pytest.raises(DeviceError, match="by its own clock") as caught:
-        connect(BotaSerial(port="p"))
-    assert caught.value.code == FaultCode.REFUSED_COMMAND
-
-
-def test_a_unit_faster_than_asked_is_refused(device):
-    with pytest.raises(DeviceError, match="by its own clock"):
-        connect(BotaSerial(port="p", rate=200.0))
-
-
-def test_the_line_must_carry_the_rate():
-    with pytest.raises(BadInputError, match="carry"):
-        BotaSerial(port="p", baud=230400)
 
 
 def test_samples_have_force_and_both_times(sensor, device, clock):

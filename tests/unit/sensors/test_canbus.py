@@ -6,7 +6,7 @@ import time
 import tty
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from stepload_drivers.canbus import MAX_BATCH, CanLink, FastSlcan, slcan_frame
@@ -25,14 +25,6 @@ def test_frames_with_and_without_time_stamp(line, expected):
     assert slcan_frame(line) == expected
 
 
-@pytest.mark.parametrize(
-    "line", ["t0018AABB", "t00", "", "tXYZ0", "t8000", "t0019", "T000000010", "r0010", "t001 2AABB"]
-)
-def test_cut_and_foreign_lines_are_no_frames(line):
-    assert slcan_frame(line) is None
-
-
-@settings(max_examples=150, deadline=None)
 @given(st.text(max_size=40))
 def test_any_text_is_a_frame_or_none(line):
     frame = slcan_frame(line)
@@ -83,19 +75,6 @@ def test_what_came_while_the_host_stalled_may_have_come_at_any_time_of_it(adapte
     finally:
         bus.shutdown()
         bus.serialPortOrig.close()
-
-
-def test_frames_carry_how_early_they_may_have_come(adapter):
-    master, channel = adapter
-    link = CanLink("slcan", channel, 1_000_000, 1.0)
-    try:
-        time.sleep(0.01)
-        os.write(master, b"t00112A\rt00212B\r")
-        first, second = link.receive(1.0)
-        assert first.time_s == second.time_s
-        assert first.early_s == second.early_s > 0.009
-    finally:
-        link.close()
 
 
 def test_a_backlog_longer_than_a_batch_comes_out_whole(adapter):

@@ -9,7 +9,7 @@ import pytest
 from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
 from stepload_drivers import canbus
-from stepload_drivers.canbus import MAX_BATCH, CanLink, FastSlcan, slcanBus
+from stepload_drivers.canbus import CanLink, FastSlcan, slcanBus
 
 
 class Bus:
@@ -50,16 +50,6 @@ def test_only_data_frames_are_data(link):
     assert link._bus.options["bitrate"] == 500_000
 
 
-def test_a_starved_reader_hands_on_what_it_has(link):
-    link._bus.waiting = [message()] * (2 * MAX_BATCH + 1)
-    assert [len(link.receive()) for _ in range(3)] == [MAX_BATCH, MAX_BATCH, 1]
-
-
-def test_a_command_is_a_standard_frame(link):
-    link.send(0x64, b"\x0c")
-    assert link._bus.sent == [(0x64, b"\x0c", False)]
-
-
 @pytest.mark.parametrize("error", [can.CanOperationError("gone"), OSError("gone")])
 def test_an_adapter_that_is_gone_is_not_connected(link, error):
     link._bus.fails = error
@@ -68,14 +58,6 @@ def test_an_adapter_that_is_gone_is_not_connected(link, error):
             call()
         assert caught.value.code == FaultCode.NOT_CONNECTED
     link.close()
-
-
-def test_an_adapter_that_delivers_in_bursts_is_refused(monkeypatch):
-    monkeypatch.setattr(canbus, "FastSlcan", lambda channel, bitrate: Bus())
-    monkeypatch.setattr(canbus, "latency_timer_ms", lambda channel: 16)
-    with pytest.raises(DeviceError, match="16 ms") as caught:
-        CanLink("slcan", "/dev/ttyACM0", 1_000_000, 1.0)
-    assert caught.value.code == FaultCode.UNSUPPORTED
 
 
 def test_an_slcan_adapter_is_opened_for_us_alone_before_it_is_sent_anything(monkeypatch):

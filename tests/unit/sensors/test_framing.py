@@ -22,23 +22,9 @@ def test_noise_before_a_frame_costs_no_frame(noise):
     assert (frames.damaged, frames.skipped) == (1, len(noise))
 
 
-def test_what_comes_before_the_first_frame_is_not_held_against_the_wire():
-    frames = decoder()
-    assert frames.feed(b"abc>9>123") == [b">123"]
-    assert (frames.damaged, frames.skipped) == (0, 0)
-
-
 def test_every_damaged_frame_is_counted():
     frames = decoder()
     frames.feed(b">123")
     for _ in range(3):
         assert frames.feed(b">129>123") == [b">123"]
     assert (frames.damaged, frames.skipped) == (3, 12)
-
-
-def test_noise_without_a_start_is_given_up_at_once():
-    frames = decoder()
-    frames.feed(b">123")
-    frames.feed(b"x" * 1000)
-    assert frames.skipped == 1000
-    assert len(frames._buffer) == 0

@@ -3,10 +3,8 @@
 import pytest
 
 from stepload.errors import BadInputError
-from stepload_drivers.gauge.sensor import DEFAULT_PATTERN as GAUGE_PATTERN
-from stepload_drivers.gauge.sensor import GaugeSerial
 from stepload_drivers.line.codec import line_pattern, number_of
-from stepload_drivers.line.force import DEFAULT_PATTERN, LineSerial
+from stepload_drivers.line.force import DEFAULT_PATTERN
 
 SOUND = {
     DEFAULT_PATTERN: "-1.25",
@@ -61,35 +59,3 @@ def test_what_would_hide_a_repetition_is_refused(pattern):
         line_pattern(pattern, "force")
     assert f"holds {HIDDEN[pattern]}: no flags" in caught.value.message
     assert "both cases" in caught.value.hint
-
-
-@pytest.mark.parametrize("pattern", [r"\d+", r"(?P<value>\d+)", r"(?P<force>\d)(?P<more>\d)"])
-def test_there_is_one_named_group(pattern):
-    with pytest.raises(BadInputError, match="`force`"):
-        line_pattern(pattern, "force")
-
-
-def test_what_is_no_pattern_is_refused():
-    with pytest.raises(BadInputError, match="no regular expression"):
-        line_pattern("(", "force")
-
-
-@pytest.mark.parametrize("line", ["1.5 ", " 1.5", "x1.5", "1.5N", "", "1_5"])
-def test_the_whole_line_must_match(line):
-    with pytest.raises(ValueError, match="no reading"):
-        number_of(line_pattern(r"(?P<force>[\d._]+)", "force"), "force", 1.0)(line)
-
-
-def test_a_group_that_took_no_part_is_no_reading():
-    number = number_of(line_pattern(r"OL|(?P<force>\d+)", "force"), "force", 1.0)
-    assert number("7") == 7.0
-    with pytest.raises(ValueError, match="no reading"):
-        number("OL")
-
-
-def test_both_drivers_refuse_before_anything_is_opened():
-    with pytest.raises(BadInputError, match="`value`"):
-        GaugeSerial(port="/dev/null", pattern=r"\d+")
-    with pytest.raises(BadInputError, match="hold the run up"):
-        LineSerial(port="x", range=1.0, rate=1.0, unit="N", pattern=r"(\d+)+(?P<force>\d)")
-    line_pattern(GAUGE_PATTERN, "value")

@@ -91,12 +91,6 @@ def test_a_reading_is_one_sample_in_newton_along_z(cell, clock, unit):
     assert first.status == 0
 
 
-def test_units_are_the_defined_ones():
-    defined = {"N": 1, "mN": 1e-3, "kN": 1e3, "gf": 9.80665e-3, "kgf": 9.80665}
-    pounds = {"lbf": 4.4482216152605, "klbf": 4448.2216152605}
-    assert pytest.approx(defined | pounds) == UNITS_N
-
-
 def test_the_port_is_opened_as_the_plan_says_and_old_bytes_are_thrown_away(cell, gauge):
     bench = cell(baud=19200, model="LC", serial_number="7")
     assert bench.asked == [("cell", 19200, True)]  # no clock: an adapter with bursts is refused
@@ -134,11 +128,6 @@ def test_a_gauge_beyond_its_range_is_flagged_and_latched(gauge, reading):
     assert good.displacement_m == pytest.approx(2e-3)
     assert (good.status, bad.status) == (0, Status.OVERRANGE)
     assert bench.driver.fault().code is FaultCode.OUT_OF_RANGE
-
-
-def test_an_inverted_gauge_closes_when_its_reading_falls(gauge):
-    (sample,) = gauge(inverted=True, unit="um").lines(b"-5.0")
-    assert sample.displacement_m == pytest.approx(5e-6)
 
 
 def test_a_slow_cell_has_five_periods(cell):
@@ -186,22 +175,6 @@ def test_requests_go_out_at_the_rate_and_a_missing_answer_is_a_lost_sample(cell,
     assert health.errors["timeouts"] == health.lost == second.sequence - first.sequence - 1
 
 
-def test_requests_keep_to_the_rate_although_each_look_is_late(cell, clock):
-    bench = cell(request=r"?\r", max_age=1.0)
-    answer = bench.port.write
-
-    def write(data):
-        answer(data)
-        bench.port.arrives(0.004, b"1.0\r")
-
-    bench.port.write = write
-    began_s = clock.now_s
-    while clock.now_s < began_s + 1.0:
-        bench.read()
-        clock.sleep(0.001)
-    assert len(bench.port.written) == pytest.approx(100, abs=2)
-
-
 def test_bias_sends_the_zero_command_where_there_is_one(cell):
     bench = cell(zero=r"Z\r")
     assert bench.driver.bias(1.0) is True
@@ -211,12 +184,3 @@ def test_bias_sends_the_zero_command_where_there_is_one(cell):
     bench = cell()
     assert bench.driver.bias(1.0) is False
     assert bench.port.written == []
-
-
-def test_a_new_stream_forgets_the_line_that_was_cut(cell):
-    bench = cell()
-    bench.lines(b"1")
-    bench.port.arrives(PERIOD_S, b"12")
-    bench.read(PERIOD_S)
-    bench.stream = bench.driver._stream = bench.driver._new_stream()
-    assert [s.wrench[2] for s in bench.lines(b"34", b"5", begin=b"")] == [5.0]

@@ -1,7 +1,7 @@
 """RFT messages against the vendor's own encoder, and against damage."""
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from stepload_drivers.framing import CanFrame, CanPairer
@@ -9,7 +9,6 @@ from stepload_drivers.robotous import codec
 from stepload_drivers.robotous.codec import MODELS, Command, UartDecoder, model_named
 
 SAMPLE = bytes.fromhex("55 0B 02 71 FF CE F4 48 03 E8 F8 30 00 07 00 00 00 A1 AA")
-OVERLOADED = bytes.fromhex("55 0B 00 00 00 00 DC 74 00 00 00 00 00 00 08 00 00 63 AA")
 RFT64 = model_named("RFT64-SB01")
 
 
@@ -34,12 +33,6 @@ def test_uart_sample_of_the_vendor():
     assert codec.overload(payload) == 0
 
 
-def test_overload_bits():
-    (payload,) = UartDecoder().feed(OVERLOADED)
-    assert codec.wrench(payload, RFT64)[2] == -182.0
-    assert codec.overloaded_axes(codec.overload(payload)) == "Fz"
-
-
 def test_can_sample_of_the_vendor():
     pairer = CanPairer((1, 2), 1e-3)
     assert pairer.feed(CanFrame(1, bytes.fromhex("0B0271FFCEF44803"), 0.0)) is None
@@ -47,18 +40,9 @@ def test_can_sample_of_the_vendor():
     assert codec.wrench(payload, RFT64) == (12.5, -1.0, -60.0, 0.5, -1.0, 0.0035)
 
 
-def test_filter_parameter_counts_as_in_the_manual_not_in_the_header():
-    assert codec.CUTOFFS_HZ[0] == 500.0
-    assert codec.CUTOFFS_HZ[13] == 1.0
-
-
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
 def test_models_are_found_by_the_name_they_give(model):
     assert model_named(model.name.lower() + "-X") == model
-
-
-def test_an_unknown_model_has_no_divider():
-    assert model_named("RFT76-HA01") is None
 
 
 def test_a_lost_half_is_an_orphan_and_never_pairs_with_the_next():
@@ -86,18 +70,9 @@ def test_halves_that_a_stall_of_the_host_drew_apart_belong_together():
     assert pairer.orphans == 2
 
 
-def test_a_short_frame_is_an_orphan():
-    pairer = CanPairer((1, 2), 1e-3)
-    pairer.feed(CanFrame(1, b"A" * 8, 0.0))
-    assert pairer.feed(CanFrame(2, b"a" * 7, 1e-4)) is None
-    assert pairer.feed(CanFrame(2, b"a" * 8, 2e-4)) is None
-    assert pairer.orphans == 2
-
-
 payloads = st.binary(min_size=16, max_size=16)
 
 
-@settings(max_examples=100, deadline=None)
 @given(st.lists(payloads, max_size=8), st.lists(st.integers(1, 40), max_size=20))
 def test_any_cutting_of_the_stream_gives_every_payload_once(sent, cuts):
     stream = b"".join(map(codec.uart_frame, sent))
@@ -110,14 +85,12 @@ def test_any_cutting_of_the_stream_gives_every_payload_once(sent, cuts):
     assert decoder.damaged == 0
 
 
-@settings(max_examples=200, deadline=None)
 @given(st.binary(max_size=400))
 def test_random_bytes_give_only_frames_that_add_up(data):
     for payload in UartDecoder().feed(data):
         assert codec.uart_frame(payload) in data
 
 
-@settings(max_examples=100, deadline=None)
 @given(payloads, st.integers(0, 151), payloads)
 def test_one_flipped_bit_costs_one_frame(first, bit, second):
     damaged = bytearray(codec.uart_frame(first))

@@ -6,13 +6,13 @@ import pytest
 from driver_time import Clock
 from read_sensor import connect, look, read
 
-from stepload.errors import BadInputError, DeviceError
+from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
 from stepload_drivers import stream as stream_module
 from stepload_drivers import streamed
 from stepload_drivers.robotous import sensor as rft_module
 from stepload_drivers.robotous.codec import Command
-from stepload_drivers.robotous.sensor import Errors, RobotousCan, RobotousUart
+from stepload_drivers.robotous.sensor import Errors, RobotousUart
 
 
 class Device:
@@ -121,31 +121,6 @@ def test_a_sensor_that_is_not_as_wanted_is_refused(device, spoil, code):
     assert caught.value.code == code
 
 
-def test_a_filter_that_reads_back_otherwise_is_refused(device):
-    device.replies[Command.GET_FILTER] = (1, 4)
-    with pytest.raises(DeviceError, match="filter reads back"):
-        connect(RobotousUart(port="p", filter=100.0))
-    device.replies[Command.GET_FILTER] = (1, 5)
-    connect(RobotousUart(port="p", filter=100.0))
-    assert (Command.SET_FILTER, 1, 5) in [sent[:3] for sent in device.sent]
-
-
-def test_one_lost_reply_is_asked_for_again(device):
-    device.deaf_for[Command.MODEL] = 1
-    assert connect(RobotousUart(port="p")).model == "RFT64-SB01"
-
-
-@pytest.mark.parametrize(("rate", "baud"), [(1000.0, 460800), (500.0, 115200)])
-def test_a_bit_rate_too_low_for_the_rate_is_refused(rate, baud):
-    with pytest.raises(BadInputError, match="bit rate"):
-        RobotousUart(port="p", rate=rate, baud=baud)
-
-
-def test_can_ids_must_differ():
-    with pytest.raises(BadInputError, match="different"):
-        RobotousCan(channel="c", first_id=2)
-
-
 def test_samples_are_newton_by_the_models_divider_stamped_a_period_apart(sensor, clock):
     samples = read(sensor, clock, 0.05)
     assert samples[0].wrench[2] == pytest.approx(101 / 50)
@@ -179,13 +154,6 @@ def test_a_frozen_value_is_a_fault_and_a_filtered_one_gets_its_time(device, cloc
         assert sensor.fault() is None
         read(sensor, clock, 0.2 * limit_s)
         assert sensor.fault().code is FaultCode.STALE
-
-
-def test_bias_is_a_command_without_reply(sensor, device):
-    assert sensor.bias(1.0) is True
-    assert device.sent[-1][:2] == (Command.BIAS, 1)
-    sensor._disconnect()
-    assert sensor.bias(1.0) is False
 
 
 def test_the_stream_ends_with_close(sensor, device):

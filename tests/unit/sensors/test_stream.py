@@ -1,11 +1,7 @@
 """What is latched, counted and handed over between reader and engine."""
 
-import math
 import time
 
-import pytest
-
-from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
 from stepload_drivers.stream import FROZEN_COUNT, Stream
 
@@ -87,15 +83,3 @@ def test_nobody_drains_is_a_fault_not_endless_memory():
         s.put([1], time.monotonic())
     assert s.fault().code is FaultCode.DRIVER
     assert len(s.drain()) < 70
-
-
-def test_health_before_the_first_sample():
-    health = stream().health()
-    assert math.isinf(health.age_s)
-    assert health.rate_hz == 0.0
-
-
-def test_waiting_for_a_first_sample_that_does_not_come():
-    with pytest.raises(DeviceError) as caught:
-        stream().wait_first(0.01)
-    assert caught.value.code == FaultCode.NOT_CONNECTED

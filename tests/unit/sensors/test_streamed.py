@@ -147,27 +147,6 @@ def test_damaged_frames_are_a_fault_only_within_their_window(clock):
     assert stream.health().errors == {"checksum": 25}
 
 
-def test_a_rate_and_the_longest_gap_are_measured(clock):
-    stream = Stream("thing", 1e-2, stale_s=10.0)
-    for gap_s in (0.01, 0.01, 0.03, 0.01):
-        stream.put([1], clock.now_s)
-        clock.sleep(gap_s)
-    health = stream.health()
-    assert (health.received, health.lost) == (4, 0)
-    assert health.rate_hz == pytest.approx(3 / 0.05)
-    assert health.longest_gap_s == pytest.approx(0.03)
-    assert health.age_s == pytest.approx(0.01)
-
-
-def test_losses_found_again_are_taken_back_but_never_below_none(clock):
-    stream = Stream("thing", 1e-3, stale_s=1.0)
-    stream.lose(3)
-    stream.lose(-1)
-    assert stream.health().lost == 2
-    stream.lose(-5)
-    assert stream.health().lost == 0
-
-
 def test_what_nobody_drains_is_lost_and_counted(clock):
     stream = Stream("thing", 1.0, stale_s=1e3)
     for _ in range(100):
@@ -263,14 +242,3 @@ def test_a_port_that_cannot_be_opened_is_not_connected(monkeypatch, error):
     with pytest.raises(DeviceError) as caught:
         SerialPort("/dev/x", 9600, refuse_latency=True)
     assert caught.value.code == FaultCode.NOT_CONNECTED
-
-
-def test_an_adapter_that_delivers_in_bursts_is_refused_where_asked(tty, monkeypatch):
-    monkeypatch.setattr(serialport, "latency_timer_ms", lambda port: 16)
-    with pytest.raises(DeviceError, match="16 ms") as caught:
-        SerialPort("/dev/x", 9600, refuse_latency=True)
-    assert caught.value.code == FaultCode.UNSUPPORTED
-    assert tty[0].closed
-    assert SerialPort("/dev/x", 9600, refuse_latency=False).slow
-    monkeypatch.setattr(serialport, "latency_timer_ms", lambda port: 1)
-    assert not SerialPort("/dev/x", 9600, refuse_latency=True).slow

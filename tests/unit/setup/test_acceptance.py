@@ -14,13 +14,10 @@ from stepload.record.outcome import RunStatus, Touch
 from stepload.setup import acceptance
 from stepload.setup.check_line import CheckLine, Mark
 from stepload.setup.checkup import Checkup
-from stepload.setup.state import Found, State
-from stepload.setup.yaml_keys import Value
 
 NAN = math.nan
 OK = CheckLine("arm: stop", Mark.OK, NAN, NAN, "", "")
 SKIPPED = CheckLine("arm: watchdog", Mark.SKIPPED, NAN, NAN, "", "none to prove")
-FAILED = CheckLine("force: noise", Mark.FAIL, NAN, NAN, "", "too much", "look for cables")
 
 
 @pytest.fixture
@@ -59,18 +56,6 @@ def test_the_doctor_does_not_move_the_arm_without_consent(monkeypatch, done):
     assert done == []
 
 
-def test_a_rig_of_which_one_line_fails_is_not_sound(monkeypatch, done):
-    examined(monkeypatch, done, OK, FAILED)
-    with pytest.raises(RefusedError, match="not sound: force: noise: too much") as refused:
-        acceptance.doctor(setup_of(Rig()))
-    assert refused.value.hint == "look for cables"
-
-
-def test_what_is_measured_later_replaces_what_was_stated():
-    first, later = (Found({"force.noise": Value(t, "")}) for t in "12")
-    assert State(done={"sensor": first, "doctor": later}).values["force.noise"].text == "2"
-
-
 def touching(tmp_path, done, status=RunStatus.COMPLETED, **answers):
     def press(envelope, directory):
         done.append(directory)
@@ -99,8 +84,3 @@ def test_nothing_is_touched_from_elsewhere(tmp_path, done, monkeypatch):
     with pytest.raises(RefusedError, match="elsewhere"):
         acceptance.touch(touching(tmp_path, done))
     assert done == []
-
-
-def test_a_touch_that_was_stopped_is_none(tmp_path, done):
-    with pytest.raises(RefusedError, match="not completed: stopped: R1"):
-        acceptance.touch(touching(tmp_path, done, status=RunStatus.STOPPED))

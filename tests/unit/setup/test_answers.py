@@ -6,10 +6,8 @@ import pytest
 from bench_fakes import Hands, Rig
 
 from stepload.errors import BadInputError, RefusedError
-from stepload.plan.source import Source
 from stepload.setup.answers import Answers, from_flags
 from stepload.setup.questions import QUESTIONS
-from stepload.setup.yaml_keys import flat, quoted, written
 
 
 def asked(given=None, person=None, **how):
@@ -20,12 +18,6 @@ def test_a_missing_answer_names_its_flag():
     with pytest.raises(BadInputError) as missing:
         asked().text("surface_distance")
     assert "--surface-distance ANSWER" in missing.value.hint
-
-
-def test_the_order_is_given_kept_default():
-    assert asked({"plan": "a.yaml"}, kept={"plan": "b.yaml"}).text("plan") == "a.yaml"
-    assert asked(kept={"plan": "b.yaml"}).text("plan") == "b.yaml"
-    assert asked().text("plan") == "first-payload.yaml"
 
 
 def test_consent_is_never_kept_and_no_is_no():
@@ -50,13 +42,6 @@ def test_a_person_is_asked_until_the_answer_can_be_used():
     assert len(person.said) == 2
 
 
-def test_flags_take_both_forms_and_many_words():
-    found = from_flags(["--host=1.2.3.4", "--keys", "a.b=1 N", "--keys", "c=2 m", "--shape",
-                        "sphere"])  # fmt: skip
-    assert found == {"host": "1.2.3.4", "keys": "a.b=1 N\nc=2 m", "shape": "sphere"}
-    assert asked(found).words("keys") == {"a.b": "1 N", "c": "2 m"}
-
-
 @pytest.mark.parametrize(
     ("words", "what"),
     [
@@ -79,38 +64,6 @@ def test_flags_take_both_forms_and_many_words():
 def test_bad_flags_are_named(words, what):
     with pytest.raises(BadInputError, match=what):
         from_flags(words)
-
-
-@pytest.mark.parametrize("name", ["name", "payload_name", "hazards_read_by"])
-def test_a_name_that_no_rig_file_takes_is_refused_where_it_is_given(name):
-    for wrong in ("a\tb", "a\nb", "x" * 101, " "):
-        with pytest.raises(BadInputError):
-            from_flags([QUESTIONS[name].flag, wrong])
-    assert from_flags([QUESTIONS[name].flag, "bench 3 (left)"]) == {name: "bench 3 (left)"}
-
-
-def test_texts_are_read_back_as_they_were():
-    texts = [
-        "plain",
-        "with: colon",
-        "# no comment",
-        "12",
-        "true",
-        "-fz",
-        "a #b",
-        "",
-        "5 %",
-        "1e3",
-        "a\tb",
-        "behind ",
-        "nul\x00",
-    ]
-    rows = "\n".join(f"k{n}: {quoted(text)}" for n, text in enumerate(texts))
-    source = Source("x", None, rows, rows.encode())
-    found = flat(source, "here")
-    again = written(found)
-    assert [flat(Source("y", None, again, again.encode()), "here")[f"k{n}"].text
-            for n in range(len(texts))] == [quoted(text) for text in texts]  # fmt: skip
 
 
 def test_what_moves_the_arm_or_lets_a_hand_near_it_is_a_consent_each_time():

@@ -4,19 +4,14 @@ from __future__ import annotations
 
 import math
 
-import can
 import pytest
 from bench_fakes import FakeArm, FakeSensor, Rig, sound
 
 from stepload.errors import DeviceError
-from stepload.rig.faults import Fault, FaultCode
 from stepload.rig.samples import ForceSample
 from stepload.setup import bench
 from stepload.setup.bench import FORCE, Bench, listen
-from stepload.setup.devices import can_adapters
 from stepload.setup.yaml_keys import Value
-
-FAULT = Fault(FaultCode.STALE, "nothing comes", "cable", 0.0)
 
 
 def bench_of(rig, sensor=None, arm=None):
@@ -53,13 +48,6 @@ def test_one_reading_that_the_sensor_calls_bad_is_one_too_many():
     heard.force[FORCE][7] = reading(status=4)
     with pytest.raises(DeviceError, match="calls its readings bad"):
         heard.forces_n(FORCE)
-
-
-@pytest.mark.parametrize("who", [FakeArm, FakeSensor])
-def test_a_device_that_fails_is_not_listened_to(monkeypatch, who):
-    monkeypatch.setattr(who, "fault", lambda _: FAULT)
-    with pytest.raises(DeviceError, match="nothing comes"):
-        listen(bench_of(Rig()), 0.1)
 
 
 class Device:
@@ -104,24 +92,3 @@ def test_a_device_that_does_not_open_is_closed_with_those_before_it(monkeypatch)
     with pytest.raises(DeviceError, match="nobody answers"), bench.opened(VALUES, True):
         pytest.fail("opened")
     assert log == ["force open", "arm open", "arm close", "force close"]
-
-
-def test_adapters_are_named_and_the_network_is_not_asked(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[str] = []
-
-    def detect(interfaces: list[str]) -> list[dict[str, str]]:
-        asked.extend(interfaces)
-        return [{"interface": "pcan", "channel": "PCAN_USBBUS1"}]
-
-    monkeypatch.setattr(can, "detect_available_configs", detect)
-    assert can_adapters() == ["pcan PCAN_USBBUS1"]
-    assert "gs_usb" in asked
-    assert not {"socketcand", "udp_multicast", "virtual", "serial"} & set(asked)
-
-
-def test_an_adapters_library_that_fails_leaves_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    def detect(interfaces: list[str]) -> list[dict[str, str]]:
-        raise OSError("half installed")
-
-    monkeypatch.setattr(can, "detect_available_configs", detect)
-    assert can_adapters() == []

@@ -10,8 +10,7 @@ import pytest
 from run_plans import stvf_plan
 
 from stepload.envelope.envelope import envelope_of
-from stepload.errors import BadInputError, DeviceError
-from stepload.rig.faults import Fault, FaultCode
+from stepload.errors import DeviceError
 from stepload.rig.samples import ArmSample, ForceSample
 from stepload.setup import checkup, host, loop_delay, motion
 from stepload.setup.check_line import CheckLine, Mark
@@ -128,19 +127,6 @@ def test_whatever_ends_the_examination_the_arm_is_told_to_stop(monkeypatch):
     assert bench.done[-1] == "safe"
 
 
-def test_a_rig_that_does_not_open_is_not_sound(monkeypatch):
-    found = Bench(monkeypatch, opens=False).examine()
-    assert found.failed
-    assert [each.name for each in found.lines if each.mark is Mark.FAIL] == ["open"]
-
-
-def test_a_fault_that_came_meanwhile_is_told(monkeypatch):
-    fault = Fault(FaultCode.OVERLOAD, "too much", "let go", 0.0)
-    found = Bench(monkeypatch, fault=fault).examine()
-    assert found.failed
-    assert "overload: too much" in found.lines[-1].message
-
-
 def seen_of(force_n, number=1000):
     """A sensor that reads `force_n` at each index, and an arm at rest."""
     arm = [ArmSample(i, math.nan, 1e-3 * i, 0, 1e-6 * (i % 3), float(i % 7), (0.0,) * 6)
@@ -166,36 +152,3 @@ def test_the_drift_that_is_offered_is_an_upper_bound():
     noise = 0.25 / math.sqrt(1000 / 12)  # of the slope, over one second
     assert drift == pytest.approx(0.1 + 2.0 * noise, rel=0.05)
     assert (unit, remark) == ("N/s", "upper bound from 1 s")
-
-
-def test_what_a_frozen_sensor_shows_is_not_offered():
-    assert ("force", "noise") in figures_of(lambda i: 0.1 * (i % 5))
-    frozen = figures_of(lambda i: 0.1 * (i % 5) if i < 500 else 3.0)
-    assert ("force", "noise") not in frozen
-    assert ("force", "drift") not in frozen
-
-
-def test_of_a_burst_at_one_moment_nothing_is_offered():
-    seen = seen_of(lambda i: 0.1 * (i % 5))
-    for samples in seen.samples.values():
-        samples[:] = [each._replace(receive_time_s=7.0) for each in samples]
-    exam = checkup._Examination(ENVELOPE, lambda line: None)
-    checkup._data(exam, seen, 1.0)
-    assert exam.failed("force: data")
-    assert exam.failed("arm: data")
-    assert exam.figures == {}
-
-
-@pytest.mark.parametrize("seconds", [0.0, -1.0, 0.49, math.nan, math.inf])
-def test_nothing_is_opened_for_a_time_that_is_none(monkeypatch, seconds):
-    bench = Bench(monkeypatch)
-    with pytest.raises(BadInputError, match="at least"):
-        bench.examine(seconds=seconds)
-    assert bench.done == []
-
-
-@pytest.mark.parametrize("value", [0.0, math.nan])
-def test_no_figure_is_offered_where_none_was_seen(value):
-    exam = checkup._Examination(ENVELOPE, lambda line: None)
-    exam.offer("force", "noise", value=value, unit="N", remark="at rest")
-    assert exam.snippet() == ""

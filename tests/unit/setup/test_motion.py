@@ -115,13 +115,6 @@ def test_a_watchdog_that_does_not_act_fails():
     assert (line.mark, line.message) == (Mark.FAIL, "it goes on")
 
 
-def test_the_arm_swings_behind_the_start_only():
-    rig = Rig()
-    motion.response_lag(opened(StopArm(rig, noise_m=0.0)))
-    assert max(rig.targets) <= 0.0
-    assert min(rig.targets) == pytest.approx(-0.5e-3, abs=1e-6)
-
-
 @pytest.mark.parametrize(
     ("times", "mark"), [(1.0, Mark.OK), (1.2, Mark.WARN), (1.5, Mark.FAIL), (math.nan, Mark.FAIL)]
 )

@@ -7,13 +7,11 @@ from pathlib import Path
 import pytest
 from bench_fakes import Hands, Rig
 
-from stepload.declaration.sections import keys, sections_below
 from stepload.envelope.reason import PlanVerdict
 from stepload.errors import BadInputError
 from stepload.plan.load import load_plan
-from stepload.plan.model import Plan
 from stepload.setup.answers import Answers
-from stepload.setup.first_plan import NOTES, first_plan
+from stepload.setup.first_plan import first_plan
 from stepload.setup.questions import PRESETS, preset
 
 LIMIT = {"force_limit": "300 N"}
@@ -49,28 +47,3 @@ def test_no_preset_states_an_elastic_limit(name: str, tmp_path: Path) -> None:
     with pytest.raises(BadInputError, match="a person must declare it"):
         plan_of(name, tmp_path / "plan.yaml", given)
     assert not any("force_limit" in answers for answers in PRESETS.values())
-
-
-def test_an_unknown_material_asks_for_its_range(tmp_path: Path) -> None:
-    given = {key: text for key, text in MORE["unknown"].items() if key != "modulus"}
-    with pytest.raises(BadInputError) as missing:
-        plan_of("unknown", tmp_path / "plan.yaml", given)
-    assert "--modulus" in missing.value.hint
-    text = plan_of("unknown", tmp_path / "plan.yaml", MORE["unknown"])
-    body = load_plan(tmp_path / "plan.yaml").payload.material
-    assert body.youngs_modulus_ends_pa == (1e9, 4e9)
-    assert body.poisson_ratio_ends == (0.0, 0.5)
-    assert "nothing is known of it" in text
-
-
-def test_notes_are_of_keys_that_there_are(tmp_path: Path) -> None:
-    known = {key.name for kind in sections_below(Plan) for key in keys(kind)}
-    assert {key.rpartition(".")[2] for key in NOTES} - {"stepload"} <= known
-    for part in (f"  # {NOTES['payload.name']}\n  name:", f"# {NOTES['rig']}\nrig:"):
-        assert part in plan_of("cone", tmp_path / "plan.yaml", {})
-
-
-def test_another_name_is_no_preset() -> None:
-    with pytest.raises(BadInputError, match="'spere' is no preset") as wrong:
-        preset("spere")
-    assert "did you mean 'sphere'?" in wrong.value.hint

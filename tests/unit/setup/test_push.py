@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 from bench_fakes import Hands, Rig, setup_of
 
 from stepload.errors import RefusedError
 from stepload.setup import hand_push
-from stepload.setup.hand_push import Channel, agreed, judged
+from stepload.setup.hand_push import agreed
 
 
 def texts(found):
@@ -69,12 +68,6 @@ def test_a_push_the_wrong_way_is_not_taken_for_a_sign():
         hand_push.push(setup_of(rig, Hands(rig, push=(0.0, 0.0, -30.0))))
 
 
-def test_a_push_across_the_tool_is_not_clear_to_the_arm():
-    rig = Rig()
-    with pytest.raises(RefusedError, match="the arm's own force"):
-        hand_push.push(setup_of(rig, Hands(rig, push=(30.0, 0.0, 0.0))))
-
-
 def test_pushes_that_disagree_are_refused():
     rig = Rig()
 
@@ -88,50 +81,12 @@ def test_pushes_that_disagree_are_refused():
         hand_push.push(setup_of(rig, Changing(rig), second="none"))
 
 
-def test_a_hand_that_does_not_let_go_is_waited_for_in_vain():
-    rig = Rig()
-
-    class Holding(Hands):
-        def tell(self, line):
-            if "let go" not in line:
-                super().tell(line)
-
-    with pytest.raises(RefusedError, match="not come back to its rest"):
-        hand_push.push(setup_of(rig, Holding(rig)))
-
-
 def test_jerks_are_no_push():
     rig = Rig()
     rig.tool.mass_kg = 0.0
     rig.feel = lambda f: f if rig.clock.now_s() % 1.0 < 0.7 else (0.0, 0.0, 0.0)
     with pytest.raises(RefusedError, match="no push was seen"):
         hand_push.push(setup_of(rig, second="none"))
-
-
-QUIET = Channel("the sensor", np.zeros(3), np.full(3, 0.01))
-
-
-def along(force_n, across=0.0):
-    return np.array([across * force_n, 0.0, force_n])
-
-
-def test_a_weak_push_tells_no_sign():
-    assert judged(QUIET, [along(-11.0)] * 2).axis == "-fz"
-    with pytest.raises(RefusedError, match=r"read 9\.0 N of a push"):
-        judged(QUIET, [along(-9.0)] * 2)
-
-
-def test_a_push_stands_out_of_the_noise():
-    noisy = Channel("the sensor", np.zeros(3), np.array([0.1, 2.0, 0.1]))
-    assert judged(noisy, [along(25.0)] * 2).axis == "+fz"
-    with pytest.raises(RefusedError, match=r"at least 24\.0 N are needed"):
-        judged(noisy, [along(23.0)] * 2)
-
-
-def test_a_push_lies_along_one_axis():
-    assert judged(QUIET, [along(30.0, across=0.45)] * 2).cross_talk == pytest.approx(0.45)
-    with pytest.raises(RefusedError, match="which one is the axis is not clear"):
-        judged(QUIET, [along(30.0, across=0.55)] * 2)
 
 
 def test_two_channels_read_the_same_of_one_push():

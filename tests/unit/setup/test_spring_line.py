@@ -8,7 +8,6 @@ from types import SimpleNamespace
 import pytest
 from run_plans import stvf_plan
 
-from stepload.cli.devices import doctor
 from stepload.engine.operator import Operator
 from stepload.envelope.envelope import envelope_of
 from stepload.envelope.reason import PlanVerdict
@@ -63,9 +62,3 @@ def test_a_plan_that_preflight_refuses_is_not_pressed(monkeypatch):
 def test_nothing_is_offered_of_a_run_that_tells_nothing(monkeypatch, how):
     line, loop_s, _ = checked(monkeypatch, **how)
     assert (line.mark, loop_s) == (Mark.FAIL, None)
-
-
-def test_the_help_says_the_force_that_is_pressed():
-    procedure = ENVELOPE.plan.procedure
-    assert loop_delay.small_steps(ENVELOPE.plan).procedure.levels_n[-1] == procedure.top_force_n
-    assert "presses up to its top force" in " ".join(doctor.__doc__.split())

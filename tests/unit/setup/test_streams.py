@@ -44,10 +44,6 @@ def mark_of(what, **how):
     return next(line.mark for line in lines if line.name == f"force: {what}")
 
 
-def test_two_samples_are_no_data():
-    assert mark_of("data", number=2) is Mark.FAIL
-
-
 def test_a_burst_at_one_moment_is_no_data():
     seen = seen_of(number=50)
     seen.samples["force"] = [each._replace(receive_time_s=7.0) for each in seen.samples["force"]]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
-import pytest
 from bench_fakes import FakeArm, Rig
 
 from stepload.plan.load import load_plan
@@ -76,8 +75,3 @@ def test_losses_on_a_late_computer_are_first_its_own():
     assert line.mark is Mark.FAIL
     assert f"late by a period in 7 of {len(seen.late_s)} ticks" in line.message
     assert line.remedy.startswith("this computer first")
-
-
-def test_the_limit_of_a_late_tick_is_one_period():
-    assert Watched(late_s=[1e-3, 2e-3, 3e-3], period_s=2e-3).late_ticks == 1
-    assert Watched(late_s=[1e-3]).late_ticks == pytest.approx(0)

@@ -52,15 +52,6 @@ def test_an_arm_that_is_held_elsewhere_is_not_moved(monkeypatch):
     assert exam.lines[0].limit == plan.rig.arm.model_tolerance_m
 
 
-@pytest.mark.parametrize(
-    ("off_m", "mark"), [(0.02e-3, Mark.OK), (-0.04e-3, Mark.WARN), (float("nan"), Mark.FAIL)]
-)
-def test_where_it_is_held_is_graded(monkeypatch, off_m, mark):
-    arm = SimpleNamespace(held_m=lambda: START_M + off_m)
-    monkeypatch.setattr(motion, "position_now", lambda rig: START_M)
-    assert motion.check_held(stvf_plan(), SimpleNamespace(arm=arm)).mark is mark
-
-
 def test_the_arm_is_brought_back_to_where_the_examination_began(monkeypatch):
     truth = Rig(position_m=2e-4)
     rig = SimpleNamespace(arm=FakeArm(truth), clock=truth.clock)

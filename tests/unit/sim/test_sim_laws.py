@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from itertools import pairwise
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from stepload.contact import power_law
 from stepload.contact.plastic import ElasticPlasticSphere
 from stepload.contact.rough import RoughSphere
-from stepload.errors import DomainError
 from stepload.rig.world import PayloadTruth
 from stepload_drivers.sim.contact import contact_of
 from stepload_drivers.sim.laws import ContactLaw
@@ -23,14 +21,6 @@ SPHERE = PayloadTruth("smooth", 6.57e8, 1.5, 727.0, 0.0, 0.0, 0.0, math.inf)
 HERTZ = power_law.ContactLaw(SPHERE.k, 1.5, "(7)")
 ROUGH = replace(SPHERE, law="rough", roughness_m=7.5e-6, kappa=262.0)
 PLASTIC = replace(SPHERE, law="elastic_plastic")
-LAWS = [
-    SPHERE,
-    ROUGH,
-    PLASTIC,
-    replace(SPHERE, hysteresis=0.2),
-    replace(PLASTIC, hysteresis=0.1),
-    replace(SPHERE, hard_stop_m=40e-6),
-]
 
 
 def contact_law(payload):
@@ -50,7 +40,6 @@ def travel(law: ContactLaw, start_m: float, end_m: float, parts: int = 4000) -> 
     return work
 
 
-@settings(max_examples=50, deadline=None)
 @given(k=st.floats(1e4, 1e12), n=st.floats(1.0, 3.0), deformation_m=st.floats(1e-8, 1e-3))
 def test_smooth_law_is_the_power_law(k: float, n: float, deformation_m: float) -> None:
     law, power = contact_law(replace(SPHERE, k=k, n=n)), power_law.ContactLaw(k, n, "")
@@ -65,31 +54,12 @@ def test_rough_law_inverts_the_rough_sphere(force_n: float) -> None:
     assert contact_law(ROUGH).evaluate(deformation_m)[0] == pytest.approx(force_n, rel=2e-3)
 
 
-def test_rough_law_rises_everywhere_from_zero() -> None:
-    law = contact_law(ROUGH)
-    forces = [law.evaluate(i * 1e-8)[0] for i in range(8000)]
-    assert forces[0] == 0.0
-    assert all(a <= b for a, b in pairwise(forces))
-    assert all(a < b for a, b in pairwise(forces[100:]))
-
-
-@settings(max_examples=50, deadline=None)
 @given(x=st.floats(0.01, 100.0))
 def test_elastic_plastic_loading_is_the_continuous_theory(x: float) -> None:
     theory = ElasticPlasticSphere.from_law(PLASTIC.k, PLASTIC.elastic_limit_n)
     deformation_m = x * theory.deformation_c_m
     expected = theory.force(deformation_m)
     assert contact_law(PLASTIC).evaluate(deformation_m)[0] == pytest.approx(expected, rel=1e-9)
-
-
-@pytest.mark.parametrize("payload", LAWS, ids=lambda p: f"{p.law}-{p.hysteresis}-{p.hard_stop_m}")
-def test_tangent_is_the_derivative(payload: PayloadTruth) -> None:
-    law = contact_law(payload)
-    travel(law, 0.0, 30e-6)
-    for deformation_m in (31e-6, 45e-6, 60e-6, 120e-6):
-        step = 1e-6 * deformation_m
-        rise = law.evaluate(deformation_m + step)[0] - law.evaluate(deformation_m - step)[0]
-        assert law.evaluate(deformation_m)[1] == pytest.approx(rise / (2.0 * step), rel=1e-3)
 
 
 @pytest.mark.parametrize("share", [0.05, 0.2, 0.5])
@@ -112,14 +82,6 @@ def test_hysteresis_loads_on_the_law_itself_and_rejoins_it_after_a_small_cycle()
     assert law.evaluate(50e-6)[0] == pytest.approx(HERTZ.force(50e-6), rel=1e-3)
 
 
-def test_no_residual_below_the_elastic_limit() -> None:
-    law = contact_law(PLASTIC)
-    below_m = 0.99 * (727.0 / PLASTIC.k) ** (2.0 / 3.0)
-    loaded, returned = travel(law, 0.0, below_m), -travel(law, below_m, 0.0)
-    assert returned == pytest.approx(loaded, rel=1e-9)
-    assert law.residual_m == 0.0
-
-
 def test_beyond_the_elastic_limit_an_indentation_stays() -> None:
     law = contact_law(PLASTIC)
     deepest_m = 5.0 * (727.0 / PLASTIC.k) ** (2.0 / 3.0)
@@ -130,29 +92,3 @@ def test_beyond_the_elastic_limit_an_indentation_stays() -> None:
     again = travel(law, 0.0, deepest_m)
     assert again == pytest.approx(returned, rel=1e-6), "reloading is elastic"
     assert law.evaluate(deepest_m * 1.01)[0] > law.evaluate(deepest_m)[0]
-
-
-def test_hard_stop_takes_over() -> None:
-    law = contact_law(replace(SPHERE, hard_stop_m=20e-6))
-    assert law.evaluate(20e-6)[0] == pytest.approx(HERTZ.force(20e-6))
-    rise = law.evaluate(25e-6)[0] - HERTZ.force(25e-6)
-    assert rise == pytest.approx(5e-6 * 1e9)
-
-
-@pytest.mark.parametrize(
-    "payload",
-    [
-        replace(SPHERE, law="foam"),
-        replace(SPHERE, k=0.0),
-        replace(SPHERE, k=math.nan),
-        replace(SPHERE, n=0.5),
-        replace(PLASTIC, n=2.0),
-        replace(PLASTIC, elastic_limit_n=math.inf),
-        replace(ROUGH, roughness_m=0.0),
-        replace(SPHERE, hysteresis=0.95),
-        replace(SPHERE, hysteresis=-0.1),
-    ],
-)
-def test_impossible_payloads_are_refused(payload: PayloadTruth) -> None:
-    with pytest.raises(DomainError):
-        contact_law(payload)

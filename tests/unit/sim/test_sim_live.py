@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Iterator
 from dataclasses import replace
@@ -57,30 +56,6 @@ def test_a_late_reader_is_told_of_the_time_it_asks_for() -> None:
     assert late.at(50.0).time_s == pytest.approx(58.0, abs=2e-3)
 
 
-def test_live_world_is_thread_safe() -> None:
-    live = LiveWorld(DEFAULT_SPEC, start_s=0.0)
-
-    def advance(offset_s: float) -> None:
-        for i in range(200):
-            live.advance_to(offset_s + 0.005 * i)
-            live.command(1e-4)
-            live.state()
-
-    threads = [threading.Thread(target=advance, args=(0.001 * i,)) for i in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert live.state().time_s == pytest.approx(0.998, abs=0.0011)
-    assert live.world.force.sequence == live.world.force.samples
-
-
-def test_live_world_forgets_samples_that_nobody_drains() -> None:
-    live = LiveWorld(DEFAULT_SPEC, start_s=0.0)
-    live.advance_to(5.0)
-    assert len(live.world.force.pending) == 1000
-
-
 def wait_for(condition: Any, seconds: float = 5.0) -> None:
     give_up_s = time.monotonic() + seconds
     while not condition() and time.monotonic() < give_up_s:
@@ -112,23 +87,6 @@ def test_devices_of_one_name_share_a_world_in_real_time(closing: list[Device]) -
     wait_for(lambda: pressed() or bool(readings and abs(readings[-1]) < 2.0))
     assert abs(readings[-1]) < 2.0
     assert arm.health().lost == force.health().lost == 0
-
-
-def test_world_begins_anew_when_all_have_closed(closing: list[Device]) -> None:
-    arm = SimArm(world="anew")
-    closing.append(arm)
-    arm.open(2.0)
-    arm.command(1e-3)
-    places: list[float] = []
-
-    def moved() -> bool:
-        places.extend(sample.position_m for sample in arm.drain())
-        return max(places, default=0.0) > 0.5e-3
-
-    wait_for(moved)
-    arm.close()
-    arm.open(2.0)
-    assert arm.drain()[0].position_m == pytest.approx(0.0, abs=10e-6)
 
 
 def test_a_device_that_comes_too_late_is_told_so(closing: list[Device]) -> None:

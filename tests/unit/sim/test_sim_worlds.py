@@ -7,13 +7,11 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from long_ones import long
 
 from stepload.engine.first_loading import true_deformation
 from stepload.rig.samples import ForceSample
-from stepload.rig.world import PayloadTruth, WorldSpec
+from stepload.rig.world import PayloadTruth
 from stepload_drivers.sim.live import DEFAULT_SPEC
-from stepload_drivers.sim.plant import Plant
 from stepload_drivers.sim.simulation import World
 
 SPHERE = PayloadTruth("smooth", 6.57e8, 1.5, 727.0, 0.0, 0.0, 0.0, math.inf)
@@ -61,15 +59,6 @@ def hold(made: World, force_n: float, seconds: float) -> None:
         made.advance(made.time_s + 0.01)
 
 
-def test_nothing_moves_by_itself_in_a_plain_world() -> None:
-    made = world()
-    assert type(made.plant) is Plant
-    go(made, 2e-4)
-    force_n = made.true_force_n
-    made.advance(made.time_s + 5.0)
-    assert made.true_force_n == force_n > 100.0
-
-
 def test_a_held_contact_creeps_by_the_share_that_was_asked_for() -> None:
     """δ(t) = δ (1 + c (1 − e^(−t/τ))) at a force that is held."""
     made = world(creep=0.2, creep_time_s=5.0)
@@ -108,36 +97,6 @@ def test_a_crept_contact_comes_back_when_it_is_free() -> None:
     assert touched_m[1] > 0.5, "and has come back"
 
 
-def test_relaxation_at_a_drive_that_stands() -> None:
-    """The spring K_s gives back what the contact creeps; the force falls to the new balance."""
-    made = world(creep=0.3, creep_time_s=0.5)
-    go(made, 2e-4, 0.02)
-    made.advance(made.time_s + 10.0)
-    force_n = made.true_force_n
-    travel_m = force_n / K_S + 1.3 * true_deformation(SPHERE, force_n)
-    assert travel_m == pytest.approx(2e-4 - QUIET.surface_m, rel=1e-4)
-
-
-@pytest.mark.parametrize("speed", [0.2e-6, *long([-0.2e-6])])
-def test_drift_changes_the_force_and_not_the_measured_travel(speed: float) -> None:
-    made = world(drift_m_s=speed)
-    go(made, 2e-4)
-    begun_s, arm_m = made.time_s, made.arm.last
-    made.advance(begun_s + 20.0)
-    force_n = made.true_force_n
-    travel_m = force_n / K_S + true_deformation(SPHERE, force_n)
-    assert made.arm.last == arm_m
-    assert travel_m == pytest.approx(2e-4 - QUIET.surface_m + speed * made.time_s, rel=1e-4)
-    assert made.plant.closed_m == pytest.approx(true_deformation(SPHERE, force_n), rel=1e-4)
-
-
-def test_drift_moves_the_surface_of_the_next_touch() -> None:
-    made = world(drift_m_s=1e-6)
-    made.advance(20.0)
-    go(made, QUIET.surface_m - 15e-6)
-    assert made.true_force_n > 1.0
-
-
 def test_slip_is_travel_that_is_measured_and_moves_nothing() -> None:
     """The same true place of the drive lies 3 µm apart in the measured travel, up and down."""
     made = world(slip_m=3e-6)
@@ -147,13 +106,6 @@ def test_slip_is_travel_that_is_measured_and_moves_nothing() -> None:
     go(made, 2.1e-4 - 3e-6)
     assert made.true_force_n == pytest.approx(up_n, rel=1e-4)
     assert up_m - made.arm.last == pytest.approx(3e-6, rel=1e-3)
-
-
-def test_slip_and_known_lost_motion_are_told_apart() -> None:
-    made = world(slip_m=3e-6, lost_motion_m=2e-6)
-    go(made, 2e-4)
-    assert made.plant.drive_m == pytest.approx(2e-4 - 2.5e-6)
-    assert made.arm.last == pytest.approx(2e-4 - 1e-6), "the arm's own lost motion is not measured"
 
 
 def test_a_soft_load_path_is_not_seen_by_a_gauge_across_the_contact() -> None:
@@ -197,12 +149,6 @@ def test_a_lateral_force_is_in_the_wrench_of_every_sensor(axis: str, across: int
         assert sum(map(bool, six)) == 2
 
 
-def test_cross_talk_reads_the_lateral_force_along_the_axis() -> None:
-    made = world(lateral=0.5, cross_talk=0.04)
-    go(made, 2e-4)
-    assert _wrench(made.force)[2] == pytest.approx(1.02 * made.true_force_n)
-
-
 def test_a_bent_sensor_errs_by_its_share_of_full_scale() -> None:
     made = world(sensor_quadratic=0.01, sensor_cubic=-0.02, force_range_n=400.0, arm_has_force=True)
     go(made, 2e-4)
@@ -242,42 +188,3 @@ def test_yield_below_the_believed_limit_leaves_a_set() -> None:
     assert made.true_force_n == 0.0
     go(made, 2.2e-4)
     assert made.true_force_n == pytest.approx(top_n, rel=1e-3), "reloading is elastic"
-
-
-def test_every_switch_at_once_runs_and_ends_apart() -> None:
-    spec: WorldSpec = replace(
-        QUIET,
-        payload=replace(
-            SPHERE,
-            law="rough_elastic_plastic",
-            elastic_limit_n=60.0,
-            roughness_m=7.5e-6,
-            kappa=262.0,
-            hysteresis=0.05,
-            hard_stop_m=60e-6,
-            stop_stiffness_n_per_m=5e6,
-            pad_stiffness_n_per_m=8e6,
-            pad_depth_m=10e-6,
-            adhesion_n=1.0,
-            seating_m=2e-6,
-            seating_depth_m=40e-6,
-            creep=0.1,
-            creep_time_s=1.0,
-            creep_decades=2,
-        ),
-        drift_m_s=0.1e-6,
-        slip_m=2e-6,
-        softness=0.4,
-        lateral=0.2,
-        cross_talk=0.02,
-        sensor_quadratic=0.01,
-    )
-    made = World(spec)
-    peaks = []
-    for _ in range(2):
-        go(made, 2.2e-4)
-        peaks.append(made.true_force_n)
-        go(made, 0.0)
-        assert made.true_force_n == 0.0
-    assert 50.0 < peaks[0] < 300.0
-    assert made.true_peak_force_n >= max(peaks)

@@ -44,12 +44,6 @@ def test_the_arm_tells_what_the_tip_does_to_the_plate() -> None:
     assert live.arm.has_wrench
 
 
-def test_an_arm_of_one_axis_or_without_force_tells_none() -> None:
-    for live in (pressed(None), pressed(arm_has_force=False)):
-        assert np.isnan(live.arm.drain()[-1].wrench).all()
-        assert not live.arm.has_wrench
-
-
 def test_every_component_has_a_noise_and_a_zero_of_its_own() -> None:
     live = open_world(rig(mount=MOUNT, arm_force_noise_n=2.0))
     live.arm.open(1.0)
@@ -79,13 +73,6 @@ def test_a_fault_of_the_arms_force_is_one_of_the_whole_vector(kind: str) -> None
     sample = live.arm.drain()[-1]
     assert sample.wrench[:2] == pytest.approx(change(x, y), abs=1e-3)
     assert sample.wrench[2] == sample.force_n
-
-
-@pytest.mark.parametrize("kind", ["arm_force_freeze", "arm_freeze"])
-def test_a_frozen_arm_stands_in_all_of_its_force(kind: str) -> None:
-    live = pressed(arm_force_noise_n=1.0, faults=(WorldFault(kind, 1.2, 60.0, 0.0),))
-    late = [sample.wrench[:3] for sample in live.arm.drain()[-50:]]
-    assert len(set(late)) == 1
 
 
 @pytest.mark.parametrize("turned", [False, True])

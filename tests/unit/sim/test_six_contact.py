@@ -95,10 +95,6 @@ def test_a_contact_that_sticks_has_the_same_share_both_ways_and_no_jump(friction
     assert found.slips == ()
 
 
-def test_without_friction_and_tilt_there_is_nothing_to_say() -> None:
-    assert all(each.size < 0.01 for each in pressed(rub(0.0, x=0.5)).branches)
-
-
 def test_a_tip_that_is_dragged_until_it_lets_go_is_seen_to_slip() -> None:
     """Static friction holds it, kinetic friction does not: the force across jumps down."""
     press = Press(rub(0.3, 0.15, x=0.1))

@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 import math
-import random
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
-from long_ones import long, long_rows
+from long_ones import long_rows
 from quasi_static import press
 from six_rigs import SURFACE_M, go, plant, rig, rub, shift, springs, wait
 
-from stepload.contact.lateral import left_of_limit
-from stepload.errors import DomainError
 from stepload.rig.mount import Mount
 from stepload.rig.world import WorldFault
 from stepload_drivers.sim.friction import lateral_derating
 from stepload_drivers.sim.plant import Plant
 from stepload_drivers.sim.simulation import World
 from stepload_drivers.sim.six_plant import SixPlant
-from stepload_drivers.sim.six_tip import SWING_RAD
 
 
 def pressed(spec, make, speed_m_s=0.5e-3):
@@ -211,96 +207,6 @@ def test_a_tilted_plate_pushes_along_its_normal(tilt):
     assert six.peak_n >= six.tip.normal_n
 
 
-def test_sliding_along_a_slope_changes_the_depth():
-    """The tip goes deeper by the slip times the slope."""
-    six = plant(rig(), rub(0.0, plate_tilt_rad=(0.0, 0.05)))
-    go(six, SURFACE_M + 5e-4)
-    before_m, x_m, z_m = six.closed_m, six.tip_shift_m[0], six.tip_m
-    shift(six, 1e-3)
-    slope = math.tan(0.05)
-    deeper_m = six.tip_m - z_m + slope * (six.tip_shift_m[0] - x_m)
-    assert six.closed_m - before_m == pytest.approx(deeper_m, rel=1e-6)
-    assert deeper_m > 5e-6
-
-
-def test_a_plate_that_is_met_on_a_slope_is_met_where_the_press_axis_meets_it():
-    six = plant(rig(), rub(0.3, plate_tilt_rad=(0.3, 0.2)))
-    assert six.surface_m == pytest.approx(SURFACE_M)
-    assert six.closed_m == pytest.approx(-SURFACE_M)
-    go(six, SURFACE_M - 1e-7)
-    assert six.force_n == 0.0
-    go(six, SURFACE_M + 1e-6)
-    assert six.force_n > 0.0
-
-
-def work_of_a_loop(spec, mount, stations):
-    """Work of the tip on the contact while the drives go straight between (x, y, z) in m."""
-    six = plant(spec, mount)
-
-    def tip():
-        return np.array([*six.tip_shift_m, six.tip_m]), np.array(six.load)
-
-    work, here, before = 0.0, np.zeros(3), tip()
-    for station in stations:
-        there = np.array(station)
-        for part in np.linspace(0.0, 1.0, 801)[1:].tolist() + [1.0] * 200:
-            x, y, z = (here + part * (there - here)).tolist()
-            six.command(six.time_s, z)
-            six.command_shift(six.time_s, x, y)
-            six.step()
-            after = tip()
-            work += 0.5 * float((before[1] + after[1]) @ (after[0] - before[0]))
-            before = after
-        here = there
-    assert six.force_n == 0.0
-    return work, six
-
-
-@pytest.mark.parametrize("seed", [0, 1, *long(range(2, 6))])
-def test_random_loops_take_energy_and_never_give_it(seed):
-    chance = random.Random(seed)
-    mount = rub(
-        chance.uniform(0.0, 0.6),
-        x=chance.uniform(-0.6, 0.6),
-        plate_tilt_rad=(chance.uniform(-0.05, 0.05), chance.uniform(-0.05, 0.05)),
-    )
-    stations = [
-        (
-            chance.uniform(-2e-4, 2e-4),
-            chance.uniform(-2e-4, 2e-4),
-            SURFACE_M + chance.uniform(0, 2e-3),
-        )
-        for _ in range(5)
-    ]
-    work, six = work_of_a_loop(rig(), mount, [*stations, (0, 0, 0)])
-    assert work > -1e-6
-    if mount.friction_static > 0.1:
-        assert work > 0.0
-    assert six.tip.slid_m > 0.0
-
-
-@pytest.mark.parametrize(
-    "payload",
-    [
-        pytest.param({}, marks=pytest.mark.long, id="stiff"),
-        pytest.param({"hard_stop_m": 5e-6, "stop_stiffness_n_per_m": 1e9}, id="stop"),
-    ],
-)
-@pytest.mark.parametrize("friction", [0.3, *long([0.0])])
-def test_stiff_contacts_converge(payload, friction):
-    """K up to 1e8 N/m and a hidden stop of 1e9 N/m: finer steps change the peak by < 1 %."""
-    spec = rig(3e4, 1e8 if not payload else 1e6, 1.0, payload=payload)
-    mount = Mount(springs(3e4, 0.8, 0.4), friction_static=friction, friction_kinetic=friction)
-    coarse, _ = pressed(spec, lambda spec: plant(spec, mount), 5e-3)
-    fine, _ = pressed(
-        spec, lambda spec: plant(spec, mount, swing_rad=SWING_RAD / 4, error_factor=0.25), 5e-3
-    )
-    assert coarse.peak_n == pytest.approx(fine.peak_n, rel=0.01)
-    assert coarse.peak_equivalent_n == pytest.approx(fine.peak_equivalent_n, rel=0.02)
-    assert coarse.peak_n > 5.0
-    assert coarse.force_n == pytest.approx(fine.force_n, rel=0.05, abs=0.05)
-
-
 def test_the_peak_is_of_the_resultant_and_knows_what_friction_costs():
     six = plant(rig(k=1e8), rub(0.6, x=0.6))
     go(six, SURFACE_M + 1e-3)
@@ -333,33 +239,6 @@ def test_a_plate_that_becomes_slippery_lets_go_and_holds_again():
     assert six.friction_n / six.tip.normal_n > 0.051
 
 
-def test_what_a_lateral_load_leaves_of_the_limit():
-    shares = (0.0, 0.05, 0.123, 0.3, 0.38, 0.45, 0.599)
-    for ratio in (0.2, 0.3, 0.33, 0.5):
-        given = [lateral_derating(ratio)(share) for share in shares]
-        assert given == pytest.approx([left_of_limit(ratio, share) for share in shares], abs=2e-3)
-    assert lateral_derating(0.3)(0.6) == pytest.approx(0.1743)
-    assert lateral_derating(0.3)(1.2) == pytest.approx(0.1743 / 8.0)
-
-
-SLOW = [
-    {"drift_m_s": 1e-6},
-    {"payload": {"creep": 0.2, "creep_time_s": 0.1}},
-    {"faults": (WorldFault("plate_moves", 0.4, 0.3, 2e-5),)},
-]
-
-
-@pytest.mark.parametrize("truth", SLOW, ids=["drift", "creep", "plate"])
-def test_what_moves_by_itself_does_so_with_six_axes_too(truth):
-    spec = rig(3.49e6, 6.57e8, **truth)
-    one, expected = pressed(spec, lambda spec: Plant(spec, step_s=1e-3))
-    six, forces = pressed(spec, lambda spec: plant(spec, Mount(springs(3.49e6))))
-    assert forces[300::100] == pytest.approx(expected[300::100], rel=5e-3, abs=0.05)
-    assert six.closed_m == pytest.approx(one.closed_m, abs=2e-8)
-    assert six.peak_n == pytest.approx(one.peak_n, rel=0.01)
-    assert six.surface_m == pytest.approx(one.surface_m, abs=1e-12)
-
-
 def test_brake_and_push_limit_hold_all_drives():
     six = plant(rig(max_push_n=20.0), rub(0.3))
     go(six, SURFACE_M + 2e-3)
@@ -377,56 +256,7 @@ def test_brake_and_push_limit_hold_all_drives():
     assert (six.shift_m, six.drive_m) == at
 
 
-def test_drives_across_the_press_have_the_limits_of_the_one_along_it():
-    six = plant(rig(surface_m=1.0, max_speed_m_s=0.01), rub(0.3))
-    six.command_shift(0.05, 1e-3, -2e-3)
-    for tick in range(1, 51):
-        six.step()
-        assert six.shift_m == (0.0, 0.0), tick
-    wait(six, 0.1)
-    assert six.shift_m == pytest.approx((1e-3, -1e-3), abs=2e-5)
-    assert abs(six.drive_speed) == pytest.approx(0.01)
-    wait(six, 0.3)
-    assert six.shift_m == pytest.approx((1e-3, -2e-3))
-    assert six.drive_m == 0.0
-    assert six.tip_shift_m == pytest.approx((1e-3, -2e-3), abs=5e-6)
-
-
-def test_a_shift_is_blocked_both_ways_by_the_largest_push():
-    six = plant(rig(max_push_n=20.0), rub(5.0))
-    go(six, SURFACE_M + 1.5e-4)
-    shift(six, -2e-3)
-    assert abs(six.load[0]) < 25.0
-    assert six.shift_m[0] > -1e-3
-
-
 def test_a_world_without_a_mount_has_the_one_axis_plant():
     spec = rig()
     assert type(World(spec).plant) is Plant
     assert isinstance(World(replace(spec, mount=rub(0.3))).plant, SixPlant)
-
-
-WRONG = [
-    ({"compliance_m_per_n": springs(8e4)}, "not the system stiffness"),
-    ({"compliance_m_per_n": springs(9e4, 0.2, 0.5)}, "energy"),
-    (
-        {"compliance_m_per_n": ((1e-5, 1e-6, 0.0), (0.0, 1e-5, 0.0), (0.0, 0.0, 1 / 9e4))},
-        "symmetric",
-    ),
-    ({"mass_kg": springs(-1.0)}, "mass_kg"),
-    ({"friction_kinetic": 0.4}, "friction"),
-    ({"friction_static": math.nan}, "friction"),
-    ({"tangential_ratio": 0.0}, "tangential"),
-    ({"plate_tilt_rad": (0.7, 0.7)}, "45 degrees"),
-]
-
-
-@pytest.mark.parametrize(("change", "says"), WRONG)
-def test_a_mount_that_no_rig_has_is_refused(change, says):
-    with pytest.raises(DomainError, match=says):
-        World(rig(mount=replace(rub(0.3), **change)))
-
-
-def test_the_side_force_of_one_axis_is_refused_beside_a_mount():
-    with pytest.raises(DomainError, match="leave them at 0"):
-        World(rig(mount=rub(0.3), lateral=0.1))

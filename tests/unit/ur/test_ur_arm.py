@@ -194,15 +194,6 @@ def test_open_gives_up_at_its_deadline_says_how_far_it_got_and_leaves_nothing(ma
     assert FakeChild.made[-1].killed
 
 
-def test_the_stage_of_an_earlier_open_is_not_told_again(make_arm):
-    arm = make_arm((0.1, wire.pack_json(wire.STAGE, name="RTDE control interface")))
-    with pytest.raises(DeviceError):
-        arm.open(1.0)
-    FakeChild.at_start = []
-    with pytest.raises(DeviceError, match="start of the process"):
-        arm.open(1.0)
-
-
 @pytest.mark.parametrize(
     "messages",
     [
@@ -235,23 +226,6 @@ def test_an_interrupt_during_open_leaves_no_child(make_arm):
     assert arm._child is None
 
 
-def test_a_first_sample_that_is_too_old_fails_open(make_arm):
-    old = (0.2, lambda clock: sample(clock, age_s=0.5))
-    with pytest.raises(DeviceError) as caught:
-        make_arm((0.1, HELLO), old).open(2.0)
-    assert caught.value.code == FaultCode.STALE
-
-
-def test_open_again_starts_afresh(opened):
-    arm, child = opened()
-    child.arrives(fault(FaultCode.PROTECTIVE_STOP))
-    assert arm.fault().code is FaultCode.PROTECTIVE_STOP
-    arm.open(5.0)
-    assert child.has_quit
-    assert arm.fault() is None
-    assert len(arm.drain()) == 1
-
-
 # samples
 
 
@@ -266,17 +240,6 @@ def test_a_sample_is_travel_and_force_along_the_approach(opened, clock):
     assert (good.status, stopped.status) == (0, Status.STOPPED)
     assert good.receive_time_s == clock.now_s
     assert arm.drain() == []
-
-
-def test_the_configuration_is_what_the_controller_told_last(opened):
-    arm, child = opened()
-    assert arm.configuration() is None
-    for speed_fraction in (1.0, 0.5):
-        told = ArmConfiguration((0.1,) * 6, (0.0,) * 6, None, (0.0, 0.0, 0.1), speed_fraction)
-        child.arrives(wire.pack_configuration(told))
-    assert arm.configuration() == told
-    arm.open(5.0)
-    assert arm.configuration() is None
 
 
 def test_where_it_is_held_is_the_controllers_own_target(opened):
@@ -550,29 +513,6 @@ def test_the_targets_that_were_sent_tell_how_far_the_arm_can_be(opened, rescue, 
         assert (unseen(rescue, clock, position_m) == "") is explained
 
 
-def test_an_arm_that_was_back_can_be_no_further_back(opened, rescue, clock):
-    arm, child = opened()
-    arm.command(1e-3)
-    child.answers["retract"] = {"ok": True}
-    arm.retract(2e-3, 0.01, 3.0)
-    child.arrives(lambda clock: sample(clock, -1e-3))
-    arm.drain()
-    child.answers["retract"] = None
-    arm.retract(1e-3, 0.01, 3.0)
-    assert unseen(rescue, clock, -2e-3) == ""
-    assert "0.50 mm" in unseen(rescue, clock, -2.5e-3)
-    assert "1.00 mm" in unseen(rescue, clock, 0.0)
-
-
-def test_a_closed_arm_watches_no_dashboard(opened, rescue):
-    arm, child = opened()
-    child.deaf = True
-    arm.retract(2e-3, 0.01, 3.0)
-    assert not rescue.closed
-    arm.close()
-    assert rescue.closed
-
-
 @pytest.mark.parametrize("value", [math.nan, math.inf, 0.0, -1.0])
 @pytest.mark.parametrize("place", [0, 1, 2])
 def test_a_motion_that_is_no_number_is_refused_and_never_sent(opened, rescue, place, value):
@@ -587,13 +527,6 @@ def test_a_motion_that_is_no_number_is_refused_and_never_sent(opened, rescue, pl
 
 
 # prove_stop
-
-
-def test_a_proven_stop_is_told(opened):
-    arm, child = opened()
-    child.answers["prove"] = {"ok": True, "stop_s": 0.1, "still_s": 0.2, "travel_m": 1e-3}
-    proof = arm.prove_stop(2e-3, 0.01, 2.0)
-    assert (proof.stop_s, proof.still_s, proof.travel_m) == (0.1, 0.2, 1e-3)
 
 
 @pytest.mark.parametrize("answer", [None, {"ok": False, "message": "the watchdog did not act"}])

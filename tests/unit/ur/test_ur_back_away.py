@@ -10,9 +10,9 @@ from ur_fakes import APPROACH, HOME
 from stepload_drivers.ur import loop as loop_module
 from stepload_drivers.ur import procedures
 from stepload_drivers.ur.direct_control import retract_script
-from stepload_verify.emulators.ur_axis import AxisState
 from stepload_verify.emulators.ur_program import UserScript
 from stepload_verify.emulators.ur_robot import Robot
+from stepload_verify.emulators.ur_world import AxisState
 
 Lie = Callable[[float, float], float]
 """(true position, seconds since the lie began) to measured position, all in m and s."""

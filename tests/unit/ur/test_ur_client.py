@@ -109,14 +109,6 @@ def test_version_inputs_and_a_package(rtde, peers):
     assert peers.made[client.RTDE].closed
 
 
-def test_text_and_packages_of_another_layout_are_passed_over(rtde):
-    other = encode(frames.DATA, b"\x01abc")
-    text = encode(ord("M"), b"\x02hi")
-    with rtde(text, other, package(stamp_s=7.0)) as connection:
-        connection.start(125.0)
-        assert connection.read().timestamp_s == 7.0
-
-
 def test_a_package_that_cannot_be_true_is_an_error(rtde):
     with rtde(package(stamp_s=float("nan"))) as connection:
         connection.start(125.0)
@@ -184,30 +176,6 @@ def test_a_controller_without_what_is_needed_is_unsupported(rtde, options, code)
     assert caught.value.code == code
 
 
-def test_a_peer_that_refuses_to_start_is_an_error(rtde, peers):
-    with rtde() as connection:
-        peers.made[client.RTDE].answer = lambda data: [
-            encode(data[2], b"\x01" + TYPES if data[2] == frames.SETUP_OUTPUTS else b"\x00")
-        ]
-        with pytest.raises(DeviceError, match="refused to start"):
-            connection.start(125.0)
-
-
-def test_a_peer_that_is_no_controller_is_told_apart(rtde, peers):
-    with rtde() as connection:
-        peers.made[client.RTDE].answer = lambda data: [b"HTTP/1.0 400"]
-        with pytest.raises(DeviceError) as caught:
-            connection.version()
-    assert caught.value.code == FaultCode.CORRUPT
-
-
-def test_a_closed_connection_is_told(rtde, peers):
-    with rtde() as connection:
-        peers.made[client.RTDE].answer = lambda data: [b""]
-        with pytest.raises(DeviceError, match="closed the connection"):
-            connection.version()
-
-
 def test_no_connection_is_tried_past_the_deadline(peers, clock):
     with pytest.raises(DeviceError, match="no time left"):
         RtdeClient(HOST, clock.now_s)
@@ -218,16 +186,6 @@ def test_no_connection_is_tried_past_the_deadline(peers, clock):
     with pytest.raises(DeviceError):
         RtdeClient(HOST, clock.now_s + 30.0)
     assert peers.asked[-1][1] == client.CONNECT_LIMIT_S
-
-
-def test_dashboard_replies_come_in_order_without_the_greeting(peers, clock):
-    replies = {b"stop\n": b"Stopped\n", b"running\n": b"Program running: false\n"}
-    peers.made[client.DASHBOARD] = FakeSocket(
-        clock, lambda data: [replies[data][:3], replies[data][3:]], b"Connected: UR\n"
-    )
-    got = dashboard(HOST, ["stop", "running"], clock.now_s + 1.0)
-    assert got == ["Stopped", "Program running: false"]
-    assert peers.made[client.DASHBOARD].closed
 
 
 def test_a_dashboard_that_says_nothing_is_given_up_in_time(peers, clock):
@@ -289,13 +247,6 @@ def test_a_dashboard_that_does_not_say_is_asked_once(peers, clock, reply):
     assert server.got == [b"is in remote control\n"]
 
 
-def test_without_a_dashboard_remote_control_stays_unknown(peers):
-    check = RemoteCheck(HOST)
-    while not check.done():
-        pass
-    assert check.remote is None
-
-
 @pytest.mark.parametrize("port", client.SCRIPT_PORTS)
 def test_a_script_goes_whole_to_the_first_port_that_takes_it(peers, clock, port):
     peers.made[port] = FakeSocket(clock, lambda data: [b"state"] * 3)
@@ -304,17 +255,3 @@ def test_a_script_goes_whole_to_the_first_port_that_takes_it(peers, clock, port)
     assert [asked for asked, _ in peers.asked] == list(
         client.SCRIPT_PORTS[: client.SCRIPT_PORTS.index(port) + 1]
     )
-
-
-def test_what_a_script_port_streams_is_read_before_it_is_closed(peers, clock):
-    peer = peers.made[30003] = FakeSocket(clock, lambda data: [b"state"] * 100)
-    began_s = clock.now_s
-    send_script(HOST, "x\n", clock.now_s + 1.0)
-    assert clock.now_s - began_s == pytest.approx(client.SCRIPT_LINGER_S, abs=0.02)
-    assert peer.closed
-
-
-def test_no_script_port_is_an_error_that_names_them_all(peers, clock):
-    with pytest.raises(DeviceError) as caught:
-        send_script(HOST, "x\n", clock.now_s + 1.0)
-    assert all(str(port) in caught.value.message for port in client.SCRIPT_PORTS)

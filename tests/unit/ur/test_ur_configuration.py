@@ -6,13 +6,12 @@ import math
 
 import pytest
 
-from stepload.errors import DeviceError
 from stepload_drivers.ur import client
-from stepload_drivers.ur.configuration import ConfigurationClient, read_configuration
-from stepload_verify.emulators.ur_axis import FreeAirAxis
+from stepload_drivers.ur.configuration import ConfigurationClient
 from stepload_verify.emulators.ur_controller import UrController
 from stepload_verify.emulators.ur_robot import Robot
 from stepload_verify.emulators.ur_session import Session
+from stepload_verify.emulators.ur_world import FreeAirAxis
 
 HOST = "127.0.0.2"
 JOINTS = (0.0, -math.pi / 2, math.pi / 2, 0.0, -math.pi / 2, 0.0)
@@ -105,15 +104,6 @@ def test_what_a_controller_lacks_is_none_and_the_rest_is_told(connect, version, 
     assert (configuration.tcp_offset is not None) is tcp
 
 
-def test_the_newest_of_several_counts(connect):
-    connection, socket, controller = connect()
-    for fraction in (1.0, 0.5, 0.25):
-        controller.command(f"slider {fraction}")
-        socket.send_package()
-    assert connection.poll()
-    assert connection.configuration.speed_fraction == 0.25
-
-
 @pytest.mark.parametrize("fault", ["nan on", "random on", "short on", "payload 1000"])
 def test_what_cannot_be_true_is_passed_over(connect, fault):
     connection, socket, controller = connect()
@@ -136,11 +126,3 @@ def test_a_connection_that_is_lost_shows_by_its_age_alone(connect, clock, monkey
     monkeypatch.setattr(socket, "recv", lambda size: data)
     assert connection.poll() is False
     assert connection.seen_s == seen_s
-
-
-def test_a_controller_that_does_not_answer_leaves_no_connection(connect, clock, monkeypatch):
-    _, socket, _ = connect()
-    monkeypatch.setattr(socket, "recv", lambda size: b"")
-    with pytest.raises(DeviceError, match="closed the connection"):
-        read_configuration(HOST, clock.now_s + 1.0)
-    assert socket.closed

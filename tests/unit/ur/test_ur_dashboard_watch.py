@@ -91,26 +91,6 @@ def test_one_sign_is_enough_and_stays(watch, panel, question, reply, code, words
     assert watch.sign.code == code
 
 
-@pytest.mark.parametrize("mode", ["NO_CONTROLLER", "DISCONNECTED"])
-def test_a_pendant_without_its_controller_is_no_sign_and_no_word(watch, panel, mode):
-    panel.replies["robotmode"] = f"Robotmode: {mode}"
-    answers = watch.ask()
-    assert watch.sign is None
-    assert answers is not None
-    assert not answers.nobody
-
-
-def test_an_old_controller_is_asked_in_its_own_words(watch, panel):
-    for question in ("is in remote control", "safetystatus", "get loaded program"):
-        del panel.replies[question]
-    answers = watch.ask()
-    assert answers is not None
-    assert answers.nobody
-    panel.replies["safetymode"] = "Safetymode: PROTECTIVE_STOP"
-    watch.ask()
-    assert watch.sign is not None
-
-
 @pytest.mark.parametrize("question", ["safetystatus", "robotmode", "programState"])
 def test_who_does_not_say_that_all_is_well_has_not_said_it(watch, panel, question):
     del panel.replies[question]
@@ -147,16 +127,6 @@ def test_a_program_that_outlives_our_watchdog_is_another_ones(watch, panel, cloc
     assert "not ours" in watch.sign.message
 
 
-def test_time_without_an_answer_does_not_count_as_playing(watch, panel, clock):
-    play(watch, panel, clock, 0.5)
-    panel.silent = True
-    assert watch.ask() is None
-    clock.sleep(10.0)
-    panel.silent = False
-    play(watch, panel, clock, 0.5)
-    assert watch.sign is None
-
-
 def test_our_own_retract_may_run_as_long_as_it_takes(panel, clock):
     watch = dashboard_watch.DashboardWatch("10.0.0.2", 1.1, lambda: True, LOADED)
     play(watch, panel, clock, 5.0)
@@ -187,11 +157,3 @@ def test_it_watches_by_itself_until_it_is_closed(panel):
     while not panel.closed and time.monotonic() < until_s:
         time.sleep(0.01)
     assert panel.closed == 1
-
-
-def test_the_loaded_program_is_told_where_it_is(panel):
-    assert dashboard_watch.loaded_program("10.0.0.2") == LOADED
-    del panel.replies["get loaded program"]
-    assert dashboard_watch.loaded_program("10.0.0.2") == ""
-    panel.silent = True
-    assert dashboard_watch.loaded_program("10.0.0.2") == ""

@@ -121,13 +121,6 @@ def test_a_tool_that_was_turned_in_its_place(turned_rad, by):
     assert bool(told) is by
 
 
-def test_the_same_orientation_written_otherwise_is_no_turn():
-    x, y, z, *_ = pose()
-    there, other = (x, y, z, 0.0, 3.14159265, 0.0), (x, y, z, 0.0, -3.14159265, 0.0)
-    last = LastState(SETTINGS, sample()._replace(pose=there), (0.0, 0.0), TOLD)
-    assert last.moved(package()._replace(pose=other), TOLD) == ""
-
-
 @pytest.mark.parametrize(
     ("fields", "words"),
     [
@@ -140,21 +133,8 @@ def test_a_setting_that_changed_is_a_persons_work(fields, words):
     assert words in seen().moved(package(), replace(TOLD, **fields))
 
 
-def test_what_the_options_set_may_fall_back_with_the_program():
-    last = seen(tcp_offset=(0.0, 0.0, 0.1), payload_mass=1.2)
-    back = replace(TOLD, payload_kg=0.0, tcp_offset=(0.0, 0.0, 0.05, 0.0, 0.0, 0.0))
-    assert last.moved(package(AT_M + 0.05), back) == ""
-    assert "speed slider" in last.moved(package(), replace(back, speed_fraction=0.2))
-
-
 def test_a_controller_whose_clock_began_anew_was_switched_on_by_somebody():
     assert "started anew" in seen().moved(package(stamp_s=SEEN_S - 1.0), TOLD)
-
-
-def test_a_controller_that_tells_no_settings_is_judged_by_its_pose():
-    assert seen().moved(package(), None) == ""
-    assert LastState(SETTINGS, sample()).moved(package(), TOLD) == ""
-    assert "10.00 mm" in LastState(SETTINGS, sample()).moved(package(AT_M + 0.01), None)
 
 
 def test_an_arm_that_was_never_seen_cannot_be_compared():

@@ -249,16 +249,6 @@ def test_refused_inputs_are_a_fault_after_a_moment_and_one_taken_forgives(
     assert link.told(wire.FAULT)[0]["code"] == FaultCode.REFUSED_COMMAND
 
 
-def test_the_watchdog_as_the_cause_is_named_after_a_silent_run(make_loop, ur, link, step_for):
-    loop = make_loop(leash=0.1)
-    ur.watchdog_s = WATCHDOG_S
-    link.arrives(0.0, wire.pack_target(1e-3))
-    step_for(loop, 0.5)
-    assert ur.fields["runtime_state"] != PLAYING
-    (fault,) = link.told(wire.FAULT)
-    assert "watchdog stopped it" in fault["message"]
-
-
 def connected(make_loop, **options):
     loop = make_loop(control=False, prove_watchdog=False, **options)
     procedures.connect(loop)
@@ -298,24 +288,6 @@ def test_a_setting_that_is_changed_is_a_fault_from_what_to_what_and_mutes(
     assert len(ur.inputs) == sent
 
 
-def test_what_a_controller_does_not_tell_is_not_compared(make_loop, link, told, step_for):
-    told.set(tcp_offset=None, payload_kg=None, payload_cog_m=None)
-    loop = connected(make_loop, tcp_offset=(0, 0, 0.3), payload_mass=2.0)
-    step_for(loop, 0.5)
-    assert faults(link) == []
-
-
-def test_settings_that_are_no_longer_told_are_a_fault(make_loop, link, told, step_for):
-    loop = connected(make_loop)
-    told.silent = True
-    step_for(loop, watch_module.TOLD_AGE_S - 0.1)
-    assert faults(link) == []
-    step_for(loop, 0.2)
-    ((code, message),) = faults(link)
-    assert code == FaultCode.STALE
-    assert "speed slider" in message
-
-
 def test_local_control_is_a_fault_although_the_program_goes_on(
     make_loop, link, step_for, monkeypatch
 ):
@@ -330,12 +302,3 @@ def test_local_control_is_a_fault_although_the_program_goes_on(
     assert code == FaultCode.NOT_REMOTE
     assert "somebody at the pendant" in message
     assert "still runs" in message
-
-
-def test_a_program_that_was_paused_says_that_somebody_did_it(make_loop, ur, link, step_for):
-    loop = make_loop()
-    ur.fields["runtime_state"] = 4
-    step_for(loop, 0.01)
-    ((code, message),) = faults(link)
-    assert code == FaultCode.PROGRAM_STOPPED
-    assert "somebody paused it" in message

@@ -90,17 +90,6 @@ def test_values_of_two_moments_are_read_again():
     assert port.read_new(None) is None
 
 
-def test_nothing_received_yet_is_no_package():
-    port = ReceivePort(settings())
-    port._rtde.pose = []
-    assert port.read_new(None) is None
-
-
-def test_the_control_interface_gets_the_flags_of_the_settings():
-    assert ControlPort(settings())._rtde.arguments[2] == 3
-    assert ControlPort(settings(upper_registers=True))._rtde.arguments[2] == 7
-
-
 def test_prepare_sets_tcp_and_payload_before_the_watchdog():
     port = ControlPort(settings(tcp_offset=(0, 0, 0.1), payload_mass=1.5, watchdog=20.0))
     assert port.prepare() is True
@@ -128,12 +117,6 @@ def test_every_answer_is_handed_on(answer):
         port._rtde.answers[name] = answer
     assert port.kick() is port.servo([0.0] * 6, 0.002) is port.stop_servo(10.0) is answer
     assert port.upload() is port.connected() is answer
-
-
-def test_an_upload_that_raises_is_refused():
-    port = ControlPort(settings())
-    port._rtde.answers["reuploadScript"] = RuntimeError("local control")
-    assert port.upload() is False
 
 
 def test_a_target_goes_out_with_the_settings_of_the_servo():

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import pytest
-from ur_fakes import HOME, PERIOD_S
+from ur_fakes import HOME
 
-from stepload.rig.faults import FaultCode
 from stepload_drivers.ur import child, procedures, wire
 from stepload_drivers.ur.procedures import RequestError
 from stepload_drivers.ur.state import PLAYING
@@ -53,25 +50,6 @@ def test_without_the_proof_the_program_is_left_running(make_loop, ur):
 
 def test_a_watchdog_that_does_not_act_is_refused(make_loop, ur):
     with pytest.raises(RequestError, match="must not be used"):
-        procedures.connect(make_loop(control=False))
-
-
-def test_settings_that_the_controller_refuses_are_an_error(make_loop, ur):
-    ur.accepts = False
-    with pytest.raises(RequestError, match="refused TCP, payload or watchdog"):
-        procedures.connect(make_loop(control=False))
-
-
-def test_an_upload_that_is_refused_is_an_error(make_loop, ur):
-    ur.watchdog_s, ur.uploads = 0.1, False
-    with pytest.raises(RequestError, match="refused the control program"):
-        procedures.connect(make_loop(control=False))
-
-
-def test_a_program_that_does_not_start_is_an_error(make_loop, ur):
-    ur.watchdog_s = 0.1
-    ur.upload = lambda: True
-    with pytest.raises(RequestError, match="did not start"):
         procedures.connect(make_loop(control=False))
 
 
@@ -121,14 +99,6 @@ def test_a_setting_that_the_controller_does_not_take_over_is_refused(
     told.set(**told_after)
     with pytest.raises(RequestError, match=says):
         procedures.connect(loop)
-
-
-def test_settings_as_they_were_set_are_taken(make_loop, told):
-    options = {"payload_mass": 2.0, "payload_cog": (0, 0, 0.01), "tcp_offset": (0, 0, 0.2)}
-    loop = make_loop(control=False, prove_watchdog=False, **options)
-    told.set(payload_kg=2.0, payload_cog_m=(0, 0, 0.01), tcp_offset=(0, 0, 0.2, 0, 0, 0))
-    procedures.connect(loop)
-    assert loop.watch.armed == told.configuration
 
 
 def test_what_is_told_from_before_the_program_began_is_not_taken(make_loop, ur, told, clock):
@@ -193,12 +163,6 @@ def test_stop_servo_ends_the_servo_and_follows_nothing(pressing, ur, step_for):
     stopped = names(ur).index("stop_servo")
     step_for(loop, 0.2)
     assert "servo" not in names(ur)[stopped:]
-
-
-def test_stop_servo_says_when_it_was_not_confirmed(pressing, ur):
-    loop = pressing()
-    ur.accepts = False
-    assert procedures.stop_servo(loop)["confirmed"] is False
 
 
 def test_stop_servo_is_not_done_before_the_arm_stands(pressing, ur, clock):
@@ -311,28 +275,11 @@ def test_leaving_stops_servo_then_program(pressing, ur):
     assert names(ur)[-2:] == ["stop_servo", "end_program"]
 
 
-def test_leaving_a_program_that_has_ended_sends_nothing(pressing, ur, step_for):
-    loop = pressing()
-    loop.expect_stop = True
-    ur.fields["runtime_state"] = 1
-    step_for(loop, 2 * PERIOD_S)
-    known = len(ur.inputs)
-    procedures.leave(loop)
-    assert len(ur.inputs) == known
-
-
 def test_a_run_that_is_gone_makes_the_child_unload(pressing, ur, link, clock):
     loop = pressing()
     clock.at(clock.now_s + 0.05, lambda: setattr(link, "closed", True))
     child._run(loop)
     assert ur.true_m == pytest.approx(AT_M - loop.settings.orphan_retract_m)
-
-
-def test_a_run_that_says_quit_is_no_orphan(pressing, ur, link):
-    loop = pressing()
-    link.arrives(0.01, wire.pack_json(wire.REQUEST, op="quit", number=1))
-    child._run(loop)
-    assert ur.true_m == pytest.approx(AT_M)
 
 
 def test_requests_are_answered_by_number(pressing, ur, link):
@@ -360,28 +307,3 @@ def test_a_request_that_failed_no_longer_hides_stops(pressing, ur, link):
     child._run(loop)
     assert link.told(wire.REPLY)[0]["ok"] is False
     assert not loop.expect_stop
-
-
-def test_the_child_reports_why_it_could_not_connect(monkeypatch, link):
-    monkeypatch.setattr(child, "prefer_this_thread", lambda: None)
-    monkeypatch.setattr(child, "stay_alive_for", lambda seconds: None)
-    monkeypatch.setattr(child.resource, "setrlimit", lambda *_: None)
-    monkeypatch.setattr(child.socket, "socket", lambda fileno: None)
-    monkeypatch.setattr(child, "Link", lambda sock: link)
-    monkeypatch.setattr(child, "os", SimpleNamespace(_exit=lambda status: None))
-    monkeypatch.setattr(child.Settings, "from_json", lambda text: None)
-    for error, code in (
-        (RuntimeError("no route"), FaultCode.NOT_CONNECTED),
-        (RequestError("no watchdog"), FaultCode.REFUSED_COMMAND),
-    ):
-
-        def fail(*_, error=error):
-            raise error
-
-        monkeypatch.setattr(child, "Loop", fail)
-        monkeypatch.setattr(child.sys, "argv", ["child", "0", "{}", "0.002", "1.0"])
-        link.sent.clear()
-        child.main()
-        (fault,) = link.told(wire.FAULT)
-        assert fault["code"] == code
-        assert link.told(wire.HELLO) == []

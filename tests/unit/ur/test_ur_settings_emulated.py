@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from stepload_verify.emulators.ur_axis import FreeAirAxis
 from stepload_verify.emulators.ur_controller import UrController
 from stepload_verify.emulators.ur_robot import HOME, Robot
+from stepload_verify.emulators.ur_world import FreeAirAxis
 
 DOWN = (0.0, 0.0, -1.0)
 AT = (*HOME[:2], HOME[2] - 0.01, *HOME[3:])
@@ -59,11 +59,3 @@ def test_the_slider_slows_a_move_and_at_zero_nothing_moves(controller):
     controller.robot.servo(AT)
     run(controller, 0.4)
     assert controller.robot.travel_of(controller.robot.target) == stood_m
-
-
-@pytest.mark.parametrize(
-    "line", ["slider", "slider 2", "slider half", "payload", "payload 1 2", "tcp 0 0"]
-)
-def test_a_setting_that_is_none_is_an_error(controller, line):
-    with pytest.raises(ValueError, match=r"slider|float"):
-        controller.command(line)

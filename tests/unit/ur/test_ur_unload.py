@@ -157,12 +157,6 @@ def test_a_retract_is_done_when_the_arm_is_back(unloading, controller, clock):
     assert not unloading.under_way
 
 
-def test_a_second_retract_counts_its_own_way(unloading, controller, clock):
-    retract(unloading, clock)
-    retract(unloading, clock)
-    assert controller.position_m == pytest.approx(1e-3)
-
-
 def test_what_no_port_took_is_sent_when_one_does(unloading, controller, clock):
     controller.reachable = controller.awake = False
     for _ in range(3):
@@ -343,12 +337,6 @@ def test_data_without_a_dashboard_are_enough(unloading, controller, clock):
     assert controller.position_m == pytest.approx(3e-3)
 
 
-def test_data_that_stand_still_are_none(unloading, controller, clock):
-    controller.repeats = controller.deaf = True
-    no_answer(unloading, clock)
-    assert controller.scripts == []
-
-
 @pytest.mark.parametrize(
     ("name", "value", "code"),
     [
@@ -406,12 +394,6 @@ def test_a_controller_that_was_switched_on_again_is_left_alone(unloading, contro
     assert "started anew" in refused(unloading, clock, controller).message
 
 
-def test_settings_that_are_not_told_keep_nothing_from_being_sent(unloading, controller, clock):
-    controller.configuration = None
-    retract(unloading, clock)
-    assert controller.scripts == [WHOLE]
-
-
 def test_an_arm_that_a_retract_took_back_is_where_it_should_be(unloading, controller, clock):
     """The link is lost again under way; the way that is left is sent afterwards."""
     tick = controller.tick
@@ -429,12 +411,6 @@ def test_an_arm_that_a_retract_took_back_is_where_it_should_be(unloading, contro
     controller.silent = False
     retract(unloading, clock)
     assert controller.position_m == pytest.approx(3e-3, abs=1e-5)
-
-
-def test_an_arm_that_was_brought_forward_again_after_its_retract(unloading, controller, clock):
-    retract(unloading, clock)
-    controller.position_m = 4.5e-3
-    assert "1.50 mm from where" in refused(unloading, clock, controller).message
 
 
 def test_without_data_our_own_program_is_waited_for(unloading, controller, clock):

@@ -17,10 +17,6 @@ from stepload_verify.campaign import single
 from stepload_verify.campaign.scenario import draw
 from stepload_verify.campaign.single import run_scenario
 from stepload_verify.campaign_verb import campaign
-from stepload_verify.falsify.scene_file import text_of
-from stepload_verify.falsify_verb import falsify
-from stepload_verify.trials import wrong_signs
-from stepload_verify.trials.dynamic import press
 
 ROOT = Path(__file__).parents[3]
 CAMPAIGN = ROOT / "procedures/campaign.yaml"
@@ -72,24 +68,3 @@ def test_a_replay_of_a_campaign_prints_no_figure(
         campaign(CAMPAIGN, 1, replay="one-0")
     assert left.value.exit_code == 130
     assert capsys.readouterr() == ("", "interrupted: that run has no result\n")
-
-
-def test_a_replay_of_a_scene_prints_no_figure(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    at = tmp_path / "scene.json"
-    at.write_text(text_of(draw(load_plan(CAMPAIGN), 1, "one", 0, KINDS), {}))
-    monkeypatch.setattr(single, "run_loop", interrupted(single.run_loop))
-    with pytest.raises(typer.Exit) as left:
-        falsify(CAMPAIGN, replay=str(at))
-    assert left.value.exit_code == 130
-    assert capsys.readouterr() == ("", "interrupted: that run has no result\n")
-
-
-def test_a_run_of_a_trial_has_no_result_either(monkeypatch: pytest.MonkeyPatch) -> None:
-    for module, name in ((wrong_signs, "run_loop"), (press, "run")):
-        monkeypatch.setattr(module, name, interrupted(lambda *_, **__: (None, 0.0, None)))
-    with pytest.raises(KeyboardInterrupt):
-        wrong_signs.run(next(wrong_signs.cases()))
-    with pytest.raises(KeyboardInterrupt):
-        press.judged("as-declared", 3)

@@ -11,8 +11,7 @@ from scipy.optimize import brentq
 from stepload.contact.plastic import ElasticPlasticSphere
 from stepload.contact.rough import RoughSphere
 from stepload_verify.trials.honest import laws
-from stepload_verify.trials.honest.__main__ import ALL
-from stepload_verify.trials.honest.worlds import make
+from stepload_verify.trials.honest.worlds import KNOWN, make
 
 TOP_N, TOP_M = 300.0, 59.3e-6
 FORCES_N = (3.0, 30.0, 120.0, 300.0)
@@ -54,12 +53,6 @@ def test_a_rough_sphere_is_that_of_10_beside_the_blend(share):
     assert compared > 30
 
 
-@pytest.mark.parametrize("share", np.geomspace(0.005, 0.1, 12))
-def test_a_rough_sphere_gets_no_thinner_as_the_force_rises(share):
-    law = laws.rough(TOP_N, TOP_M, share * TOP_M)
-    assert (np.diff(law.deformation_m) > 0.0).all()
-
-
 def test_a_pad_over_a_stiff_body():
     knee, ratio = 0.4, 5.0
     law = laws.bilinear(TOP_N, TOP_M, knee, ratio)
@@ -86,32 +79,6 @@ def test_a_sphere_that_meets_a_stop():
     step = 1e-4 * TOP_M
     slope = (force_of(TOP_M) - force_of(TOP_M - step)) / step
     assert law.tangent(TOP_N) == pytest.approx(slope, rel=2e-3)
-
-
-def test_two_stops():
-    law = laws.two_stage(TOP_N, TOP_M, 1.2, (0.3, 0.7), (1.0, 4.0))
-    unit = TOP_N / (1.0 + 0.7 + 4.0 * 0.3)
-
-    def force_of(path_m):
-        x = path_m / TOP_M
-        return unit * (x**1.2 + max(x - 0.3, 0.0) + 4.0 * max(x - 0.7, 0.0))
-
-    for force in FORCES_N:
-        assert float(law.deformation(force)) == pytest.approx(solved(force_of, force), rel=1e-4)
-
-
-def test_a_body_that_buckles_ends_with_the_slope_it_is_given():
-    law = laws.softening(TOP_N, TOP_M, 0.3, 0.4)
-    first = law.chord(0.0, 0.002 * TOP_N)
-    assert law.tangent(TOP_N) / first == pytest.approx(0.4 / (1.0 - 0.6 / (1 + math.exp(2))), 0.05)
-    assert (np.diff(law.deformation_m) > 0.0).all()
-
-
-def test_asperities():
-    law = laws.asperities(TOP_N, TOP_M, 2e-6, 0.05)
-    for force in FORCES_N:
-        path = TOP_M * (force / TOP_N) ** (2 / 3) + 2e-6 * math.log(1.0 + force / 15.0)
-        assert law.secant(force) == pytest.approx(force / path, rel=1e-4)
 
 
 @pytest.mark.parametrize("share", [0.01, 0.05, 0.2])
@@ -150,10 +117,10 @@ def test_a_sphere_that_yields_follows_14(over):
         assert float(law.deformation(force)) == pytest.approx(expected, rel=1e-3)
 
 
-@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("name", KNOWN)
 def test_chord_secant_and_tangent_of_every_world_follow_from_its_force(name):
     """The law inverted by root finding, so that only F(δ) is looked at."""
-    case = make(ALL, name, 7)
+    case = make(KNOWN, name, 7)
     law, top_n = case.law, case.rig.top_n
     end_m = float(law.deformation_m[-1])
 

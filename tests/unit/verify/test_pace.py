@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pytest
 
-from stepload_verify.emulators.pace import APART, CATCH_UP_PERIODS, Pace
+from stepload_verify.emulators.ur_server import APART, CATCH_UP_PERIODS, Pace
 
 PERIOD_S = 0.002
 

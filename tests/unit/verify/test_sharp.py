@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from stepload_verify.trials.boundary.curves import Contact, contacts
+from stepload_verify.trials.boundary.curves import contacts
 from stepload_verify.trials.sharp import Row, of_contacts, score, stated, table, unstated
 
 PLAN = Path(__file__).parents[3] / "procedures" / "plastic-sphere.yaml"
@@ -82,9 +82,3 @@ def test_hard_bodies_keep_what_was_pressed_in() -> None:
         assert each.again is not None
         gap_m = each.again.at(30.0) - each.loading.at(30.0)
         assert 0.5e-6 < float(gap_m) < 10e-6
-
-
-def test_a_spline_meets_its_points() -> None:
-    contact: Contact = BODIES[2]
-    branch = contact.loading
-    assert branch.at(branch.force_n) == pytest.approx(branch.deformation_m, rel=1e-12)

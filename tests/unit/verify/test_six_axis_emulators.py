@@ -13,10 +13,8 @@ from stepload.rig.mount import SensorMount
 from stepload_drivers.sim.live import LiveWorld
 from stepload_verify.emulators.live_rig import WorldPhysics
 from stepload_verify.emulators.physics import WrenchSource
-from stepload_verify.emulators.ur_axis import AxisState, FreeAirAxis
-from stepload_verify.emulators.ur_frames import PressFrame
-from stepload_verify.emulators.ur_robot import HOME, Robot
-from stepload_verify.emulators.ur_world import LiveAxis
+from stepload_verify.emulators.ur_robot import HOME, PressFrame, Robot
+from stepload_verify.emulators.ur_world import AxisState, FreeAirAxis, LiveAxis
 
 MOUNT = replace(
     rub(0.2, x=0.5, y=0.2),

@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 
 from stepload_verify.paper.step_load import (
-    SCENARIO_A,
-    SCENARIO_B,
     STVF,
     Errors,
     press,
@@ -32,13 +30,13 @@ def law(force_n):
 
 
 def test_an_ideal_rig_gives_the_law_back():
-    run = press(law, IDEAL, SCENARIO_A, np.random.default_rng(0))
+    run = press(law, IDEAL, Errors(touch_force_n=None), np.random.default_rng(0))
     assert run.deformation_m() == pytest.approx(law(run.loaded_n()), abs=1e-12)
     assert run.force_n.max() == pytest.approx(300.0)
 
 
 def test_a_touch_threshold_finds_the_zero_late():
-    run = press(law, IDEAL, SCENARIO_B, np.random.default_rng(0))
+    run = press(law, IDEAL, Errors(), np.random.default_rng(0))
     at_touch = run.loaded_n()[0]
     assert at_touch >= 3.0
     late = law(run.loaded_n()[-1]) - run.deformation_m()[-1]

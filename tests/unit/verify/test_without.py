@@ -3,20 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
-from stepload.plan.load import load_plan
 from stepload.runner.jobs import Job
-from stepload.runner.pool import Pool
-from stepload_verify.campaign.campaign import jobs_for, run_campaign
-from stepload_verify.campaign.result import KILLED, Result
-from stepload_verify.campaign.scenario import kinds_from
-from stepload_verify.campaign.without import jobs_without, without
-from stepload_verify.campaign.work import Work
+from stepload_verify.campaign.ablation import jobs_without, without
+from stepload_verify.campaign.result import Result
 
-TEMPLATE = load_plan(Path(__file__).parents[3] / "procedures" / "campaign.yaml")
 STOPPED = Result(
     series="one", index=0, rig_class="one axis, two channels", healthy=False, wrong=("force_nan",),
     beside=(), hazard="",
@@ -51,15 +44,3 @@ def test_what_a_rule_had_stopped_goes_on_or_is_stopped_by_another() -> None:
     assert (found.figures.runs, found.figures.above_elastic_limit) == (5, 1)
     assert found.figures.max_peak_ratio == pytest.approx(1.3)
     assert found.figures.false_trips == 0
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("rule", ["R3", "R7+R10"])
-def test_a_rule_changes_only_the_runs_it_stopped(rule: str) -> None:
-    work = Work(TEMPLATE, 5, kinds_from("force_lost, arm_lost, arm_freeze, second_gain"))
-    jobs = jobs_for(14, ("one",))
-    results = run_campaign(work, jobs, pool=Pool(1))
-    changed = set(jobs_without(rule, results))
-    assert 0 < len(changed) < len(jobs)
-    for before, after in zip(results, map(work._replace(ablation=rule).run, jobs), strict=True):
-        assert after.status == KILLED or (before == after) != (Job("one", before.index) in changed)

@@ -18,17 +18,3 @@ def test_busy_ports_and_names_are_refused_with_the_reason(emulated_run, tmp_path
     with pytest.raises(RefusedError, match="is there already"):
         RigProcess(DEFAULT_SPEC, ur="127.0.99.1", links={"bota_serial": taken})
     assert taken.read_text() == "somebody's file"
-
-
-def test_a_port_may_have_a_name_of_its_own_which_goes_with_the_emulator(tmp_path):
-    name = tmp_path / "below" / "port"
-    name.parent.mkdir()
-    name.symlink_to("/dev/pts/none")  # left behind by an emulator that was killed
-    with RigProcess(DEFAULT_SPEC, ur="127.0.99.2", links={"bota_serial": name}) as rig:
-        assert str(name.readlink()) == rig.options["bota_serial"]["port"]
-        assert rig.command("bota_serial freeze") == "ok"
-        with pytest.raises(RuntimeError, match="no fault"):
-            rig.command("bota_serial gremlin")
-        with pytest.raises(RuntimeError, match="unknown command"):
-            rig.command("gremlin on")
-    assert not name.is_symlink()

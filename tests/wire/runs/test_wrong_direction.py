@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from long_ones import long_rows
 
 from stepload.envelope.envelope import envelope_of
 from stepload.record.outcome import RunStatus
@@ -12,7 +13,8 @@ from stepload.session import experiment, files
 
 
 @pytest.mark.parametrize(
-    ("surface_m", "rule", "pressed"), [(1e-3, "R8", False), (1.5e-4, "pressed_back", True)]
+    ("surface_m", "rule", "pressed"),
+    [(1.5e-4, "pressed_back", True), *long_rows([(1e-3, "R8", False)])],
 )
 def test_an_approach_that_is_turned_round_ends_unloaded(
     surface_m, rule, pressed, emulated_run, tmp_path, monkeypatch

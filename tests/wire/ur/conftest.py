@@ -14,7 +14,7 @@ import pytest
 from stepload.errors import DeviceError
 from stepload.rig.samples import ArmSample
 from stepload_drivers.ur.arm import UrArm
-from stepload_verify.emulators.ur_process import UrEmulatorProcess
+from stepload_verify.emulators.rig_process import UrEmulatorProcess
 
 _COUNT = itertools.count()
 

@@ -7,6 +7,7 @@ import signal
 import time
 
 import pytest
+from long_ones import long_rows
 from processes import python
 
 from stepload.rig.faults import FaultCode
@@ -107,8 +108,8 @@ def test_ctrl_c_in_the_terminal_does_not_reach_the_child(run):
 
 @pytest.mark.parametrize(
     ("number", "code"),
-    [(signal.SIGKILL, FaultCode.DRIVER), (signal.SIGSEGV, FaultCode.DRIVER),
-     (signal.SIGSTOP, FaultCode.STALE)],
+    [(signal.SIGKILL, FaultCode.DRIVER), (signal.SIGSTOP, FaultCode.STALE),
+     *long_rows([(signal.SIGSEGV, FaultCode.DRIVER)])],
 )  # fmt: skip
 def test_death_of_the_child_is_a_fault_and_the_arm_can_still_be_stopped(
     start_emulator, make_arm, follow, after, number, code

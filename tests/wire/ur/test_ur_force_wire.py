@@ -6,8 +6,8 @@ import statistics
 import time
 
 import pytest
+from long_ones import long_rows
 
-from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
 from stepload_drivers.ur.force import UrForce
 
@@ -45,10 +45,9 @@ def test_the_plate_pushes_the_tool_in_newton(start_emulator, make_sensor):
     ("command", "code"),
     [
         ("freeze on", FaultCode.STALE),
-        ("repeat on", FaultCode.STALE),
-        ("drop", FaultCode.NOT_CONNECTED),
         ("nan on", FaultCode.NOT_FINITE),
         ("emergency-stop", FaultCode.DEVICE_REPORTS),
+        *long_rows([("repeat on", FaultCode.STALE), ("drop", FaultCode.NOT_CONNECTED)]),
     ],
 )
 def test_faults_of_the_controller_are_faults_of_its_sensor(
@@ -62,10 +61,3 @@ def test_faults_of_the_controller_are_faults_of_its_sensor(
     while sensor.fault() is None and time.monotonic() < give_up_s:
         time.sleep(0.01)
     assert sensor.fault().code is code
-
-
-def test_a_cb3_arm_has_no_sensor_in_its_flange(start_emulator, make_sensor):
-    emulator = start_emulator(version=(3, 15, 4, 0))
-    with pytest.raises(DeviceError, match="motor currents") as caught:
-        make_sensor(emulator.host).open(5.0)
-    assert caught.value.code == FaultCode.UNSUPPORTED

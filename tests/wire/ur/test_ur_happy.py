@@ -6,6 +6,7 @@ import math
 import time
 
 import pytest
+from long_ones import long_rows
 
 
 def test_open_identifies_proves_the_watchdog_and_arms_it_again(start_emulator, make_arm):
@@ -75,32 +76,6 @@ def test_stop_is_proven_in_motion_and_the_arm_can_be_used_afterwards(
     assert arm.fault() is None
 
 
-def test_a_program_that_ur_rtde_sees_late_is_waited_for(start_emulator, make_arm):
-    """Its two connections are read one after the other, further apart where the host stalls."""
-    emulator = start_emulator()
-    arm = make_arm(emulator.host)
-    arm.open(15.0)
-    emulator.command("control-late 0.05")
-    assert arm.prove_stop(0.001, 0.01, 10.0).stop_s > 0.15
-    assert emulator.state()["watchdog_hz"] == 5.0
-    assert arm.fault() is None
-
-
-def test_open_with_clients_that_are_served_one_by_one_tells_how_the_arm_is_set(
-    start_emulator, make_arm
-):
-    emulator = start_emulator(commands=["gap 0.002", "gap-jitter 0.001"])
-    options = {"tcp_offset": (0, 0, 0.1), "payload_mass": 1.2, "payload_cog": (0, 0, 0.05)}
-    arm = make_arm(emulator.host, prove_watchdog=True, **options)
-    arm.open(15.0)
-    configuration = arm.configuration()
-    assert len(configuration.joints_rad) == 6
-    assert configuration.tcp_offset == (0, 0, 0.1, 0, 0, 0)
-    assert (configuration.payload_kg, configuration.payload_cog_m) == (1.2, (0, 0, 0.05))
-    assert configuration.speed_fraction == 1.0
-    assert arm.fault() is None
-
-
 def test_idle_arm_is_kept_alive_by_the_child_alone(start_emulator, make_arm):
     emulator = start_emulator()
     arm = make_arm(emulator.host, watchdog=20.0)
@@ -130,13 +105,21 @@ def test_close_ends_the_program_and_open_works_again(start_emulator, make_arm):
     ("version", "period_s", "options"),
     [
         ((3, 15, 8, 0), 0.008, {}),
-        pytest.param((5, 4, 3, 0), 0.002, {}, marks=pytest.mark.long),
-        pytest.param((5, 23, 0, 0), 0.002, {}, marks=pytest.mark.long),
-        ((5, 12, 6, 0), 0.002, {"upper_registers": True}),
-        (
-            (5, 12, 6, 0),
-            0.002,
-            {"tcp_offset": [0, 0, 0.12], "payload_mass": 1.2, "payload_cog": [0, 0, 0.05]},
+        *long_rows(
+            [
+                ((5, 4, 3, 0), 0.002, {}),
+                ((5, 23, 0, 0), 0.002, {}),
+                ((5, 12, 6, 0), 0.002, {"upper_registers": True}),
+                (
+                    (5, 12, 6, 0),
+                    0.002,
+                    {
+                        "tcp_offset": [0, 0, 0.12],
+                        "payload_mass": 1.2,
+                        "payload_cog": [0, 0, 0.05],
+                    },
+                ),
+            ]
         ),
     ],
 )

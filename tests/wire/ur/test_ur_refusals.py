@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from long_ones import long_rows
 
 from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
@@ -12,22 +13,20 @@ from stepload.rig.faults import FaultCode
     ("emulation", "options", "code", "says"),
     [
         ({"version": (3, 3, 0, 0)}, {}, FaultCode.UNSUPPORTED, "3.4"),
-        ({"version": (10, 7, 0, 0)}, {}, FaultCode.UNSUPPORTED, "PolyScope X"),
-        (
-            {"version": (5, 23, 0, 0)},
-            {"upper_registers": True},
-            FaultCode.UNSUPPORTED,
-            "upper_registers",
-        ),
         ({}, {"serial_number": "20009999999"}, FaultCode.WRONG_DEVICE, "20009999999"),
         ({"commands": ["local on"]}, {}, FaultCode.NOT_REMOTE, "local control"),
-        ({"commands": ["claim 0 23"]}, {}, FaultCode.REFUSED_COMMAND, "in use"),
         ({"commands": ["freeze on"]}, {}, FaultCode.NOT_CONNECTED, "no answer"),
-        ({"commands": ["blackhole on"]}, {}, FaultCode.NOT_CONNECTED, "no answer"),
         ({"commands": ["nan on"]}, {}, FaultCode.NOT_FINITE, "finite"),
         ({"commands": ["protective-stop"]}, {}, FaultCode.PROTECTIVE_STOP, "unlock"),
-        ({"commands": ["emergency-stop"]}, {}, FaultCode.EMERGENCY_STOP, "button"),
-        ({"commands": ["safeguard on"]}, {}, FaultCode.SAFEGUARD_STOP, "guard"),
+        *long_rows(
+            [
+                ({"version": (10, 7, 0, 0)}, {}, FaultCode.UNSUPPORTED, "PolyScope X"),
+                ({"commands": ["claim 0 23"]}, {}, FaultCode.REFUSED_COMMAND, "in use"),
+                ({"commands": ["blackhole on"]}, {}, FaultCode.NOT_CONNECTED, "no answer"),
+                ({"commands": ["emergency-stop"]}, {}, FaultCode.EMERGENCY_STOP, "button"),
+                ({"commands": ["safeguard on"]}, {}, FaultCode.SAFEGUARD_STOP, "guard"),
+            ]
+        ),
     ],
 )
 def test_open_refuses(start_emulator, make_arm, emulation, options, code, says):
@@ -38,20 +37,6 @@ def test_open_refuses(start_emulator, make_arm, emulation, options, code, says):
     assert caught.value.code == code
     assert says in str(caught.value)
     assert emulator.state()["uploads"] == 0
-
-
-def test_nobody_at_the_address(make_arm, free_host):
-    arm = make_arm(free_host)
-    with pytest.raises(DeviceError) as caught:
-        arm.open(2.0)
-    assert caught.value.code == FaultCode.NOT_CONNECTED
-
-
-def test_registers_of_a_fieldbus_are_avoided_with_upper_registers(start_emulator, make_arm):
-    emulator = start_emulator(commands=["claim 0 23"])
-    arm = make_arm(emulator.host, upper_registers=True)
-    arm.open(15.0)
-    assert emulator.state()["watchdog_hz"] == 5.0
 
 
 def test_a_second_arm_is_refused_and_the_first_unharmed(start_emulator, make_arm, follow, after):

@@ -225,11 +225,6 @@ def _in_common(kind: str, chance: Random, times: Times, plan: Plan) -> list[Worl
     ]
 
 
-def draw_incidents(chance: Random, kinds: list[str], times: Times) -> tuple[Incident, ...]:
-    """One incident; one to three when it is Ctrl+C."""
-    return incidents_of(chance.choice(kinds), chance, times)
-
-
 def incidents_of(kind: str, chance: Random, times: Times) -> tuple[Incident, ...]:
     """One incident of this kind; one to three when it is Ctrl+C."""
     start_s = draw_time(chance, times)

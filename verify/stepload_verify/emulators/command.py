@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from contextlib import ExitStack
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,6 +15,38 @@ from stepload.errors import BadInputError
 from stepload_drivers.streamed import prefer_this_thread
 from stepload_verify.emulators import ur_command
 from stepload_verify.emulators.faults import FAULTS, FaultBoard, parse_fault
+
+
+@contextmanager
+def port_link(path: Path, address: str) -> Iterator[None]:
+    """`path` leads to `address` inside `with`; a link left behind by a dead emulator is replaced.
+
+    Raises:
+        BadInputError: there is something at `path` already, or it cannot be made.
+    """
+    if not address.startswith("/dev/"):
+        raise BadInputError(
+            f"--link {path}: the emulator has no port but the address {address}",
+            hint="leave --link out and use the address",
+        )
+    if path.is_symlink() and not path.exists():
+        path.unlink()
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.symlink_to(address)
+    except FileExistsError as error:
+        raise BadInputError(
+            f"--link {path}: is there already",
+            hint="end the emulator that uses it, or take another name",
+        ) from error
+    except OSError as error:
+        raise BadInputError(f"--link {path}: {error}", hint="take another name") from error
+    try:
+        yield
+    finally:
+        if path.is_symlink() and str(path.readlink()) == address:
+            path.unlink()
+
 
 app = typer.Typer(
     rich_markup_mode=None,
@@ -176,7 +209,6 @@ def rig(
     from stepload_drivers.sim.live import DEFAULT_SPEC
     from stepload_verify.emulators.catalog import driver_options
     from stepload_verify.emulators.live_rig import LiveRig, load_spec
-    from stepload_verify.emulators.port_link import port_link
     from stepload_verify.emulators.service import obey, serve
 
     sensors = tuple(sensor or ("bota_serial",))

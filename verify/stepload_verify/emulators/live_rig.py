@@ -13,10 +13,8 @@ from stepload_drivers.sim.live import DEFAULT_SPEC, LiveWorld
 from stepload_verify.emulators.catalog import CAN_SENSORS, EMULATORS
 from stepload_verify.emulators.emulator import Emulator
 from stepload_verify.emulators.faults import FaultBoard
-from stepload_verify.emulators.mount_file import mount_from
-from stepload_verify.emulators.physics import AXES, Wrench, WrenchSource
-from stepload_verify.emulators.tool import Tool
-from stepload_verify.emulators.ur_world import LiveAxis
+from stepload_verify.emulators.physics import AXES, Tool, Wrench, WrenchSource
+from stepload_verify.emulators.ur_world import LiveAxis, mount_from
 
 
 class WorldPhysics:

@@ -32,8 +32,8 @@ def emulate_ur(
     ] = False,
 ) -> None:
     """Emulate a UR controller on a loopback address, until `quit` or Ctrl+C."""
-    from stepload_verify.emulators.ur_axis import Axis, FreeAirAxis
     from stepload_verify.emulators.ur_emulator import parse_version, run_ur_emulator
+    from stepload_verify.emulators.ur_world import Axis, FreeAirAxis
 
     axis: Axis = FreeAirAxis()
     if surface_mm is not None:

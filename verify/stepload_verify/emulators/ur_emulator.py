@@ -7,12 +7,12 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 
 from stepload_drivers.streamed import prefer_this_thread
-from stepload_verify.emulators.tool import Tool
-from stepload_verify.emulators.ur_axis import Axis, FreeAirAxis
+from stepload_verify.emulators.physics import Tool
 from stepload_verify.emulators.ur_controller import UrController
 from stepload_verify.emulators.ur_robot import Robot
 from stepload_verify.emulators.ur_server import UrServer
 from stepload_verify.emulators.ur_variables import Version
+from stepload_verify.emulators.ur_world import Axis, FreeAirAxis
 
 
 def parse_version(text: str) -> Version:

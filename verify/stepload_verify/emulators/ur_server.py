@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import random
 import selectors
@@ -15,10 +16,47 @@ from collections.abc import Callable, Mapping
 
 from stepload_drivers.ur.frames import FrameError
 from stepload_verify.emulators import ur_dashboard
-from stepload_verify.emulators.pace import Pace
 from stepload_verify.emulators.ur_controller import UrController
 from stepload_verify.emulators.ur_faults import HELP
 from stepload_verify.emulators.ur_session import Session
+
+CATCH_UP_PERIODS = 10
+"""Largest number of periods that are made up for after a stall of the host; the rest is skipped."""
+APART = 0.5
+"""Time between two periods that are made up for, as a share of the period. Packages sent at one
+moment look like one to a client that keeps the newest only: a late host would look like a lossy
+cable."""
+
+
+class Pace:
+    """Periods of `period_s` from `start_s` on, on the clock of the host (s).
+
+    `late` counts the periods that began more than one period after their time, `skipped` those
+    that never did.
+    """
+
+    def __init__(self, period_s: float, start_s: float) -> None:
+        self.period_s = period_s
+        self.late = 0
+        self.skipped = 0
+        self._next_s = start_s + period_s
+        self._last_s = -math.inf
+
+    @property
+    def due_s(self) -> float:
+        """When the next period begins."""
+        return max(self._next_s, self._last_s + APART * self.period_s)
+
+    def begin(self, now_s: float) -> int:
+        """Begin the next period, which is due; returns how many are skipped before it."""
+        behind = int((now_s - self._next_s) / self.period_s)
+        skipped = max(0, behind - CATCH_UP_PERIODS)
+        self.skipped += skipped
+        self.late += behind > 0
+        self._next_s += (skipped + 1) * self.period_s
+        self._last_s = now_s
+        return skipped
+
 
 DASHBOARD, RTDE = 29999, 30004
 SCRIPT_PORTS = (30001, 30002, 30003)

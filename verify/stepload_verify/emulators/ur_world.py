@@ -5,12 +5,94 @@ from __future__ import annotations
 import math
 import random
 import time
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
+from stepload.rig.mount import Mount, SensorMount
+from stepload.rig.samples import SixFloats
 from stepload_drivers.sim.live import DEFAULT_SPEC, LiveWorld
-from stepload_verify.emulators.mount_file import mount_from
-from stepload_verify.emulators.ur_axis import AxisState
+
+
+def mount_from(data: Mapping[str, Any]) -> Mount:
+    """What `dataclasses.asdict` and JSON made of a `Mount`.
+
+    Raises:
+        TypeError: an unknown field, or no mapping where one belongs.
+    """
+    told = {name: _frozen(value) for name, value in data.items()}
+    for name in ("sensor", "second_sensor"):
+        if name in told:
+            told[name] = SensorMount(**{k: _frozen(v) for k, v in dict(told[name]).items()})
+    return Mount(**told)
+
+
+def _frozen(value: Any) -> Any:
+    """Lists as tuples, at every depth."""
+    return tuple(map(_frozen, value)) if isinstance(value, list) else value
+
+
+class AxisState(NamedTuple):
+    """Measured travel along the approach axis, and the force it presses with (positive).
+
+    `contact_n` is the true contact force and `force_n` the arm's noisy estimate of it, `peak_n` its
+    largest value so far. Of a rig with six axes also `wrench`, what the tip does to the plate, and
+    `shift_m`, the measured travel across the approach direction; the frame is that of `ur_frames`.
+    """
+
+    position_m: float
+    force_n: float
+    contact_n: float = 0.0
+    peak_n: float = 0.0
+    wrench: SixFloats | None = None
+    shift_m: tuple[float, float] | None = None
+
+
+class Axis(Protocol):
+    """A driven axis in continuous time."""
+
+    def command(self, position_m: float) -> None:
+        """Absolute target from now on."""
+        ...
+
+    def command_shift(self, x_m: float, y_m: float) -> None:
+        """Likewise across; used only where `state` has a shift."""
+        ...
+
+    def advance_to(self, time_s: float) -> None:
+        """Let time pass; `time_s` counts from 0 at the start and never goes back."""
+        ...
+
+    def state(self) -> AxisState:
+        """Where the axis is at the time last advanced to."""
+        ...
+
+
+class FreeAirAxis:
+    """An ideal first-order position servo with a speed limit, touching nothing."""
+
+    def __init__(self, lag_s: float = 0.01, max_speed_m_s: float = 0.25) -> None:
+        self._lag_s = lag_s
+        self._max_speed_m_s = max_speed_m_s
+        self._time_s = 0.0
+        self._target_m = 0.0
+        self._position_m = 0.0
+
+    def command(self, position_m: float) -> None:
+        self._target_m = position_m
+
+    def command_shift(self, x_m: float, y_m: float) -> None:
+        """It has one axis."""
+
+    def advance_to(self, time_s: float) -> None:
+        step_s = time_s - self._time_s
+        self._time_s = time_s
+        move_m = (self._target_m - self._position_m) * -math.expm1(-step_s / self._lag_s)
+        limit_m = self._max_speed_m_s * step_s
+        self._position_m += max(-limit_m, min(limit_m, move_m))
+
+    def state(self) -> AxisState:
+        return AxisState(self._position_m, 0.0)
 
 
 class LiveAxis:

@@ -15,7 +15,7 @@ from stepload.plan.model import Plan
 from stepload.runner.jobs import run_all
 from stepload.runner.pool import Pool
 from stepload.runner.store import Store
-from stepload_verify.campaign.digest import loaded
+from stepload_verify.campaign.work import loaded
 from stepload_verify.falsify.hunt import Hunt, Row
 from stepload_verify.falsify.scene import Bench
 from stepload_verify.falsify.scene_file import text_of

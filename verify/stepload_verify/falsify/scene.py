@@ -13,9 +13,8 @@ from stepload.plan.model import Plan, SecondForceSource
 from stepload_verify.campaign.mounts import Stance, any_stance, fits, told
 from stepload_verify.campaign.plants import ARM_CLASSES, plan_from
 from stepload_verify.campaign.scenario import Scenario, expected_times, scenario_of
-from stepload_verify.falsify.onset import NUMBERS, Look, placed, starts_of
+from stepload_verify.falsify.onset import NUMBERS, Look, Tape, placed, starts_of
 from stepload_verify.falsify.strata import ARMS_OWN, SECOND, START, Stratum
-from stepload_verify.falsify.tape import Tape
 
 RIG, TRUTH, STANCE, WRONG = 36, 13, 19, 10
 """Numbers that a rig with its plan, its truth, how a rig with six axes holds its tip, and each

@@ -48,8 +48,6 @@ class Errors:
     kernel: Literal["squared", "exponential"] = "squared"
 
 
-SCENARIO_A = Errors(touch_force_n=None)
-SCENARIO_B = Errors()
 SCENARIO_C = Errors(stiffness_sigma=0.02, smooth_m=0.54e-6)
 STVF = StepRig()
 INSTRON = StepRig(

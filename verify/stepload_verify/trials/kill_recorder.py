@@ -4,7 +4,7 @@ python -m stepload_verify.trials.kill_recorder --kills 200
 
 Half of the kills hit the runner alone, half its whole process group with the writer. After each,
 the record is repaired and compared with what the runner had pushed, and with what the recorder had
-said to be on the disk. Lost time is in ms of the 1 kHz force stream.
+said to be on the disk. Prints the counts of each kill as JSON.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ import mmap
 import os
 import random
 import signal
-import statistics
 import struct
 import subprocess
 import sys
@@ -114,25 +113,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--kills", type=int, default=20)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--json", action="store_true")
     parser.add_argument("--victim", type=Path, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.victim:
         run_until_killed(options.victim)
         return
     found = campaign(options.kills, options.seed)
-    if options.json:
-        print(json.dumps(found))
-        return
-    print(f"{'killed':8} {'kills':>5} {'lost ms: median':>16} {'max':>6} {'durable rows lost':>18}")
-    for target, kills in found.items():
-        lost = [max(kill["pushed"] - kill["kept"], 0) * 1e3 / FORCE_HZ for kill in kills]
-        broken = sum(max(kill["durable"] - kill["kept"], 0) for kill in kills)
-        if lost:
-            print(
-                f"{target:8} {len(kills):5} {statistics.median(lost):16.0f} {max(lost):6.0f} "
-                f"{broken:18}"
-            )
+    print(json.dumps(found))
 
 
 if __name__ == "__main__":

@@ -79,11 +79,7 @@ class Scored:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """All answers for one case; none and a `problem` where it was refused or broke.
-
-    Of a case that the engine pressed `stop` is the rule that ended it early, and `peak` the largest
-    true force over F_c.
-    """
+    """All answers for one case; none and a `problem` where it was refused or broke."""
 
     world: str
     seed: int
@@ -95,8 +91,6 @@ class Outcome:
     scored: tuple[Scored, ...]
     problem: str = ""
     broken: bool = False
-    stop: str = ""
-    peak: float = math.nan
 
 
 Ask = Callable[[PressData, Conditions], Mapping[str, Answer]]

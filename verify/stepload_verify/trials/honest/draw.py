@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from stepload_verify.trials.honest import laws
-from stepload_verify.trials.honest.case import Case, Declared, Faults
+from stepload_verify.trials.honest.case import Case, Declared, Faults, squared
 from stepload_verify.trials.honest.contact import Contact, Path, nothing
 from stepload_verify.trials.honest.course import Procedure
-from stepload_verify.trials.honest.errors import squared
 from stepload_verify.trials.honest.laws import FloatArray, Law
 from stepload_verify.trials.honest.rig import Rig, between, draw_rig
 

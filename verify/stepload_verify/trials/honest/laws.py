@@ -86,14 +86,6 @@ def power(top_n: float, top_m: float, n: float) -> Law:
     return Law(force, top_m * (force / top_n) ** (1.0 / n), n)
 
 
-def rough_height(scale_m: float) -> float:
-    """δ of the first touch of a rough sphere (10) from the mean plane: 1.571 σ κ^-0.16, in m.
-
-    `scale_m` is σ κ^-0.16.
-    """
-    return 0.5 * 1.605**2 * 1.22 * scale_m
-
-
 def rough(top_n: float, smooth_top_m: float, scale_m: float) -> Law:
     """(10)–(12) over a smooth sphere with deformation `smooth_top_m` at the top force.
 
@@ -144,35 +136,6 @@ def stiffening(top_n: float, top_m: float, n: float, stop: float, ratio: float) 
     x = _path()
     y = x**n + ratio * np.maximum(x - stop, 0.0) ** 1.2
     return of_force(x, y, top_n, top_m, n)
-
-
-def two_stage(top_n: float, top_m: float, n: float, stops: tuple[float, float],
-              ratios: tuple[float, float]) -> Law:  # fmt: skip
-    """A power law that two stops stiffen one after the other."""
-    x = _path()
-    y = x**n
-    for stop, ratio in zip(stops, ratios, strict=True):
-        y = y + ratio * np.maximum(x - stop, 0.0)
-    return of_force(x, y, top_n, top_m, n)
-
-
-def softening(top_n: float, top_m: float, knee: float, ratio: float) -> Law:
-    """A body that buckles: the slope falls smoothly to `ratio` of its first about `knee`."""
-    x = _path()
-    width = 0.15
-    turned = width * np.logaddexp(0.0, (x - knee) / width)
-    turned -= turned[0]
-    return of_force(x, x - (1.0 - ratio) * turned, top_n, top_m, 1.0)
-
-
-def asperities(top_n: float, smooth_top_m: float, height_m: float, onset: float) -> Law:
-    """A sphere with asperities of exponential heights: δ_H + h ln(1 + F/F_r), F_r of the top.
-
-    Its first touch is the highest asperity; it has no mean plane that a plan could name.
-    """
-    force = forces(top_n)
-    smooth_m = smooth_top_m * (force / top_n) ** (2.0 / 3.0)
-    return Law(force, smooth_m + height_m * np.log1p(force / (onset * top_n)), 1.5)
 
 
 def adhesive(top_n: float, top_m: float, pull_n: float) -> Law:

@@ -171,23 +171,9 @@ def report(outcomes: Sequence[Outcome]) -> str:
         lines += [line(each, PER_WORLD) for each in found.worlds if each.stated]
         lines += [line(found.ideal), line(found.seen, OVERALL), line(found.overall, OVERALL)]
         lines += [_false(*pair) for pair in worst(outcomes, quantity)[:SHOWN]]
-    lines += _pressed([each for each in outcomes if not math.isnan(each.peak)])
     broken = [each for each in outcomes if each.broken]
     lines += [f"broken: {name(each)}\n{each.problem}" for each in broken]
     return "\n".join(lines)
-
-
-def _pressed(outcomes: Sequence[Outcome]) -> list[str]:
-    """How high the engine pressed, and where it was stopped."""
-    if not outcomes:
-        return []
-    highest = max(outcomes, key=lambda each: each.peak)
-    stopped = [each for each in outcomes if each.stop]
-    lines = [f"\npeak: {highest.peak:.3f} F_c at the most, {name(highest)}"]
-    if highest.peak > 1.0:
-        lines.append("THE ELASTIC LIMIT WAS PASSED")
-    lines.append(f"stopped: {len(stopped)} of {len(outcomes)}")
-    return lines + [f"  {name(each):44s} {each.family}; {each.stop}" for each in stopped]
 
 
 def name(outcome: Outcome) -> str:

@@ -1,4 +1,4 @@
-"""The worlds that thresholds may be tuned on; `held_out` has others.
+"""The worlds.
 
 Each makes a case from a seed. What is ideal obeys a power law, or a roughness that is declared,
 and its errors have the declared sizes; what is spoiled violates what its name says.
@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from stepload_verify.trials.honest import laws
-from stepload_verify.trials.honest.case import Case
+from stepload_verify.trials.honest.case import Case, exponential, ripple, squared
 from stepload_verify.trials.honest.contact import Creep
 from stepload_verify.trials.honest.draw import (
     PERIOD_S,
@@ -26,7 +26,6 @@ from stepload_verify.trials.honest.draw import (
     table,
     true_stiffness,
 )
-from stepload_verify.trials.honest.errors import exponential, ripple, squared
 from stepload_verify.trials.honest.laws import FloatArray
 from stepload_verify.trials.honest.rig import between, draw_rig
 
