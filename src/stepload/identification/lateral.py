@@ -21,9 +21,9 @@ LEFT_OVER = 0.05
 """Standard uncertainty of a correction with three numbers, as a share of it: in simulation 1/18 to
 1/20 of the bias of one number remained, a tenth on a plate tilted by 3 degrees."""
 UNKNOWN_FRICTION = 0.9 * 0.5 / math.sqrt(3.0)
-"""Standard uncertainty of a deflection, as a share of it, on a serial arm where the friction of the
-payload is not known relative to that of the calibration: coupling C_xz/C_zz of 0.9 (90th percentile
-of poses) times a difference of the lateral shares of up to 0.5 either way, uniformly distributed."""
+"""Standard uncertainty of a deflection, as a share of it, on a serial arm where the payload's
+friction is not known relative to that of the calibration: coupling C_xz/C_zz of 0.9 (90th
+percentile of poses) times a difference of the lateral shares of up to 0.5 either way, uniform."""
 
 STATED_FRICTION = 0.33 * 0.3 / math.sqrt(3.0)
 """The same where a person states K_s for a press without lateral force: the median coupling, and a
