@@ -18,8 +18,8 @@ from pathlib import Path
 import numpy as np
 
 from stepload.record.curves import read_curve
-from stepload.results.conditions import Stated
-from stepload.results.curve import prepare
+from stepload.report.conditions import Stated
+from stepload.report.curve import prepare
 
 ROWS = 1_000_000
 LARGEST_S, LARGEST_RATIO = 5.0, 4.0

@@ -41,11 +41,11 @@ def _children_s() -> float:
 
 def measure(hours: float, path: Path = PLAN, mount: bool = False) -> dict[str, float]:
     """One dry run in this process; `mount` gives its simulated rig six axes."""
-    from stepload.envelope.envelope import envelope_of
+    from stepload.feasibility.preflight import preflight_of
     from stepload.plan.load import load_plan
     from stepload.plan.mounting import Mounting
-    from stepload.results.conditions import Stated
-    from stepload.results.from_file import results_of_file
+    from stepload.report.conditions import Stated
+    from stepload.report.from_file import results_of_file
     from stepload.session import experiment
 
     plan = load_plan(path)
@@ -53,8 +53,10 @@ def measure(hours: float, path: Path = PLAN, mount: bool = False) -> dict[str, f
         simulation = replace(plan.rig.simulation, mount=Mounting())
         plan = replace(plan, rig=replace(plan.rig, simulation=simulation))
     if hours:
-        each_s = envelope_of(plan).duration_s
-        each_s -= envelope_of(replace(plan, procedure=replace(plan.procedure, cycles=1))).duration_s
+        each_s = preflight_of(plan).duration_s
+        each_s -= preflight_of(
+            replace(plan, procedure=replace(plan.procedure, cycles=1))
+        ).duration_s
         cycles = max(1, round(hours * 3600.0 / each_s))
         plan = replace(plan, procedure=replace(plan.procedure, cycles=cycles))
     loop_s = cpu_s = loop_mb = 0.0
@@ -72,7 +74,7 @@ def measure(hours: float, path: Path = PLAN, mount: bool = False) -> dict[str, f
     experiment.run_loop = timed  # type: ignore[assignment]
     begin_s, begin_cpu_s, begin_writer_s = time.perf_counter(), time.process_time(), _children_s()
     with tempfile.TemporaryDirectory() as place:
-        done = experiment.run_plan(envelope_of(plan), dry_run=True, out=Path(place) / "run")
+        done = experiment.run_plan(preflight_of(plan), dry_run=True, out=Path(place) / "run")
         command_cpu_s = time.process_time() - begin_cpu_s
         all_s = time.perf_counter() - begin_s
         runner_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
@@ -115,8 +117,8 @@ def main() -> int:
     if options.one:
         print(json.dumps(measure(options.hours, options.plan, options.mount)))
         return 0
-    asked = options.hours, options.plan, options.mount
-    done = [in_a_process(*asked) for _ in range(1 if options.hours else options.runs)]
+    requested = options.hours, options.plan, options.mount
+    done = [in_a_process(*requested) for _ in range(1 if options.hours else options.runs)]
     if options.json:
         print(json.dumps(done))
     else:

@@ -156,11 +156,11 @@ def rtde_values(chance: random.Random, count: int) -> int:
         ["DOUBLE", "VECTOR6D", "VECTOR6D", "INT32", "INT32", "UINT32", "UINT32"]
     )
     data = chance.randbytes(layout.size * count)
-    believed = 0
+    expected = 0
     for v in layout.iter_unpack(data):
         package = ur.UrState(v[1], v[2:8], v[8:14], v[14], v[15], v[16], v[17])
-        believed += ur.data_problem(package) is None
-    return believed
+        expected += ur.data_problem(package) is None
+    return expected
 
 
 DECODERS: dict[str, tuple[Callable[[random.Random, int], int], float]] = {

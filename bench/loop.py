@@ -23,7 +23,7 @@ from stepload.engine.operator import Operator
 from stepload.engine.realtime import realtime_conditions
 from stepload.engine.rehearse import world_for
 from stepload.engine.tick import Engine
-from stepload.envelope.envelope import envelope_of
+from stepload.feasibility.preflight import preflight_of
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
 from stepload.record.recorder import Recorder
@@ -35,7 +35,7 @@ ROUNDS = 3
 
 
 def engine_for(plan: Plan) -> Engine:
-    return Engine(envelope_of(plan), Operator())
+    return Engine(preflight_of(plan), Operator())
 
 
 class Canned:
@@ -77,7 +77,7 @@ class CannedRig:
 
 def batches(plan: Plan, ticks: int) -> Iterator[tuple[list[Any], list[Any]]]:
     """Force and arm samples of the first ticks of a dry run."""
-    rig, engine = load_world()(world_for(envelope_of(plan))), engine_for(plan)
+    rig, engine = load_world()(world_for(preflight_of(plan))), engine_for(plan)
     rig.force.open(1.0)
     rig.arm.open(1.0)
     for _ in range(ticks):

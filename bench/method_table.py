@@ -143,9 +143,9 @@ def simulate(k: float, scenario: str, rng: np.random.Generator) -> tuple[FloatAr
     """(deformation in m, force in N) of one run, compensated (27) and uniform in force."""
     true_n = protocol()
     position = (true_n / k) ** (1.0 / 1.5) + true_n / SYSTEM_STIFFNESS_N_PER_M
-    believed = SYSTEM_STIFFNESS_N_PER_M
+    expected = SYSTEM_STIFFNESS_N_PER_M
     if scenario == "C":
-        believed *= 1.0 + 0.02 * rng.normal()
+        expected *= 1.0 + 0.02 * rng.normal()
         position = position + smooth_error(true_n, 0.54e-6, 50.0, rng)
     phase = rng.uniform(-0.5, 0.5) * POSITION_QUANTUM_M
     noisy = position + phase + rng.normal(0.0, POSITION_NOISE_M, position.size)
@@ -156,7 +156,7 @@ def simulate(k: float, scenario: str, rng: np.random.Generator) -> tuple[FloatAr
         touch = int(np.argmax(force > CONTACT_THRESHOLD_N))
         measured, force = measured[touch:] - measured[touch], force[touch:]
     loaded = force > 0.0
-    deformation, force = (measured - force / believed)[loaded], force[loaded]
+    deformation, force = (measured - force / expected)[loaded], force[loaded]
     chosen = uniform_in_force(force, 2000)
     return deformation[chosen], force[chosen]
 

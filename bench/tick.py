@@ -13,7 +13,7 @@ from typing import Any
 from stepload.engine.operator import Operator
 from stepload.engine.rehearse import world_for
 from stepload.engine.tick import Engine
-from stepload.envelope.envelope import envelope_of
+from stepload.feasibility.preflight import preflight_of
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
 from stepload.rig.world import load_world
@@ -23,12 +23,12 @@ REPEATS = 5
 
 
 def _engine(plan: Plan) -> Engine:
-    return Engine(envelope_of(plan), Operator())
+    return Engine(preflight_of(plan), Operator())
 
 
 def _inputs(plan: Plan) -> list[tuple[Any, ...]]:
     """What the engine was given in each tick of one run."""
-    rig, engine = load_world()(world_for(envelope_of(plan))), _engine(plan)
+    rig, engine = load_world()(world_for(preflight_of(plan))), _engine(plan)
     rig.force.open(1.0)
     rig.arm.open(1.0)
     if rig.second_force:

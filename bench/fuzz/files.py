@@ -69,12 +69,12 @@ _loaded: list[forge.Record] = []
 def _honest() -> forge.Record:
     """A short run, made once."""
     if not _loaded:
-        from stepload.envelope.envelope import envelope_of
+        from stepload.feasibility.preflight import preflight_of
         from stepload.plan.load import load_plan as load
         from stepload.session.experiment import run_plan
 
-        envelope = envelope_of(load(ROOT / "procedures" / "campaign.yaml"))
-        made = run_plan(envelope, dry_run=True, out=PLACE / "r")
+        preflight = preflight_of(load(ROOT / "procedures" / "campaign.yaml"))
+        made = run_plan(preflight, dry_run=True, out=PLACE / "r")
         _loaded.append(forge.load(made.directory / "run.mcap", 64))
     return _loaded[0]
 

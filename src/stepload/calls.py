@@ -14,15 +14,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from stepload.data.run import Run, open_run
 from stepload.engine.operator import Operator
-from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.errors import BadInputError
+from stepload.feasibility.preflight import Preflight, preflight_of
 from stepload.identification.identify import Identification
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
 from stepload.plan.tags import tagged
 from stepload.record.curves import MIN_ROWS, Curve
-from stepload.results.conditions import Stated
-from stepload.results.from_file import identify_curve
+from stepload.report.conditions import Stated
+from stepload.report.from_file import identify_curve
 from stepload.session.experiment import run_plan
 
 
@@ -44,7 +44,7 @@ class Identified:
         return self.found.reasons
 
 
-def preflight(plan: Plan | str | Path) -> Envelope:
+def preflight(plan: Plan | str | Path) -> Preflight:
     """Compute before a run what a plan allows: limits, schedule, verdict and its reasons.
 
     A plan that is refused is a result, not an error: see `Envelope.verdict`.
@@ -52,7 +52,7 @@ def preflight(plan: Plan | str | Path) -> Envelope:
     Raises:
         PlanError: the plan cannot be read.
     """
-    return envelope_of(_plan(plan))
+    return preflight_of(_plan(plan))
 
 
 def run(
@@ -85,7 +85,7 @@ def run(
     main = threading.current_thread() is threading.main_thread()
     with operator.listening() if main else nullcontext():
         finished = run_plan(
-            envelope_of(tagged(_plan(plan), tags)),
+            preflight_of(tagged(_plan(plan), tags)),
             dry_run=dry_run,
             out=None if out is None else Path(out),
             seed=seed,
@@ -110,7 +110,7 @@ def identify(
         position_m: travel of the machine, shape (N,), from which the deflection F/K_s is
             subtracted: state `system_stiffness_n_per_m`.
         time_s: times that do not fall, shape (N,).
-        known: what else is known, by the names of `stepload.results.conditions.Stated`:
+        known: what else is known, by the names of `stepload.report.conditions.Stated`:
             `system_stiffness_n_per_m`, `elastic_limit_n`, `force_noise_n`, `position_noise_m`,
             `secant_force_n`, `laws` and others.
 

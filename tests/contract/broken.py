@@ -294,8 +294,8 @@ def goes_on_repeating(healthy):
 def forgets_its_fault(healthy):
     def fault(self):
         found = healthy.fault(self)
-        self._asked = getattr(self, "_asked", 0) + (found is not None)
-        return found if self._asked < 2 else None
+        self._requested = getattr(self, "_asked", 0) + (found is not None)
+        return found if self._requested < 2 else None
 
     return _variant(healthy, fault=fault)
 
@@ -484,7 +484,7 @@ def ignores_the_shift(healthy):
         healthy.command(self, position_m, shift_m)
         self._shift_m = shift_m
         for drive in self._host.world.plant._across:
-            drive._commands.clear()
+            drive.commands.clear()
 
     return _variant(healthy, command=command)
 
@@ -525,17 +525,17 @@ LEASH_S = 0.1
 def on_a_leash(healthy):
     """An arm that is left by its run for `LEASH_S` while it has a target ends its program."""
 
-    def heard(name):
+    def received(name):
         method = getattr(healthy, name)
 
         def call(self, *arguments):
             now_s = _now_s(self)
             silent_s = now_s - getattr(self, "_heard_s", now_s)
-            self._heard_s = now_s
+            self._received_s = now_s
             if silent_s > LEASH_S and self._led:
                 self._stream.latch(FaultCode.PROGRAM_STOPPED, f"silent for {silent_s:g} s", now_s)
             result = method(self, *arguments)
-            self._heard_s = _now_s(self)
+            self._received_s = _now_s(self)
             self._led = name == "command" or (self._led and name not in ("safe", "retract"))
             if name == "drain" and healthy.fault(self) is not None:
                 return []
@@ -544,4 +544,4 @@ def on_a_leash(healthy):
         return call
 
     names = ("drain", "fault", "health", "command", "retract", "safe")
-    return _variant(healthy, _led=False, **{name: heard(name) for name in names})
+    return _variant(healthy, _led=False, **{name: received(name) for name in names})

@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
 
-from stepload.envelope.envelope import Envelope
 from stepload.errors import DeviceError
+from stepload.feasibility.preflight import Preflight
 from stepload.record.outcome import RunOutcome
 from stepload.rig.device import ArmConfiguration, Identity
 from stepload.rig.samples import ArmSample, ForceSample
@@ -155,9 +155,9 @@ class Hands:
         return None
 
 
-def press_nothing(envelope: Envelope, out: Path) -> RunOutcome:
+def press_nothing(preflight: Preflight, out: Path) -> RunOutcome:
     """In place of a session, where no plan may be pressed."""
-    raise AssertionError(f"{envelope.plan.name} was pressed")
+    raise AssertionError(f"{preflight.plan.name} was pressed")
 
 
 def setup_of(rig: Rig, person: Hands | None = None, second: str = "arm", **answers: str) -> Setup:

@@ -10,8 +10,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from stepload.runner.jobs import Job
-from stepload.runner.pool import THREADS
+from stepload.jobs.jobs import Job
+from stepload.jobs.pool import THREADS
 
 
 @dataclass(frozen=True, order=True)

@@ -8,16 +8,16 @@ from typing import Any, cast
 
 import numpy as np
 
-from stepload.envelope.envelope import Envelope, envelope_of
+from stepload.feasibility.preflight import Preflight, preflight_of
 from stepload.plan.load import load_plan
 from stepload.record.lag import Lag
 from stepload.record.outcome import Lateness, RunOutcome, RunStatus
 from stepload.record.reader import Event, Recording
 from stepload.record.rows import Phase
-from stepload.results.analyse import Evaluation, identify_payload
-from stepload.results.conditions import measured, planned
-from stepload.results.levels import Level, levels_of
-from stepload.results.press_data import PressData, TouchPoint
+from stepload.report.analyse import Evaluation, identify_payload
+from stepload.report.conditions import measured, planned
+from stepload.report.levels import Level, levels_of
+from stepload.report.press_data import PressData, TouchPoint
 
 ROOT = Path(__file__).resolve().parents[2]
 K, N, KS, RATE_HZ, REST = 6.57e8, 1.5, 3.49e6, 100.0, 100
@@ -30,9 +30,9 @@ TOLD = {
 }  # fmt: skip
 
 
-def an_envelope() -> Envelope:
+def an_envelope() -> Preflight:
     """Of the paper's plastic sphere."""
-    return envelope_of(load_plan(ROOT / "procedures" / "plastic-sphere.yaml"))
+    return preflight_of(load_plan(ROOT / "procedures" / "plastic-sphere.yaml"))
 
 
 def pressed(levels: int, cycles: int = 2, creep_m: float = 0.0, pull_n: float = 0.0
@@ -81,7 +81,7 @@ def pressed(levels: int, cycles: int = 2, creep_m: float = 0.0, pull_n: float = 
 
 
 def evaluated(
-    envelope: Envelope,
+    preflight: Preflight,
     made: tuple[PressData, tuple[Event, ...]] | None,
     *,
     identified: bool = True,
@@ -108,12 +108,12 @@ def evaluated(
     )  # fmt: skip
     found, levels = None, tuple[Level, ...]()
     if data is not None:
-        conditions = measured(planned(envelope), data)
+        conditions = measured(planned(preflight), data)
         levels = levels_of(data, events, conditions)
         if identified:
             found = identify_payload(data, conditions)
     problem = "" if found else "there is nothing to identify"
     return Evaluation(
-        envelope, outcome, recording, dry_run, data=data, identification=found, problem=problem,
+        preflight, outcome, recording, dry_run, data=data, identification=found, problem=problem,
         levels=levels,
     )  # fmt: skip

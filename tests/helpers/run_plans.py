@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from stepload.contact.materials import Material, Sphere
-from stepload.envelope.bounds import Measured
-from stepload.envelope.envelope import Envelope, derive
-from stepload.envelope.limits import RunLimits
+from stepload.feasibility.bounds import Measured
+from stepload.feasibility.limits import RunLimits
+from stepload.feasibility.preflight import Preflight, derive
 from stepload.plan.model import (
     ArmSpec,
     ForceSpec,
@@ -34,7 +34,7 @@ SIM = "sim"
 
 def envelope_for(
     plan: Plan, elastic_limit_n: float = 727.0, measured: Measured | None = None
-) -> Envelope:
+) -> Preflight:
     """The envelope of a plan whose payload has this elastic limit, whatever theory says.
 
     Its remedies are not tried: that takes several envelopes more, of which a run uses none.

@@ -25,11 +25,11 @@ def tilted_plan(
     **procedure: Any,
 ) -> Plan:
     """Up to 50 N in steps of 25 N, the plate 4 ± 1 mm away."""
-    asked = {
+    requested = {
         "surface_distance_m": 4e-3, "surface_uncertainty_m": 1e-3, "search_distance_m": 4e-3,
         "top_force_n": 50.0, "step_n": 25.0, "unload": False,
     }  # fmt: skip
-    plan = ur_plan(**{**asked, **procedure}, alignment=alignment)
+    plan = ur_plan(**{**requested, **procedure}, alignment=alignment)
     rig = plan.rig
     mount = Mounting(
         friction=friction,

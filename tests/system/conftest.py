@@ -22,7 +22,7 @@ def _nothing_to_collect() -> None:
     """Every run collects garbage before it begins; what was imported for the tests is none."""
     import scipy.optimize  # noqa: F401
 
-    import stepload.results.analyse  # noqa: F401
+    import stepload.report.analyse  # noqa: F401
 
     gc.collect()
     gc.freeze()

@@ -19,8 +19,8 @@ from typing import IO, Any, NamedTuple
 import pytest
 
 from stepload.cli.main import main
-from stepload.results import page
-from stepload.results.model import Document
+from stepload.report import page
+from stepload.report.model import Document
 from stepload.session import files
 
 HERE = Path(__file__).parent
@@ -201,15 +201,15 @@ class Staged:
     def __init__(
         self, server: StageServer, directions: dict[str, Any], arguments: tuple[object, ...]
     ) -> None:
-        self._heard, say = os.pipe()
+        self._received, say = os.pipe()
         self.process = server.fork(directions, arguments, say)
         os.close(say)
 
     def wait_until_there(self) -> None:
         """Until it stands where it should, or has taken notice of one more signal."""
-        ready, _, _ = select.select([self._heard], [], [], PATIENCE_S)
+        ready, _, _ = select.select([self._received], [], [], PATIENCE_S)
         assert ready, "the run does not get there"
-        if not os.read(self._heard, 4096):
+        if not os.read(self._received, 4096):
             raise AssertionError(f"the run ended before: {self.process.communicate()}")
 
     def signal(self, number: int, times: int = 1) -> None:
@@ -227,4 +227,4 @@ class Staged:
     def close(self) -> None:
         """End what is left of it."""
         self.process.close()
-        os.close(self._heard)
+        os.close(self._received)

@@ -31,7 +31,7 @@ from stepload.errors import BadInputError
 from stepload.record import recorder
 from stepload.record.recorder import Recorder
 from stepload.record.rows import Phase
-from stepload.results import analyse
+from stepload.report import analyse
 from stepload.rig.world import WorldFault
 from stepload.session import experiment, files
 from stepload_drivers.sim.arm import WorldArm
@@ -85,13 +85,13 @@ class Stage:
         for part, how in directions.get("break", {}).items():
             self._break(*PARTS[part], how)
         experiment.refuse_simulated = lambda plan: None  # on purpose: nothing is measured here
-        experiment.refuse_unproven = lambda envelope: None
+        experiment.refuse_unproven = lambda preflight: None
         if not directions.get("judge"):
             leave_out_judgement(setattr)
         if fault := directions.get("fault"):
             made = open_rig.world_for
-            open_rig.world_for = lambda envelope, seed: made(
-                envelope, seed=seed, faults=[WorldFault(*fault)]
+            open_rig.world_for = lambda preflight, seed: made(
+                preflight, seed=seed, faults=[WorldFault(*fault)]
             )
         self._watch()
 
@@ -148,21 +148,21 @@ class Stage:
             os.write(self.say_fd, f"here, stop level {operator.stop_level}\n".encode())
 
 
-def serve(asked: socket.socket) -> None:
+def serve(requested: socket.socket) -> None:
     """Fork a staged process for each message on `asked`; returns in those.
 
     A message is directions and arguments, with the files for output, errors and `say`, and a pipe
     on which the process's number is written when it runs and its status when it has ended.
     """
     while True:
-        message, files_sent, _, _ = socket.recv_fds(asked, 1 << 16, 4)
+        message, files_sent, _, _ = socket.recv_fds(requested, 1 << 16, 4)
         with contextlib.suppress(ChildProcessError):
             while os.waitpid(-1, os.WNOHANG if message else 0)[0]:
                 pass
         if not message:
             sys.exit()
         if os.fork() == 0:
-            asked.close()
+            requested.close()
             told = files_sent.pop()
             if (child := os.fork()) == 0:
                 os.close(told)
@@ -177,15 +177,15 @@ def serve(asked: socket.socket) -> None:
             os.close(each)
 
 
-def _become(out: int, err: int, say: int, asked: dict[str, Any]) -> None:
+def _become(out: int, err: int, say: int, requested: dict[str, Any]) -> None:
     """The staged process: output and errors to these files, in a session of its own."""
     os.setsid()
     nothing = os.open(os.devnull, os.O_RDONLY)
     for descriptor, number in ((nothing, 0), (out, 1), (err, 2)):
         os.dup2(descriptor, number)
         os.close(descriptor)
-    os.chdir(asked["directory"])
-    sys.argv[1:] = [json.dumps({**asked["directions"], "say": say}), *asked["arguments"]]
+    os.chdir(requested["directory"])
+    sys.argv[1:] = [json.dumps({**requested["directions"], "say": say}), *requested["arguments"]]
 
 
 if __name__ == "__main__":

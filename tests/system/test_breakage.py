@@ -15,7 +15,7 @@ from staged import PARTS, leave_out_judgement
 from stepload.engine import safe_end
 from stepload.engine.open_rig import OpenRig, opened
 from stepload.engine.tick import Engine
-from stepload.envelope.envelope import Envelope, envelope_of
+from stepload.feasibility.preflight import Preflight, preflight_of
 from stepload.plan.load import load_plan
 from stepload.record.reader import read_recording
 from stepload.record.recorder import RecordingFailedError
@@ -29,8 +29,8 @@ OPEN_N = 1.0
 class Breaking:
     """Runs a plan while parts break from the hold of a step on; keeps the rig's truth."""
 
-    def __init__(self, envelope: Envelope, out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        self._envelope, self.out, self._monkeypatch = envelope, out, monkeypatch
+    def __init__(self, preflight: Preflight, out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        self._preflight, self.out, self._monkeypatch = preflight, out, monkeypatch
         self._broken = False
         self.force_left_n = float("nan")
         self.peak_n = 0.0
@@ -43,7 +43,7 @@ class Breaking:
             owner, name = PARTS[part]
             patch(owner, name, self._breaking(getattr(owner, name)))
         return run_plan(
-            self._envelope,
+            self._preflight,
             dry_run=True,
             out=self.out,
             on_progress=self._look,
@@ -72,7 +72,7 @@ class Breaking:
 
 
 @pytest.fixture(scope="module")
-def envelope(tmp_path_factory: pytest.TempPathFactory) -> Envelope:
+def preflight(tmp_path_factory: pytest.TempPathFactory) -> Preflight:
     """Of the quick plan, quicker still: two steps from nearby."""
     text = QUICK
     for told, shorter in (
@@ -84,12 +84,12 @@ def envelope(tmp_path_factory: pytest.TempPathFactory) -> Envelope:
         text = text.replace(told, shorter)
     path = tmp_path_factory.mktemp("plan") / "quick.yaml"
     path.write_text(text)
-    return envelope_of(load_plan(path))
+    return preflight_of(load_plan(path))
 
 
 @pytest.fixture
-def breaking(envelope: Envelope, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Breaking:
-    return Breaking(envelope, tmp_path / "run", monkeypatch)
+def breaking(preflight: Preflight, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Breaking:
+    return Breaking(preflight, tmp_path / "run", monkeypatch)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ import pytest
 from real_runs import ROOT, in_process
 
 from stepload.plan.calibration import read_calibration
-from stepload.results.run_record import saved_run
+from stepload.report.run_record import saved_run
 
 KS = 3.49e6
 PAYLOADS = ROOT / "procedures" / "payloads"

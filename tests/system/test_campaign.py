@@ -16,7 +16,7 @@ from real_runs import ROOT, in_process
 PLAN = str(ROOT / "procedures" / "campaign.yaml")
 LAUNCH = [
     sys.executable, "-c",
-    "from stepload.cli.main import main\nfrom stepload.runner import jobs\n"
+    "from stepload.cli.main import main\nfrom stepload.jobs import jobs\n"
     "if __name__ == '__main__': jobs.BATCH = 1; main()",
     "campaign", PLAN,
 ]  # fmt: skip

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from stepload.envelope.envelope import envelope_of
+from stepload.feasibility.preflight import preflight_of
 from stepload.plan.load import load_plan
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -24,7 +24,7 @@ def test_plans_shown_are_plans(page: Path, tmp_path: Path) -> None:
     for text in plans_in(page):
         plan = tmp_path / "plan.yaml"
         plan.write_text(text.replace("payloads/", f"{ROOT}/procedures/payloads/"))
-        assert envelope_of(load_plan(plan)).verdict in ("go", "warn")
+        assert preflight_of(load_plan(plan)).verdict in ("go", "warn")
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

@@ -19,9 +19,9 @@ from websockets.sync.client import connect
 
 import stepload
 from stepload.engine.rules import RULES
-from stepload.envelope.envelope import envelope_of
-from stepload.envelope.remaining import Remaining
 from stepload.errors import BadInputError
+from stepload.feasibility.preflight import preflight_of
+from stepload.feasibility.remaining import Remaining
 from stepload.live.messages import POSE, TARED, pose_message, quaternion, wrench_message
 from stepload.live.state import State
 from stepload.live.tail import Tail
@@ -255,8 +255,8 @@ def test_a_run_goes_on_when_its_viewers_process_dies(
 def test_the_time_that_is_left_is_told_within_a_tenth(cycles_run: Path, quick_run: Path) -> None:
     for directory in (cycles_run, quick_run):
         run = stepload.open(directory)
-        envelope = envelope_of(run.plan)
-        remaining = Remaining(envelope.stages, envelope.plan.procedure)
+        preflight = preflight_of(run.plan)
+        remaining = Remaining(preflight.stages, preflight.plan.procedure)
         recording = read_recording(run.path)
         rows = rows_of(TickRow, recording.ticks)[::100]
         whole_s = rows[-1].time_s - rows[0].time_s

@@ -17,7 +17,7 @@ from real_runs import ROOT, leave_out_figures
 
 from stepload.cli.main import main
 from stepload.plan.calibration import read_calibration
-from stepload.results.run_record import saved_run
+from stepload.report.run_record import saved_run
 from stepload_verify.paper import chain, simulated, table_one
 
 PAGE = (ROOT / "docs" / "paper.md").read_text(encoding="utf-8")

@@ -19,8 +19,8 @@ from real_runs import ENVIRONMENT, HERE, PATIENCE_S, Staged, in_process, leave_o
 
 from stepload.engine.operator import Operator, StopLevel
 from stepload.engine.tick import Engine
-from stepload.envelope.envelope import envelope_of
 from stepload.errors import BadInputError
+from stepload.feasibility.preflight import preflight_of
 from stepload.plan.load import load_plan
 from stepload.record.reader import Recording, read_recording
 from stepload.record.recovery import is_being_written
@@ -84,7 +84,7 @@ def test_pause_from_another_terminal(stage: Stage, quick: Path, tmp_path: Path) 
 def test_p_in_the_terminal(quick: Path, tmp_path: Path) -> None:
     """Under a real pseudo-terminal, whose modes come back."""
     parent, child = pty.openpty()
-    heard, say = os.pipe()
+    received, say = os.pipe()
     before = termios.tcgetattr(child)
     directions = json.dumps({"at": "LOAD 1", "wait": "paused", "say": say})
     process = subprocess.Popen(
@@ -95,7 +95,7 @@ def test_p_in_the_terminal(quick: Path, tmp_path: Path) -> None:
     )  # fmt: skip
     os.close(say)
     try:
-        printed = _pump(parent, until=heard)
+        printed = _pump(parent, until=received)
         during = termios.tcgetattr(child)
         assert not during[3] & termios.ICANON
         os.write(parent, b"p")
@@ -111,7 +111,7 @@ def test_p_in_the_terminal(quick: Path, tmp_path: Path) -> None:
     finally:
         process.kill()
         process.wait()
-        for fd in (parent, child, heard):
+        for fd in (parent, child, received):
             os.close(fd)
     assert "PAUSED" in _phases(read_recording(tmp_path / "run" / "run.mcap"))
 
@@ -166,7 +166,7 @@ def test_a_cycle_cut_short_by_a_pause_is_not_compared(
             operator.paused = False
 
     finished = run_plan(
-        envelope_of(load_plan(quick)), dry_run=True, out=tmp_path / "run", operator=operator,
+        preflight_of(load_plan(quick)), dry_run=True, out=tmp_path / "run", operator=operator,
         on_progress=pause_on_the_way_down,
     )  # fmt: skip
     assert seen
@@ -201,7 +201,7 @@ def test_a_run_of_cycles_that_ends_early_has_a_report_of_the_whole_ones(
             operator.stop_level = level
 
     finished = run_plan(
-        envelope_of(load_plan(quick)),
+        preflight_of(load_plan(quick)),
         dry_run=True,
         out=out,
         operator=operator,
@@ -218,7 +218,7 @@ def test_a_run_of_cycles_that_ends_early_has_a_report_of_the_whole_ones(
     assert [cycle.number for cycle in cycles] == whole
     if at[1] == 2:  # its first cycle is in the other record
         resumed = run_plan(
-            envelope_of(load_plan(quick)), dry_run=True, resume=out, out=tmp_path / "resumed"
+            preflight_of(load_plan(quick)), dry_run=True, resume=out, out=tmp_path / "resumed"
         )
         rest_of = results(resumed.directory)["run_in"]
         assert [cycle["number"] for cycle in rest_of["cycles"]] == [3]

@@ -17,7 +17,7 @@ from real_runs import ROOT, leave_out_figures
 from stepload.cli.main import main
 from stepload.engine.first_loading import true_deformation, true_secant
 from stepload.engine.rehearse import payload_truth
-from stepload.envelope.theory import theory_of
+from stepload.feasibility.theory import theory_of
 from stepload.plan.load import load_plan
 from stepload.record.reader import read_recording
 from stepload.session import experiment, files
@@ -155,9 +155,9 @@ def test_the_others_run(
     if name == "system-stiffness":
         assert data["system_stiffness"]["stiffness_n_per_m"] == pytest.approx(3.49e6, rel=0.03)
         return
-    believed = data["fits"][data["selected"]]
+    expected = data["fits"][data["selected"]]
     low, high = data["interval_secant_n_per_m"]
-    assert low < believed["secant_n_per_m"] < high
+    assert low < expected["secant_n_per_m"] < high
     for fit in ("rs_btls", "rs_rtls", "joint"):
         assert {"k", "n", "zero_m", "secant_n_per_m"} <= set(data["fits"][fit])
     assert data["verdict"] in ("identified", "marginal")

@@ -11,7 +11,7 @@ import pytest
 from real_runs import in_process, results
 
 from stepload.record.reader import Event, read_recording
-from stepload.results.run_record import evaluation_of, outcome_of
+from stepload.report.run_record import evaluation_of, outcome_of
 
 
 def test_a_record_gives_the_results_of_its_run_again(cycles_run: Path, cycles_again: Path) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import chromium
 import pytest
 
-from stepload.results.provenance import UNFINISHED
+from stepload.report.provenance import UNFINISHED
 
 FIGURES = ["law", "residuals", "time", "limit"]
 

@@ -10,13 +10,13 @@ from typing import Any, NamedTuple
 import pytest
 from real_runs import ROOT, in_process, leave_out_figures
 
-from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.errors import BadInputError, ExitCode
+from stepload.feasibility.preflight import Preflight, preflight_of
 from stepload.plan.load import load_plan
 from stepload.record.reader import Recording, read_recording
 from stepload.record.rows import Phase
-from stepload.results.reasons import loaded
-from stepload.results.run_record import evaluation_of
+from stepload.report.reasons import loaded
+from stepload.report.run_record import evaluation_of
 from stepload.session.experiment import Finished, run_plan
 from stepload.session.resume import resumable
 
@@ -41,7 +41,7 @@ TOP_N = 300.0
 
 
 class Ran(NamedTuple):
-    envelope: Envelope
+    preflight: Preflight
     finished: Finished
     recording: Recording
     said: list[str]
@@ -62,20 +62,20 @@ class Ran(NamedTuple):
         return found
 
 
-def ran(place: Path, factor: float, asked: str, more: str = "") -> Ran:
+def ran(place: Path, factor: float, requested: str, more: str = "") -> Ran:
     """One dry run of a payload whose K is `factor` times the believed one."""
     path = place / "plan.yaml"
-    path.write_text(PLAN % asked + more, encoding="utf-8")
+    path.write_text(PLAN % requested + more, encoding="utf-8")
     plan = load_plan(path)
     simulation = replace(plan.rig.simulation, payload_factor=factor)
-    envelope = envelope_of(replace(plan, rig=replace(plan.rig, simulation=simulation)))
+    preflight = preflight_of(replace(plan, rig=replace(plan.rig, simulation=simulation)))
     said: list[str] = []
     with pytest.MonkeyPatch.context() as patch:
         leave_out_figures(patch)
         finished = run_plan(
-            envelope, dry_run=True, out=place / "run", seed=1, on_notice=said.append
+            preflight, dry_run=True, out=place / "run", seed=1, on_notice=said.append
         )
-    return Ran(envelope, finished, read_recording(place / "run" / "run.mcap"), said)
+    return Ran(preflight, finished, read_recording(place / "run" / "run.mcap"), said)
 
 
 @pytest.fixture(scope="module")
@@ -152,7 +152,7 @@ def test_the_record_evaluated_again_says_the_same(soft: Ran) -> None:
 
 def test_a_run_with_until_is_not_resumed(soft: Ran) -> None:
     with pytest.raises(BadInputError, match="its plan has `until`"):
-        resumable(soft.finished.directory, soft.envelope.plan, dry_run=True)
+        resumable(soft.finished.directory, soft.preflight.plan, dry_run=True)
 
 
 def test_preflight_says_what_every_level_needs(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 from stepload.errors import ExitCode
 from stepload.explain.codes import explanations, page
 from stepload.identification.fit import Flag
-from stepload.results.identified import SIGNS
+from stepload.report.identified import SIGNS
 from stepload.rig.faults import FaultCode
 
 ROOT = Path(__file__).parents[2]

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from stepload.cli.design import check_sheet, write_sheet
 from stepload.errors import BadInputError
-from stepload.results.figures import figure_of, png_of, svg_of
+from stepload.report.figures import figure_of, png_of, svg_of
 
 
 @contextmanager

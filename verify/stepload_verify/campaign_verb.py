@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stepload.errors import BadInputError, ExitCode
-from stepload.results.terminal import AsJson, Output, Processes
+from stepload.report.terminal import AsJson, Output, Processes
 
 if TYPE_CHECKING:
-    from stepload.runner.jobs import Job
-    from stepload.runner.pool import Pool
+    from stepload.jobs.jobs import Job
+    from stepload.jobs.pool import Pool
     from stepload_verify.campaign.ablation import Without
     from stepload_verify.campaign.campaign import Progress
     from stepload_verify.campaign.result import Result
@@ -68,8 +68,8 @@ def campaign(
     Example: stepload campaign procedures/campaign.yaml --runs 100
     """
     from stepload.data.columns import library, write_columns
+    from stepload.jobs.pool import Pool
     from stepload.plan.load import load_plan
-    from stepload.runner.pool import Pool
     from stepload_verify.campaign.ablation import LAYERS, Ablation
     from stepload_verify.campaign.campaign import jobs_for
     from stepload_verify.campaign.result import Result
@@ -130,7 +130,7 @@ def ctrl_c_said(text: str) -> Iterator[None]:
 
 
 def _report(results: Sequence[Result], elapsed_s: float, output: Output) -> None:
-    from stepload.results.rows import table
+    from stepload.report.rows import table
     from stepload_verify.campaign.result import REFUSED
     from stepload_verify.campaign.summary import (
         FaultRow,

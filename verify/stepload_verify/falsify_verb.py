@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stepload.errors import BadInputError, ExitCode
-from stepload.results.terminal import AsJson, Output, Processes
+from stepload.report.terminal import AsJson, Output, Processes
 from stepload_verify.campaign_verb import ORDER, ctrl_c_said
 
 if TYPE_CHECKING:
@@ -63,8 +63,8 @@ def falsify(
 
     Example: stepload falsify procedures/campaign.yaml --evaluations 1000 --out falsify
     """
+    from stepload.jobs.pool import Pool
     from stepload.plan.load import load_plan
-    from stepload.runner.pool import Pool
     from stepload_verify.campaign.scenario import series_from
     from stepload_verify.falsify.falsify import Search, stored_from
     from stepload_verify.falsify.falsify import falsify as search

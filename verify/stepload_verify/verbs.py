@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from stepload.errors import BadInputError
-from stepload.results.terminal import AsJson, Output
+from stepload.report.terminal import AsJson, Output
 from stepload_verify.campaign_verb import campaign
 from stepload_verify.falsify_verb import falsify
 

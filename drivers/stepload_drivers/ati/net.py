@@ -168,13 +168,13 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
     def _first_records(self, link: UdpLink, deadline: Deadline) -> tuple[float, Record]:
         """Start the stream; inner measurements from one record to the next, and the last record."""
         records: list[Record] = []
-        asked_s = -math.inf
+        requested_s = -math.inf
         while len(records) < MEASURED_RECORDS:
             deadline.left_s(f"{self._name}: records after the request")
             now_s = time.monotonic()
-            if not records and now_s - asked_s > ASK_AGAIN_S:
+            if not records and now_s - requested_s > ASK_AGAIN_S:
                 link.send(rdt.request(Command.START))
-                asked_s = now_s
+                requested_s = now_s
             records += filter(None, map(rdt.decode, link.receive(WAIT_S)))
         first, last = records[0], records[-1]
         sent = step(first.rdt_sequence, last.rdt_sequence)
@@ -191,7 +191,7 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
         self._period_s = 1.0 / self.rate_hz
         self._pause_s = LOOK_S if self.rate_hz > 1000.0 * (1.0 + RATE_TOLERANCE) else 0.0
         self._sequence, self._measurements = 0, self._last.ft_sequence
-        self._heard_s = time.monotonic()
+        self._received_s = time.monotonic()
         self._gone = False
         self._watch = ClockWatch(self._options.max_age_s)
         return self._empty_stream(self._options.max_age_s, max(FROZEN_S, 25.0 * self._period_s))
@@ -211,10 +211,10 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
                 device_s = self._measurements / self._internal_hz
                 fresh.append((record, self._sequence, device_s))
         if not fresh:
-            if arrival_s - self._heard_s > self._options.max_age_s and not self._gone:
-                self._tell_silence(arrival_s - self._heard_s, stream)
+            if arrival_s - self._received_s > self._options.max_age_s and not self._gone:
+                self._tell_silence(arrival_s - self._received_s, stream)
             return
-        self._heard_s = arrival_s
+        self._received_s = arrival_s
         times_s = self._watch.arrivals([device_s for *_, device_s in fresh], arrival_s, stream)
         samples = []
         for (record, sequence, device_s), time_s in zip(fresh, times_s, strict=True):

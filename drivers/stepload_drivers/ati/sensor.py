@@ -189,14 +189,14 @@ class Dialogue:
         expect = expect or (op,)
 
         def exchange(wait: Deadline) -> dict[Op, bytes] | None:
-            heard: dict[Op, bytes] = {}
+            received: dict[Op, bytes] = {}
             self._bus.send(frame_id(self._base, op), data)
-            while wait.running and len(heard) < len(expect):
+            while wait.running and len(received) < len(expect):
                 for frame in self._bus.receive(0.05):
                     if frame.id >> 4 == self._base and frame.id & 0xF in expect:
-                        heard[Op(frame.id & 0xF)] = frame.data
-            got = tuple(len(heard[o]) for o in expect if o in heard)
-            return heard if len(heard) == len(expect) and got == (sizes or got) else None
+                        received[Op(frame.id & 0xF)] = frame.data
+            got = tuple(len(received[o]) for o in expect if o in received)
+            return received if len(received) == len(expect) and got == (sizes or got) else None
 
         hint = "check power, bit rate (DIP switch 2-1: 250 kbit/s), base id and termination"
         return ask_twice(_log, self.name, f"{op.name} {data.hex()}", self._deadline, exchange, hint)

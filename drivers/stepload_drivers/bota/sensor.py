@@ -88,7 +88,7 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
         self._path, self._baud, self._fir = told.port, baud, told.fir
         self._serial_number = told.serial_number
         self._max_age_s = told.max_age_s
-        self._asked_hz = self.rate_hz = rate
+        self._requested_hz = self.rate_hz = rate
         self._name = f"Bota sensor on {told.port}"
         self._link: SerialPort | None = None
 
@@ -96,7 +96,7 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
         port = self._link = SerialPort(self._path, self._baud, refuse_latency=False)
         model, serial_number, firmware = reset(port, deadline)
         require_serial_number(self._name, serial_number, self._serial_number)
-        sinc = SINC_OF_RATE[self._asked_hz]
+        sinc = SINC_OF_RATE[self._requested_hz]
         for command in (
             CONFIGURE,
             communication_command(BAUD_CODES[self._baud]),
@@ -118,12 +118,12 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
         period_s = sorted(steps[1:])[len(steps) // 2]
         for rate_hz, sinc in SINC_OF_RATE.items():
             if abs(period_s - sinc * SINC_STEP_S) < 0.05 * sinc * SINC_STEP_S:
-                if rate_hz > self._asked_hz:
+                if rate_hz > self._requested_hz:
                     break
-                return rate_hz if rate_hz == self._asked_hz else 1.0 / period_s
+                return rate_hz if rate_hz == self._requested_hz else 1.0 / period_s
         raise DeviceError(
             f"{self._name}: a frame every {period_s * 1e3:.3f} ms by its own clock after asking "
-            f"for {self._asked_hz:g} Hz",
+            f"for {self._requested_hz:g} Hz",
             code=FaultCode.REFUSED_COMMAND,
             hint="check the firmware; see docs/devices/bota.md",
         )
@@ -223,7 +223,7 @@ def ask(port: SerialPort, command: str, deadline: Deadline) -> None:
     """
     reply = re.compile(rb"r,\d+,%c,(\d+)" % command[0].encode("ascii"))
     send(port, command)
-    refusal = int(_heard(port, reply, 64, f"reply to {command!r}", deadline)[1])
+    refusal = int(_received(port, reply, 64, f"reply to {command!r}", deadline)[1])
     if refusal:
         raise DeviceError(
             f"{port.path}: sensor refused {command!r} with code {refusal}",
@@ -240,21 +240,21 @@ def reset(port: SerialPort, deadline: Deadline) -> tuple[str, str, str]:
     """
     port.discard_input()
     send(port, RESET)
-    match = _heard(port, _BANNER, 4096, "boot text of the sensor", deadline)
+    match = _received(port, _BANNER, 4096, "boot text of the sensor", deadline)
     name, serial_number, firmware = (
         match[group].decode("ascii", "replace").strip() for group in ("name", "serial", "firmware")
     )
     return name, serial_number, firmware
 
 
-def _heard(
+def _received(
     port: SerialPort, pattern: re.Pattern[bytes], longest: int, what: str, deadline: Deadline
 ) -> re.Match[bytes]:
     """Read until `pattern`, of at most `longest` bytes and one read, is found."""
-    heard = b""
+    received = b""
     while True:
         deadline.left_s(f"{port.path}: {what}")
-        heard = heard[-longest:] + port.read()
-        if match := pattern.search(heard):
+        received = received[-longest:] + port.read()
+        if match := pattern.search(received):
             _log.debug("%s -> %r", port.path, match[0])
             return match

@@ -85,7 +85,7 @@ class LineSensor(Streamed[Sample]):
             self._decoder.begin_line()
         self._arrivals = ArrivalCounter(self._period_s)
         self._sequence = 0
-        self._asked_s = -math.inf
+        self._requested_s = -math.inf
         self._answered = True
         stale_s = max(line.max_age_s, STALE_PERIODS * self._period_s)
         return self._empty_stream(stale_s, line.frozen_s)
@@ -115,14 +115,18 @@ class LineSensor(Streamed[Sample]):
         """Send a request when it is due; returns the seconds until the next check."""
         assert self._link is not None
         now_s = time.monotonic()
-        if not self._answered and now_s - self._asked_s > ANSWER_PERIODS * self._period_s:
+        if not self._answered and now_s - self._requested_s > ANSWER_PERIODS * self._period_s:
             stream.count("timeouts")
             stream.lose(1)
             self._sequence += 1
             self._answered = True
-        due_s = self._asked_s + self._period_s
+        due_s = self._requested_s + self._period_s
         if self._answered and now_s >= due_s:
             self._link.write(self._line.request)
-            self._asked_s = due_s if now_s - due_s < self._period_s else now_s
+            self._requested_s = due_s if now_s - due_s < self._period_s else now_s
             self._answered = False
-        return WAIT_S if not self._answered else min(WAIT_S, self._asked_s + self._period_s - now_s)
+        return (
+            WAIT_S
+            if not self._answered
+            else min(WAIT_S, self._requested_s + self._period_s - now_s)
+        )

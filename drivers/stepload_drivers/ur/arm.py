@@ -221,7 +221,7 @@ class UrArm(Arm):
         self._refuse_if_taken_over()
         if self._child is not None:
             limit_s = max(0.5 * timeout_s, timeout_s - RESCUE_S)
-            self._reach.asked_back(distance_m)
+            self._reach.requested_back(distance_m)
             reply = self._request("retract", limit_s, distance_m=distance_m, speed_m_s=speed_m_s)
             if reply is not None and reply["ok"]:
                 self._reach.arrived()
@@ -263,7 +263,7 @@ class UrArm(Arm):
         require_positive(
             "prove_stop", distance_m=distance_m, speed_m_s=speed_m_s, timeout_s=timeout_s
         )
-        self._reach.asked_back(distance_m)
+        self._reach.requested_back(distance_m)
         reply = self._request("prove", timeout_s, distance_m=distance_m, speed_m_s=speed_m_s)
         if reply is None or not reply["ok"]:
             why = reply["message"] if reply else f"no answer within {timeout_s:g} s"
@@ -313,7 +313,7 @@ class UrArm(Arm):
                 )
         if self._fault is not None and self._fault.code in CONNECTION_LOST:
             self._kill()
-        elif now_s - self._sent_s > 0.2 * self._settings.leash_s:
+        elif now_s - self._sent_s > 0.2 * self._settings.travel_limit_s:
             self._send(wire.BEAT)
 
     def _take(self, message: bytes) -> None:

@@ -36,7 +36,7 @@ class Reach:
 
     def __init__(self, settings: Settings) -> None:
         self._before_s = settings.lookahead_s + 1.0 / settings.watchdog_hz
-        self._kept_s = self._before_s + settings.max_age_s + settings.leash_s
+        self._kept_s = self._before_s + settings.max_age_s + settings.travel_limit_s
         self._targets: deque[tuple[float, float]] = deque()
         self._back_m = 0.0
 
@@ -46,7 +46,7 @@ class Reach:
         while self._targets[0][0] < now_s - self._kept_s:
             self._targets.popleft()
 
-    def asked_back(self, distance_m: float) -> None:
+    def requested_back(self, distance_m: float) -> None:
         """The child was asked to move the arm back by a distance; `arrived` when it is done."""
         self._back_m = distance_m
 

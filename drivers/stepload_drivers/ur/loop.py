@@ -72,7 +72,7 @@ class Loop:
         self.muted = False
         self.expect_stop = False
         self.taken_over = False
-        self.heard_s = time.monotonic()
+        self.received_s = time.monotonic()
         self._period_s = period_s
         self._receive = ReceivePort(settings)
         self._state: UrState | None = None
@@ -130,7 +130,7 @@ class Loop:
     def step(self) -> None:
         """Process messages of both sides, send what is due, wait a little."""
         for message in self.link.receive(POLL_S):
-            self.heard_s = time.monotonic()
+            self.received_s = time.monotonic()
             if message[:1] == wire.TARGET:
                 if not self.taken_over:
                     self._obey(message)
@@ -212,7 +212,7 @@ class Loop:
         if not self.fresh_target:
             if now_s - self.sent_s < RESEND_SHARE / self.settings.watchdog_hz:
                 return
-            if self.target_m is not None and now_s - self.heard_s > self.settings.leash_s:
+            if self.target_m is not None and now_s - self.received_s > self.settings.travel_limit_s:
                 return
         if self.target_m is None:
             sent = control.kick()

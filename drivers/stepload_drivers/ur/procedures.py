@@ -94,7 +94,7 @@ def unload(loop: Loop) -> None:
         goal_m = _back_away(loop, distance_m, ORPHAN_M_S) - arrived_m(distance_m)
         until_s = time.monotonic() + ORPHAN_WAIT_S
         while loop.position_m > goal_m and time.monotonic() < until_s:
-            loop.heard_s = time.monotonic()
+            loop.received_s = time.monotonic()
             loop.step()
 
 
@@ -119,7 +119,7 @@ def _wait(loop: Loop, done: Callable[[UrState], bool], timeout_s: float, what: s
             raise RequestError(f"{what} (within {timeout_s:.2f} s)")
         if loop.requests or loop.link.closed:
             raise RequestError(f"{what}: given up for another request")
-        loop.heard_s = time.monotonic()
+        loop.received_s = time.monotonic()
         loop.step()
     return time.monotonic() - started_s
 
@@ -234,6 +234,6 @@ def _back_away(loop: Loop, distance_m: float, speed_m_s: float) -> float:
                 raise RequestError("the control program does not run, or the arm was stopped")
             if loop.requests:
                 raise RequestError("given up for another request")
-            loop.heard_s = time.monotonic()
+            loop.received_s = time.monotonic()
             loop.step()
     return from_m

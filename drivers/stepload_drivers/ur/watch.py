@@ -141,7 +141,7 @@ class RemoteCheck:
         self.remote: bool | None = None
         self._thread: threading.Thread | None = None
         self._dashboard: Dashboard | None = None
-        self._asked_s = time.monotonic()
+        self._requested_s = time.monotonic()
         self._final = False
         self._tells = True
         with contextlib.suppress(DeviceError):
@@ -149,7 +149,7 @@ class RemoteCheck:
 
     def poll(self) -> None:
         """Ask once every `EVERY_S`, for as long as the answers make sense."""
-        if not self._asking and time.monotonic() - self._asked_s >= EVERY_S:
+        if not self._asking and time.monotonic() - self._requested_s >= EVERY_S:
             self._start()
 
     def done(self) -> bool:
@@ -164,7 +164,7 @@ class RemoteCheck:
         return self._thread is not None and self._thread.is_alive()
 
     def _start(self) -> None:
-        self._asked_s = time.monotonic()
+        self._requested_s = time.monotonic()
         if self._dashboard is not None and self._tells:
             self._thread = threading.Thread(target=self._ask, daemon=True)
             self._thread.start()

@@ -11,7 +11,7 @@ from typer import Argument, Option
 
 from stepload.cli.options import RunOrCurve, RunPath, quantity, runs_directory
 from stepload.errors import BadInputError
-from stepload.results.terminal import AsJson, Output
+from stepload.report.terminal import AsJson, Output
 
 if TYPE_CHECKING:
     from stepload.data.catalog import RunRow
@@ -139,9 +139,9 @@ def snippet(
 
     Example: stepload snippet runs/20260801-101500-demo --for mujoco --mass "1 kg"
     """
-    from stepload.results import snippets
-    from stepload.results.conditions import Stated
-    from stepload.results.from_file import results_of_file
+    from stepload.report import snippets
+    from stepload.report.conditions import Stated
+    from stepload.report.from_file import results_of_file
 
     if simulator not in snippets.SIMULATORS:
         raise BadInputError(f"--for {simulator!r}", hint=", ".join(snippets.SIMULATORS))

@@ -13,7 +13,7 @@ from typer import Argument, Option
 
 from stepload.cli.options import RigName, quantity
 from stepload.errors import BadInputError
-from stepload.results.terminal import AsJson, Output
+from stepload.report.terminal import AsJson, Output
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -138,9 +138,9 @@ def pose(
 
     Example: stepload pose ur5e --height "0 mm" --payload procedures/payloads/silicone-sphere.yaml
     """
-    from stepload.posture import tables
-    from stepload.posture.rig_search import make
-    from stepload.posture.search import direction
+    from stepload.pose import tables
+    from stepload.pose.rig_search import make
+    from stepload.pose.search import direction
 
     output = Output(as_json=as_json)
     if out is not None:
@@ -161,7 +161,7 @@ def pose(
     for sentence in said["answers"]:
         output.line(sentence)
     if out is not None:
-        from stepload.posture import picture
+        from stepload.pose import picture
 
         output.line(write_sheet(out, "pose", lambda: picture.drawn(found), said))
     output.result(said)
@@ -217,7 +217,7 @@ def write_sheet(
         BadInputError: a file has appeared since the check; it is not changed.
     """
     from stepload.record.plain import json_text
-    from stepload.results.figures import png_of, svg_of
+    from stepload.report.figures import png_of, svg_of
 
     out.mkdir(parents=True, exist_ok=True)
     files = _files(out, name)

@@ -11,7 +11,7 @@ from typer.core import TyperGroup
 from stepload.cli.hazards import HazardsRead, ask_hazards, refuse_unread_driver
 from stepload.cli.options import DryRun, PlanFile, quantity
 from stepload.errors import BadInputError, ExitCode
-from stepload.results.terminal import AsJson, Output
+from stepload.report.terminal import AsJson, Output
 
 if TYPE_CHECKING:
     from stepload.declaration.sections import Key
@@ -240,20 +240,20 @@ def doctor(
     Example: stepload doctor procedures/plastic-sphere.yaml --dry-run
     """
     from stepload.engine.operator import Operator
-    from stepload.envelope.envelope import envelope_of
+    from stepload.feasibility.preflight import preflight_of
     from stepload.plan.load import load_plan
     from stepload.session.experiment import refuse_simulated
     from stepload.setup.checkup import examine
 
     out, operator = Output(as_json=as_json), Operator()
-    envelope = envelope_of(load_plan(plan))
+    preflight = preflight_of(load_plan(plan))
     if not dry_run:
-        refuse_simulated(envelope.plan)
+        refuse_simulated(preflight.plan)
     if not dry_run and not hazards_read and not (still and not against_spring):
-        ask_hazards(envelope)
+        ask_hazards(preflight)
     with operator.listening():
         found = examine(
-            envelope, dry_run=dry_run, seconds=seconds, still=still, against_spring=against_spring,
+            preflight, dry_run=dry_run, seconds=seconds, still=still, against_spring=against_spring,
             tell=lambda line: out.finding(line.finding), operator=operator,
         )  # fmt: skip
     if found.snippet:

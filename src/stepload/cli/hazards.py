@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stepload.results.terminal import AsJson, Output
+from stepload.report.terminal import AsJson, Output
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from stepload.envelope.envelope import Envelope
+    from stepload.feasibility.preflight import Preflight
     from stepload.plan.model import Plan
 
 HazardsRead = Annotated[
@@ -37,7 +37,7 @@ def hazards(
 
     Example: stepload hazards stvf
     """
-    from stepload.envelope.hazards import hazards_of
+    from stepload.feasibility.hazards import hazards_of
     from stepload.plan.hazards import HAZARDS, read_by, read_words, rows_of
     from stepload.plan.references import names_a_file
 
@@ -57,8 +57,8 @@ def hazards(
 
 def _plan_of(rig: str) -> Plan:
     """A plan with this rig: the one that is named, or one that is made to read the rig."""
-    from stepload.envelope.draft_plan import plan_of
-    from stepload.envelope.map_grid import PROBE_N
+    from stepload.feasibility.draft_plan import plan_of
+    from stepload.feasibility.map_grid import PROBE_N
     from stepload.plan.load import load_plan
     from stepload.plan.references import tree_of
     from stepload.plan.shipped import payload_folder
@@ -75,7 +75,7 @@ def _plan_of(rig: str) -> Plan:
 
 def _lines(plan: Plan) -> list[str]:
     """What to read before a rig moves: for people, then for payload and rig."""
-    from stepload.envelope.hazards import hazards_of
+    from stepload.feasibility.hazards import hazards_of
     from stepload.plan.hazards import HAZARDS
 
     lines = ["For people", *(f"  - {each}" for each in HAZARDS), "", "For payload and rig"]
@@ -120,22 +120,22 @@ def _say(text: str, hang: str = "") -> None:
     typer.echo(textwrap.fill(text, columns, subsequent_indent=hang), err=True)
 
 
-def ask_before_pressing(envelope: Envelope, hazards_read: bool, wiring_checked: bool) -> bool:
+def ask_before_pressing(preflight: Preflight, hazards_read: bool, wiring_checked: bool) -> bool:
     """Ask what is not known of a rig yet; True where the rig file may have changed.
 
     Without a terminal a line says what was not confirmed. A plan that is refused, or that names
     simulated devices, asks nothing.
     """
-    signed = not hazards_read and ask_hazards(envelope)
-    return _ask_wiring(envelope, wiring_checked) or signed
+    signed = not hazards_read and ask_hazards(preflight)
+    return _ask_wiring(preflight, wiring_checked) or signed
 
 
-def ask_hazards(envelope: Envelope) -> bool:
+def ask_hazards(preflight: Preflight) -> bool:
     """Whether a person at this terminal signs now; the rig file stores name and date."""
     from stepload.plan.hazards import hazards_read, read_by, rig_argument
 
-    plan = envelope.plan
-    if hazards_read(plan) or not _may_move(envelope):
+    plan = preflight.plan
+    if hazards_read(plan) or not _may_move(preflight):
         return False
     if not _at_a_terminal():
         typer.echo(f"hazards not read yet: stepload hazards {rig_argument(plan)}", err=True)
@@ -145,12 +145,12 @@ def ask_hazards(envelope: Envelope) -> bool:
     return bool(name)
 
 
-def _ask_wiring(envelope: Envelope, checked: bool) -> bool:
+def _ask_wiring(preflight: Preflight, checked: bool) -> bool:
     """Whether axis and sign were checked by hand on this rig; the rig file stores the date."""
     from stepload.plan.hazards import WIRED, WIRING
 
-    plan = envelope.plan
-    if plan.rig.wiring_checked_on is not None or not _may_move(envelope):
+    plan = preflight.plan
+    if plan.rig.wiring_checked_on is not None or not _may_move(preflight):
         return False
     if not checked:
         _say(f"{plan.rig.name} presses for the first time. {WIRING}")
@@ -162,13 +162,13 @@ def _ask_wiring(envelope: Envelope, checked: bool) -> bool:
     return checked
 
 
-def _may_move(envelope: Envelope) -> bool:
+def _may_move(preflight: Preflight) -> bool:
     """Whether the plan may run on devices."""
-    from stepload.envelope.reason import PlanVerdict
+    from stepload.feasibility.reason import PlanVerdict
     from stepload.session.experiment import simulated_devices
 
-    plan = envelope.plan
-    refused = envelope.verdict is PlanVerdict.REFUSED
+    plan = preflight.plan
+    refused = preflight.verdict is PlanVerdict.REFUSED
     return not (refused or simulated_devices(plan) or plan.missing)
 
 

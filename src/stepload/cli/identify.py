@@ -13,11 +13,11 @@ from typer import Option
 from stepload.cli.data import interval_cell, stiffness_cell
 from stepload.cli.options import RunOrCurve, quantity
 from stepload.errors import BadInputError
-from stepload.results.terminal import AsJson, Output
+from stepload.report.terminal import AsJson, Output
 
 if TYPE_CHECKING:
     from stepload.data.reevaluation import Again
-    from stepload.results.conditions import Stated
+    from stepload.report.conditions import Stated
 
 EVERY_S = 10.0
 
@@ -81,11 +81,11 @@ def identify(
 
     Example: stepload identify runs/20260801-101500-demo --out again
     """
-    from stepload.results.conditions import Stated, laws_of, with_payload
-    from stepload.results.from_file import is_record, results_of_file, system_results_of_file
-    from stepload.results.identified import identification_data
-    from stepload.results.run_document import identification_document, system_document
-    from stepload.results.run_results import about, system_data
+    from stepload.report.conditions import Stated, laws_of, with_payload
+    from stepload.report.from_file import is_record, results_of_file, system_results_of_file
+    from stepload.report.identified import identification_data
+    from stepload.report.run_document import identification_document, system_document
+    from stepload.report.run_results import about, system_data
 
     stated = Stated(
         system_stiffness_n_per_m=system_stiffness,
@@ -159,7 +159,7 @@ def _show_all(directory: Path, stated: Stated, processes: int | None, output: Ou
         BadInputError: it is no directory, or there is no record.
     """
     from stepload.data.reevaluation import identify_all
-    from stepload.runner.pool import Pool
+    from stepload.jobs.pool import Pool
 
     due_s = time.monotonic() + EVERY_S
 

@@ -109,7 +109,7 @@ def _exit_code(log: ExitStack) -> int:
             show()
             return int(getattr(error, "exit_code", ExitCode.BAD_INPUT))
         _log_failure(error)
-        from stepload.results.terminal import Output
+        from stepload.report.terminal import Output
 
         known = error if isinstance(error, SteploadError) else _as_text(error)
         Output(as_json="--json" in sys.argv).error(known)

@@ -9,65 +9,65 @@ from typer import Option
 
 from stepload.cli.options import PayloadFile, PlanFile
 from stepload.errors import ExitCode
-from stepload.results.terminal import AsJson, Output
+from stepload.report.terminal import AsJson, Output
 from stepload.units import percent
 
 if TYPE_CHECKING:
-    from stepload.envelope.envelope import Envelope
-    from stepload.envelope.limits import RunLimits
-    from stepload.envelope.theory import CountedLimit
+    from stepload.feasibility.limits import RunLimits
+    from stepload.feasibility.preflight import Preflight
+    from stepload.feasibility.theory import CountedLimit
 
 
 MOODS = {"go": "good", "warn": "doubt", "refused": "bad"}
 
 
-def show_verdict(envelope: Envelope, out: Output) -> None:
+def show_verdict(preflight: Preflight, out: Output) -> None:
     """Verdict and findings of a preflight, on a third of a screen."""
-    from stepload.results.preflight import finding_lines, headline
+    from stepload.report.preflight import finding_lines, headline
 
-    out.line(headline(envelope), word=envelope.verdict.upper(), mood=MOODS[envelope.verdict])
-    if found := finding_lines(envelope):
+    out.line(headline(preflight), word=preflight.verdict.upper(), mood=MOODS[preflight.verdict])
+    if found := finding_lines(preflight):
         out.line("\n" + "\n".join(found))
 
 
-def show_preflight(envelope: Envelope, out: Output) -> None:
+def show_preflight(preflight: Preflight, out: Output) -> None:
     """A preflight on one screen."""
-    from stepload.results.preflight import figure_lines, last_lines
+    from stepload.report.preflight import figure_lines, last_lines
 
-    show_verdict(envelope, out)
-    out.line("\n" + "\n".join(figure_lines(envelope)) + "\n")
-    out.line("\n".join(last_lines(envelope)))
+    show_verdict(preflight, out)
+    out.line("\n" + "\n".join(figure_lines(preflight)) + "\n")
+    out.line("\n".join(last_lines(preflight)))
 
 
-def show_reasons(envelope: Envelope, out: Output) -> None:
+def show_reasons(preflight: Preflight, out: Output) -> None:
     """Every reason with its code."""
-    from stepload.results.model import Finding
+    from stepload.report.model import Finding
 
-    for reason in envelope.reasons:
+    for reason in preflight.reasons:
         told = f"{reason.message} [{reason.code}]"
         out.finding(Finding(reason.severity, told, reason.remedy))
 
 
-def show_figures(envelope: Envelope, out: Output) -> None:
+def show_figures(preflight: Preflight, out: Output) -> None:
     """Every figure of a preflight, the schedule and the budget of forces."""
-    from stepload.envelope.bounds import common_error
-    from stepload.envelope.reason import PlanVerdict
-    from stepload.results.model import Table
-    from stepload.results.preflight_results import StageRow, force_budget_table, need_table
-    from stepload.results.rows import table
+    from stepload.feasibility.bounds import common_error
+    from stepload.feasibility.reason import PlanVerdict
+    from stepload.report.model import Table
+    from stepload.report.preflight_results import StageRow, force_budget_table, need_table
+    from stepload.report.rows import table
     from stepload.units import format_quantity as f
 
-    theory, found = envelope.theory, envelope.identifiability
-    common, source = common_error(envelope.plan.rig)
-    safe, top = envelope.largest_safe_force_n, envelope.plan.procedure.top_force_n
+    theory, found = preflight.theory, preflight.identifiability
+    common, source = common_error(preflight.plan.rig)
+    safe, top = preflight.largest_safe_force_n, preflight.plan.procedure.top_force_n
     rows = [
         ("elastic limit F_c", f(theory.elastic_limit_n, "N"), theory.limit_equation),
         *_counted_rows(theory.counted),
         ("error common to the force channels", f"{common:.3g}", f"{source}, taken off F_allowed"),
         ("largest safe top force", f(safe, "N"), "F_allowed - headroom, with these steps"),
-        ("force limit F_lim (R1)", f(envelope.force_limit_n, "N"), "supervisor"),
+        ("force limit F_lim (R1)", f(preflight.force_limit_n, "N"), "supervisor"),
         ("top force", f(top, "N"), "plan"),
-        *_law_rows(envelope),
+        *_law_rows(preflight),
     ]
     if found is not None:
         rows += [
@@ -75,38 +75,38 @@ def show_figures(envelope: Envelope, out: Output) -> None:
             ("  if K_r ≫ K_s", f(found.limit_stiff_resolution_n_per_m, "N/m"), "(35)"),
             ("  if K_s ≫ K_r", f(found.limit_stiff_system_n_per_m, "N/m"), "(36)"),
         ]
-    out.tables(Table("Predicted", ("figure", "value", "from"), rows + _stiffness_rows(envelope)))
-    if envelope.verdict is not PlanVerdict.REFUSED:
-        out.tables(force_budget_table(envelope))
-        title = f"Schedule: about {envelope.duration_s:.0f} s"
-        out.tables(table(title, StageRow, envelope.stages))
-    if envelope.until is not None:
-        out.tables(need_table(envelope.until))
+    out.tables(Table("Predicted", ("figure", "value", "from"), rows + _stiffness_rows(preflight)))
+    if preflight.verdict is not PlanVerdict.REFUSED:
+        out.tables(force_budget_table(preflight))
+        title = f"Schedule: about {preflight.duration_s:.0f} s"
+        out.tables(table(title, StageRow, preflight.stages))
+    if preflight.until is not None:
+        out.tables(need_table(preflight.until))
 
 
-def _stiffness_rows(envelope: Envelope) -> list[tuple[str, str, str]]:
+def _stiffness_rows(preflight: Preflight) -> list[tuple[str, str, str]]:
     """The stiffness that a result rests on, and the one that all force bounds use."""
-    from stepload.envelope.bounds import largest_sliding_stiffness, stuck_ratio
+    from stepload.feasibility.bounds import largest_sliding_stiffness, stuck_ratio
     from stepload.units import format_quantity as f
 
-    system = envelope.plan.rig.system_stiffness
-    ratio, source = stuck_ratio(envelope.plan.rig)
+    system = preflight.plan.rig.system_stiffness
+    ratio, source = stuck_ratio(preflight.plan.rig)
     sliding = f(largest_sliding_stiffness(system), "N/m")
     rows = [
         ("system stiffness K_s", f(system.stiffness_n_per_m, "N/m"), system.provenance.value),
         ("  K_s, upper bound", sliding, "K_s + 3 sigma, more for a guess"),
     ]
     if ratio != 1.0:
-        largest = f(envelope.bounds.stiffness_n_per_m, "N/m")
+        largest = f(preflight.bounds.stiffness_n_per_m, "N/m")
         rows.append(("  if friction holds the tip", largest, f"that × {ratio:.3g} ({source})"))
     return rows
 
 
-def _law_rows(envelope: Envelope) -> list[tuple[str, str, str]]:
+def _law_rows(preflight: Preflight) -> list[tuple[str, str, str]]:
     """The contact law by theory; for a range both ends."""
     from stepload.units import format_quantity as f
 
-    theory, plan = envelope.theory, envelope.plan
+    theory, plan = preflight.theory, preflight.plan
     top_n, secant_n = plan.procedure.top_force_n, plan.identify.secant_force_n
     laws = [theory.softest, theory.stiffest] if theory.is_range else [theory.law]
     k = " to ".join(f"{law.k:.3g}" for law in laws)
@@ -166,24 +166,24 @@ def preflight(
 
     Example: stepload preflight procedures/plastic-sphere.yaml
     """
-    from stepload.envelope.envelope import envelope_of
-    from stepload.envelope.reason import PlanVerdict
+    from stepload.feasibility.preflight import preflight_of
+    from stepload.feasibility.reason import PlanVerdict
     from stepload.plan.load import load_plan
 
     out = Output(as_json=as_json)
-    envelope = envelope_of(load_plan(plan, payload=payload))
-    refused = envelope.verdict is PlanVerdict.REFUSED
-    limits = None if refused else envelope.limits
-    show_preflight(envelope, out)
+    preflight = preflight_of(load_plan(plan, payload=payload))
+    refused = preflight.verdict is PlanVerdict.REFUSED
+    limits = None if refused else preflight.limits
+    show_preflight(preflight, out)
     if verbose:
         out.line()
-        show_reasons(envelope, out)
-        show_figures(envelope, out)
+        show_reasons(preflight, out)
+        show_figures(preflight, out)
         if limits is not None:
             show_thresholds(limits, out)
     if as_json:
-        from stepload.results.preflight_results import preflight_data
+        from stepload.report.preflight_results import preflight_data
 
-        out.result(preflight_data(envelope))
+        out.result(preflight_data(preflight))
     if refused:
         raise typer.Exit(ExitCode.REFUSED)

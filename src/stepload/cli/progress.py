@@ -14,11 +14,11 @@ from stepload.record.rows import Phase
 
 if TYPE_CHECKING:
     from stepload.engine.tick import Engine
-    from stepload.envelope.envelope import Envelope
+    from stepload.feasibility.preflight import Preflight
     from stepload.record.rows import TickRow
 
 REFRESH_S = 0.1
-Progress = Callable[["Engine", "Envelope"], None]
+Progress = Callable[["Engine", "Preflight"], None]
 KEYS = "p pauses; Ctrl+C unloads and ends, twice retracts"
 
 
@@ -48,7 +48,7 @@ class Seen(NamedTuple):
 Show = Callable[[Seen | str], None]
 
 
-def _asked(engine: Engine) -> str:
+def _requested(engine: Engine) -> str:
     """A request of the operator that is not carried out yet."""
     operator = engine.operator
     if operator.stop_level and not engine.safing:
@@ -147,22 +147,22 @@ def _minutes(seconds: float) -> str:
 
 def follow(show: Show) -> Progress:
     """Passes on a line for each phase that is over, and the state of the run ten times a second."""
-    from stepload.envelope.remaining import Remaining  # imported now, and not in a tick
+    from stepload.feasibility.remaining import Remaining  # imported now, and not in a tick
 
     phases, remaining, due_s = Phases(), None, 0.0
 
-    def look(engine: Engine, envelope: Envelope) -> None:
+    def look(engine: Engine, preflight: Preflight) -> None:
         nonlocal remaining, due_s
         if (row := engine.row) is None:
             return
-        remaining = remaining or Remaining(envelope.stages, envelope.plan.procedure)
+        remaining = remaining or Remaining(preflight.stages, preflight.plan.procedure)
         left_s = remaining.at(row)
         if line := phases.over(row, remaining.active_s):
             show(line)
         if time.monotonic() >= due_s:
             due_s = time.monotonic() + REFRESH_S
             force = f"{row.force_n:7.2f} N of {row.limit_n:.4g} N"
-            show(Seen(left_s, remaining.share, force, where(row) + _asked(engine)))
+            show(Seen(left_s, remaining.share, force, where(row) + _requested(engine)))
 
     return look
 

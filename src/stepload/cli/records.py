@@ -10,7 +10,7 @@ from typer import Argument, Option
 
 from stepload.cli.options import RunPath, run_path
 from stepload.errors import BadInputError, ExitCode
-from stepload.results.terminal import AsJson, Output
+from stepload.report.terminal import AsJson, Output
 
 
 def _broken_in(directory: Path) -> Path | None:
@@ -89,7 +89,7 @@ def replay(
     Example: stepload replay runs/20260801-101500-demo --force-limit "250 N"
     """
     from stepload.engine.replay import replay_file
-    from stepload.results.run_record import record_in
+    from stepload.report.run_record import record_in
 
     output = Output(as_json=as_json)
     stated = {} if force_limit is None else {"force_limit_n": force_limit}

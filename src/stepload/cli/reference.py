@@ -10,7 +10,7 @@ from typing import Annotated
 from typer import Argument, Context, Typer
 
 from stepload.errors import BadInputError
-from stepload.results.terminal import AsJson, Output
+from stepload.report.terminal import AsJson, Output
 
 plans = Typer(help="Plans that come with stepload, ready to run or to begin with.")
 
@@ -105,10 +105,10 @@ def schema(
     Example: stepload schema results
     """
     from stepload.plan.schema import json_schema
-    from stepload.results.calibration_document import calibration_schema
-    from stepload.results.comparison_document import comparison_schema
-    from stepload.results.preflight_results import preflight_schema
-    from stepload.results.run_results import results_schema
+    from stepload.report.calibration_document import calibration_schema
+    from stepload.report.comparison_document import comparison_schema
+    from stepload.report.preflight_results import preflight_schema
+    from stepload.report.run_results import results_schema
 
     made = {
         Documents.PLAN: json_schema,

@@ -12,7 +12,7 @@ from stepload.cli.hazards import HazardsRead, WiringChecked, ask_before_pressing
 from stepload.cli.options import DryRun, OutDirectory, Seed, quantity, run_path
 from stepload.cli.run import exit_code, press
 from stepload.errors import BadInputError, ExitCode
-from stepload.results.terminal import AsJson, Output
+from stepload.report.terminal import AsJson, Output
 
 CALIBRATION = "calibration.json"
 VERSUS = "vs"
@@ -61,14 +61,14 @@ def calibrate(
     from datetime import date
 
     from stepload.engine.operator import Operator
-    from stepload.envelope.envelope import envelope_of
+    from stepload.feasibility.preflight import preflight_of
     from stepload.plan.calibration import write_calibration
     from stepload.plan.load import load_plan
-    from stepload.results.calibration import from_system_runs
-    from stepload.results.calibration_document import calibration_data, calibration_document
-    from stepload.results.page import render
-    from stepload.results.provenance import sealed
-    from stepload.results.run_record import saved_run
+    from stepload.report.calibration import from_system_runs
+    from stepload.report.calibration_document import calibration_data, calibration_document
+    from stepload.report.page import render
+    from stepload.report.provenance import sealed
+    from stepload.report.run_record import saved_run
     from stepload.session.files import write_file
     from stepload.setup.state import put_record, state_to_take_it
 
@@ -96,12 +96,12 @@ def calibrate(
                 f"{given[0]}: identify.kind is {plan.identify.kind}: it identifies a payload",
                 hint="press a stiff flat contact with `identify: {kind: system}`",
             )
-        envelope = envelope_of(plan)
-        if not dry_run and ask_before_pressing(envelope, hazards_read, wiring_checked):
-            envelope = envelope_of(load_plan(given[0]))  # its rig file may have changed
+        preflight = preflight_of(plan)
+        if not dry_run and ask_before_pressing(preflight, hazards_read, wiring_checked):
+            preflight = preflight_of(load_plan(given[0]))  # its rig file may have changed
         with operator.listening():
             finished = press(
-                envelope, operator, output, dry_run=dry_run, out=out, seed=seed, quiet=quiet
+                preflight, operator, output, dry_run=dry_run, out=out, seed=seed, quiet=quiet
             )
         code = exit_code(finished)
         if code is not ExitCode.OK or finished.data.get("system_stiffness") is None:
@@ -201,12 +201,12 @@ def compare(
     """
     from stepload.record.curves import read_curve
     from stepload.record.plain import json_text
-    from stepload.results.comparison import compare as compare_runs
-    from stepload.results.comparison_curve import CurveGiven
-    from stepload.results.comparison_document import comparison_data, comparison_document
-    from stepload.results.curve import deformation_curve
-    from stepload.results.page import render
-    from stepload.results.run_record import saved_run
+    from stepload.report.comparison import compare as compare_runs
+    from stepload.report.comparison_curve import CurveGiven
+    from stepload.report.comparison_document import comparison_data, comparison_document
+    from stepload.report.curve import deformation_curve
+    from stepload.report.page import render
+    from stepload.report.run_record import saved_run
     from stepload.session.files import write_file
 
     output = Output(as_json=as_json)

@@ -14,11 +14,11 @@ from typer import Argument, Option
 from stepload.cli.hazards import HazardsRead, WiringChecked, ask_before_pressing
 from stepload.cli.options import DryRun, OutDirectory, PayloadFile, PlanFile, Seed, run_directory
 from stepload.errors import ExitCode
-from stepload.results.terminal import AsJson, Output
+from stepload.report.terminal import AsJson, Output
 
 if TYPE_CHECKING:
     from stepload.engine.operator import Operator
-    from stepload.envelope.envelope import Envelope
+    from stepload.feasibility.preflight import Preflight
     from stepload.session.experiment import Finished
 
 DEFAULT_ADDRESS = "127.0.0.1:8765"
@@ -67,7 +67,7 @@ def _show_end(finished: Finished, out: Output, *, quiet: bool) -> None:
     """Why a run has ended, what the arm did then, and what is usually the cause."""
     from stepload.engine.safing import first_sentence
     from stepload.explain.codes import explanations
-    from stepload.results.terminal import wrapped
+    from stepload.report.terminal import wrapped
     from stepload.units import format_quantity as f
 
     outcome, cause = finished.outcome, finished.outcome.cause
@@ -81,7 +81,7 @@ def _show_end(finished: Finished, out: Output, *, quiet: bool) -> None:
     out.line(wrapped(f"{word}{text}", 2), word=word, mood="bad")
     if quiet:
         return
-    limit = f(finished.envelope.theory.elastic_limit_n, "N")
+    limit = f(finished.preflight.theory.elastic_limit_n, "N")
     rest = outcome.why.removeprefix(first).strip()
     out.line(wrapped(f"  {rest} Largest force {f(outcome.peak_force_n, 'N')} of F_c = {limit}.", 2))
     if cause is not None and not cause.planned:
@@ -114,7 +114,7 @@ def _shown_live(address: str, output: Output) -> Iterator[Callable[[Path], None]
 
 
 def press(
-    envelope: Envelope,
+    preflight: Preflight,
     operator: Operator,
     output: Output,
     *,
@@ -130,27 +130,27 @@ def press(
     from stepload.cli.keys import keys
     from stepload.cli.preflight import show_figures, show_reasons, show_verdict
     from stepload.cli.progress import progress
-    from stepload.envelope.reason import PlanVerdict
+    from stepload.feasibility.reason import PlanVerdict
     from stepload.session.experiment import refuse_what_may_not_run, run_plan
     from stepload.session.repair import repair_all
 
     if not dry_run:  # before a preflight is shown in vain
-        refuse_what_may_not_run(envelope, dry_run)
-    if envelope.verdict is not PlanVerdict.REFUSED:
-        for repaired in repair_all(out or envelope.plan.record.directory):
+        refuse_what_may_not_run(preflight, dry_run)
+    if preflight.verdict is not PlanVerdict.REFUSED:
+        for repaired in repair_all(out or preflight.plan.record.directory):
             output.line(repaired.line)
         if not quiet:
-            show_verdict(envelope, output)
+            show_verdict(preflight, output)
         if verbose:
-            show_reasons(envelope, output)
-            show_figures(envelope, output)
+            show_reasons(preflight, output)
+            show_figures(preflight, output)
     with (
         progress(quiet=quiet) as display,
         keys(operator, display.say),
         _shown_live(live, output) as follow,
     ):
         finished = run_plan(
-            envelope,
+            preflight,
             dry_run=dry_run,
             out=out,
             seed=seed,
@@ -203,18 +203,18 @@ def run(
     Example: stepload run procedures/plastic-sphere.yaml --dry-run
     """
     from stepload.engine.operator import Operator
-    from stepload.envelope.envelope import envelope_of
+    from stepload.feasibility.preflight import preflight_of
     from stepload.plan.load import load_plan
     from stepload.plan.tags import tagged
 
     output, operator = Output(as_json=as_json), Operator()
-    envelope = envelope_of(tagged(load_plan(plan, payload=payload), tag or ()))
-    if not dry_run and ask_before_pressing(envelope, hazards_read, wiring_checked):
+    preflight = preflight_of(tagged(load_plan(plan, payload=payload), tag or ()))
+    if not dry_run and ask_before_pressing(preflight, hazards_read, wiring_checked):
         # the rig file may have changed
-        envelope = envelope_of(tagged(load_plan(plan, payload=payload), tag or ()))
+        preflight = preflight_of(tagged(load_plan(plan, payload=payload), tag or ()))
     with operator.listening():
         finished = press(
-            envelope, operator, output, dry_run=dry_run, out=out, seed=seed, resume=resume,
+            preflight, operator, output, dry_run=dry_run, out=out, seed=seed, resume=resume,
             quiet=quiet, verbose=verbose, live=live_address if live else "",
         )  # fmt: skip
         output.result({**finished.data, "directory": finished.directory})

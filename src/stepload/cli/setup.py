@@ -11,7 +11,7 @@ import typer
 from typer import Argument, Option
 
 from stepload.errors import BadInputError, guess
-from stepload.results.terminal import AsJson, Output
+from stepload.report.terminal import AsJson, Output
 
 if TYPE_CHECKING:
     from stepload.setup.questions import Question
@@ -144,8 +144,8 @@ def init(
         flags, rig = [str(rig), *flags], Path("stvf")
     named = _rig_as_named(rig, plan)
     given = Answers(from_flags(flags), Terminal(out), preset=preset(start) if start else {})
-    text, envelope = first_plan(given, named, plan)
+    text, preflight = first_plan(given, named, plan)
     write_plan(plan, text, force)
-    show_preflight(replace(envelope, plan=replace(envelope.plan, path=plan)), out)
+    show_preflight(replace(preflight, plan=replace(preflight.plan, path=plan)), out)
     out.line(f"written: {plan}")
-    out.result({"plan": plan, "verdict": envelope.verdict})
+    out.result({"plan": plan, "verdict": preflight.verdict})

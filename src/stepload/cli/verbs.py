@@ -112,11 +112,11 @@ class OwnVerbs(TyperGroup):
     def __init__(self, **attrs: Any) -> None:
         super().__init__(**attrs)
         self.commands = {verb.name: Declared(verb) for verb in self.VERBS} | dict(self.commands)
-        self._asked = False
+        self._requested = False
 
     def _ask_others(self) -> None:
-        if not self._asked:
-            self._asked = True
+        if not self._requested:
+            self._requested = True
             self.commands = {**_group_of(_others()).commands, **self.commands}
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:

@@ -31,10 +31,10 @@ def require_not_negative(value: float, what: str, unit: str) -> float:
     return value
 
 
-def _outside(value: float, what: str, unit: str, bound: str, asked: str) -> DomainError:
+def _outside(value: float, what: str, unit: str, bound: str, requested: str) -> DomainError:
     return DomainError(
         f"{what} is {value:g} {unit}; it must be finite and {bound} 0 {unit}".rstrip(),
-        hint=f"give {what} as {asked}",
+        hint=f"give {what} as {requested}",
     )
 
 

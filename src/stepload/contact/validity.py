@@ -77,7 +77,7 @@ class Pressed:
     roughness_m: float | None = None
     micro_hardness_pa: float | None = None
     height_m: float = 0.0
-    counted_limit_n: float | None = None
+    used_limit_n: float | None = None
 
     @property
     def law(self) -> ContactLaw:
@@ -204,11 +204,11 @@ def _yield(pressed: Pressed) -> Iterator[DomainDoubt]:
             "do not read K and n as elastic ones",
             to_n, limit_n, "N",
         )  # fmt: skip
-    elif pressed.counted_limit_n is not None and to_n > pressed.counted_limit_n:
+    elif pressed.used_limit_n is not None and to_n > pressed.used_limit_n:
         yield DomainDoubt(
             "within_doubt_of_limit",
-            f"{to_n:.4g} N is above the F_c used, {pressed.counted_limit_n:.4g} N: the contact may"
+            f"{to_n:.4g} N is above the F_c used, {pressed.used_limit_n:.4g} N: the contact may"
             " have yielded.",
             "look for set and hysteresis in the data",
-            to_n, pressed.counted_limit_n, "N",
+            to_n, pressed.used_limit_n, "N",
         )  # fmt: skip

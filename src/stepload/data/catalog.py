@@ -13,8 +13,8 @@ from stepload.data.columns import library
 from stepload.errors import BadInputError
 from stepload.record.summary import Summary, read_summary
 from stepload.record.untrusted import untrusted
-from stepload.results.model import number_or_nan
-from stepload.results.rows import OrNan, Row, figure
+from stepload.report.model import number_or_nan
+from stepload.report.rows import OrNan, Row, figure
 
 if TYPE_CHECKING:
     import pandas

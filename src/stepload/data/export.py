@@ -17,7 +17,7 @@ from stepload.data.run import STREAMS, Run
 from stepload.data.table import PHASE, Table
 from stepload.errors import BadInputError, printable
 from stepload.record.rows import Phase
-from stepload.results.rows import Row
+from stepload.report.rows import Row
 
 EXCEL_ROWS = 1_048_575
 """Largest number of rows below the header in an Excel sheet."""

@@ -8,11 +8,11 @@ from pathlib import Path
 
 from stepload.data.catalog import RunRow, rows
 from stepload.errors import BadInputError
-from stepload.results.conditions import Stated
-from stepload.results.from_file import results_of_file
-from stepload.results.model import finite
-from stepload.runner.jobs import run_all
-from stepload.runner.pool import Pool
+from stepload.jobs.jobs import run_all
+from stepload.jobs.pool import Pool
+from stepload.report.conditions import Stated
+from stepload.report.from_file import results_of_file
+from stepload.report.model import finite
 
 AT_ONCE = 4
 """Records in a batch; each takes about a second."""

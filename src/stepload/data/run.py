@@ -20,12 +20,12 @@ from stepload.identification.fit import Missing
 from stepload.plan.model import Plan
 from stepload.record.reader import Event, Recording, read_recording
 from stepload.record.untrusted import untrusted
-from stepload.results.conditions import FILE as CONDITIONS
-from stepload.results.conditions import from_attachments, measured
-from stepload.results.levels import Level, levels_of
-from stepload.results.press_data import LOADING, UNLOADING, PressData, TouchPoint, press_data
-from stepload.results.quality import quality_of
-from stepload.results.run_record import condensed, plan_of, read_to_evaluate, record_in, told_ticks
+from stepload.report.conditions import FILE as CONDITIONS
+from stepload.report.conditions import from_attachments, measured
+from stepload.report.levels import Level, levels_of
+from stepload.report.press_data import LOADING, UNLOADING, PressData, TouchPoint, press_data
+from stepload.report.quality import quality_of
+from stepload.report.run_record import condensed, plan_of, read_to_evaluate, record_in, told_ticks
 
 SIX = {
     "wrench": (

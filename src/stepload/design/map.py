@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from stepload.envelope.draft_plan import CYCLES, DEFAULT, FREE_S
-from stepload.envelope.map_grid import Bench, Specimen, bench, specimen
 from stepload.errors import BadInputError, DomainError
+from stepload.feasibility.draft_plan import CYCLES, DEFAULT, FREE_S
+from stepload.feasibility.map_grid import Bench, Specimen, bench, specimen
 from stepload.identification.changes import finer, for_sale, gauged, known, stiffer
 from stepload.identification.conditions import Conditions
 from stepload.identification.expected import Expected, LoadSchedule, Narrowing, expect

@@ -10,7 +10,7 @@ import numpy as np
 
 from stepload.design.map import BUY, PANELS, Map
 from stepload.design.map_report import Reach, reaches, value_text
-from stepload.results.figures import (
+from stepload.report.figures import (
     BLUE,
     GREEN,
     GREY,

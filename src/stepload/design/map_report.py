@@ -8,10 +8,10 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from stepload.design.map import BUY, LARGEST, PAYLOADS, Map, Row
-from stepload.envelope.map_grid import Bench, Specimen
+from stepload.feasibility.map_grid import Bench, Specimen
 from stepload.identification.changes import relative_sigma
 from stepload.identification.expected import Narrowing
-from stepload.results.model import Table
+from stepload.report.model import Table
 from stepload.units import format_quantity, percent
 
 

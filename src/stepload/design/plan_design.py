@@ -10,11 +10,11 @@ from pathlib import Path
 
 from stepload.design.map_report import half_text, narrowing_text
 from stepload.design.top_force import Ceiling, ceiling
-from stepload.envelope.conditions import expected_result
-from stepload.envelope.draft_plan import CYCLES, Order, plan_of
-from stepload.envelope.envelope import Envelope, derive
-from stepload.envelope.reason import PlanVerdict, Severity
 from stepload.errors import BadInputError, DomainError, RefusedError
+from stepload.feasibility.conditions import expected_result
+from stepload.feasibility.draft_plan import CYCLES, Order, plan_of
+from stepload.feasibility.preflight import Preflight, derive
+from stepload.feasibility.reason import PlanVerdict, Severity
 from stepload.identification.expected import Expected
 from stepload.identification.quantity import ResultVerdict
 from stepload.plan.problems import PlanError
@@ -97,7 +97,7 @@ def grid(rig: str, payload: Path, limit: Ceiling, surface: str) -> Grid:
         top_n = round(step_n * order.steps, 9)
         try:
             plan = plan_of(rig, payload, top_n, order, surface)
-            envelope = derive(plan)
+            preflight = derive(plan)
         except PlanError:
             raise
         except (BadInputError, RefusedError, DomainError) as error:
@@ -106,19 +106,19 @@ def grid(rig: str, payload: Path, limit: Ceiling, surface: str) -> Grid:
         if len(plan.procedure.levels_n) < steps:
             reasons.append((f"a step of {step_n:.3g} N does not exceed the touch force", ""))
             continue
-        missed = [each for each in envelope.reasons if each.code in MISSED]
-        if envelope.verdict is PlanVerdict.REFUSED or missed or envelope.climbs is None:
-            reasons.append(_why(envelope))
+        missed = [each for each in preflight.reasons if each.code in MISSED]
+        if preflight.verdict is PlanVerdict.REFUSED or missed or preflight.loading_times is None:
+            reasons.append(_why(preflight))
             continue
-        expected = expected_result(envelope.plan, envelope.theory, envelope.climbs)
-        found.append(Candidate(top_n, step_n, share, order, envelope.duration_s, expected))
+        expected = expected_result(preflight.plan, preflight.theory, preflight.loading_times)
+        found.append(Candidate(top_n, step_n, share, order, preflight.duration_s, expected))
     return Grid(tuple(found), len(reasons), *(reasons[-1] if reasons else ("", "")))
 
 
-def _why(envelope: Envelope) -> tuple[str, str]:
+def _why(preflight: Preflight) -> tuple[str, str]:
     """The first reason against a plan, and what to do about it."""
-    against = [r for r in envelope.reasons if r.severity is Severity.REFUSE]
-    first = (against or [r for r in envelope.reasons if r.code in MISSED])[0]
+    against = [r for r in preflight.reasons if r.severity is Severity.REFUSE]
+    first = (against or [r for r in preflight.reasons if r.code in MISSED])[0]
     return first.message, first.remedy
 
 

@@ -13,14 +13,14 @@ from typing import Any
 from stepload import __version__
 from stepload.design.map_report import half_text, narrowing_text
 from stepload.design.plan_design import ALIKE, LONGER, SHARES, Candidate, Design, choose
-from stepload.envelope.draft_plan import CYCLES
-from stepload.envelope.envelope import envelope_of, refusal_of
-from stepload.envelope.reason import PlanVerdict
 from stepload.errors import printable
+from stepload.feasibility.draft_plan import CYCLES
+from stepload.feasibility.preflight import preflight_of, refusal_of
+from stepload.feasibility.reason import PlanVerdict
 from stepload.plan.load import load_plan
 from stepload.plan.references import names_a_file
 from stepload.plan.room_to_write import check_new
-from stepload.results.model import Table
+from stepload.report.model import Table
 from stepload.units import format_quantity, percent
 
 
@@ -171,9 +171,9 @@ def write(path: Path, text: str) -> None:
     with path.open("x", encoding="utf-8") as file:
         file.write(text)
     try:
-        envelope = envelope_of(load_plan(path))
-        if envelope.verdict is PlanVerdict.REFUSED:
-            raise refusal_of(envelope)
+        preflight = preflight_of(load_plan(path))
+        if preflight.verdict is PlanVerdict.REFUSED:
+            raise refusal_of(preflight)
     except BaseException:
         path.unlink()
         raise

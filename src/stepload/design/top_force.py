@@ -6,13 +6,13 @@ import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from stepload.envelope.draft_plan import DEFAULT, Order, plan_of
-from stepload.envelope.envelope import Envelope, derive
-from stepload.envelope.map_grid import most_push
-from stepload.envelope.pressing import largest_top_force
 from stepload.errors import BadInputError, RefusedError
+from stepload.feasibility.draft_plan import DEFAULT, Order, plan_of
+from stepload.feasibility.map_grid import most_push
+from stepload.feasibility.preflight import Preflight, derive
+from stepload.feasibility.pressing import largest_top_force
 from stepload.plan.model import Plan
-from stepload.results.conditions import planned
+from stepload.report.conditions import planned
 from stepload.units import format_quantity
 
 TRIES = 3
@@ -55,22 +55,22 @@ def ceiling(rig: str, payload: Path, order: Order = DEFAULT) -> Ceiling:
     name, most_n = most_push(rig)
     why = f"{name} can press with {format_quantity(most_n, 'N')} at most"
     plan = plan_of(rig, payload, most_n, order)
-    envelope = derive(plan)
+    preflight = derive(plan)
     # The safe force is not computed from a top force far beyond F_c: its steps leave no room.
-    top_n = min(most_n, envelope.theory.counted.lower_n)
+    top_n = min(most_n, preflight.theory.counted.lower_n)
     for _ in range(TRIES):
         if top_n < most_n:
             try:
                 plan = plan_of(rig, payload, top_n, order)
             except BadInputError as error:
-                raise _no_force(envelope) from error
-            envelope = derive(plan)
-        safe_n = envelope.largest_safe_force_n
+                raise _no_force(preflight) from error
+            preflight = derive(plan)
+        safe_n = preflight.largest_safe_force_n
         if not safe_n > 0.0:
-            raise _no_force(envelope)
+            raise _no_force(preflight)
         if safe_n < most_n:
-            top_n, why = safe_n, _unsafe(plan, envelope)
-    table = planned(envelope).sources.deflection()
+            top_n, why = safe_n, _unsafe(plan, preflight)
+    table = planned(preflight).sources.deflection()
     last_n = math.inf if table is None else table.force_n[-1]
     if last_n < top_n:
         last, safe = format_quantity(last_n, "N"), format_quantity(top_n, "N")
@@ -81,33 +81,33 @@ def ceiling(rig: str, payload: Path, order: Order = DEFAULT) -> Ceiling:
     return Ceiling(name, plan.payload.name, min(top_n, last_n), why)
 
 
-def _no_force(envelope: Envelope) -> RefusedError:
-    plan = envelope.plan
+def _no_force(preflight: Preflight) -> RefusedError:
+    plan = preflight.plan
     return RefusedError(
-        f"{plan.payload.name} must not be pressed on {plan.rig.name}: {_limit(envelope)}, and no "
+        f"{plan.payload.name} must not be pressed on {plan.rig.name}: {_limit(preflight)}, and no "
         "top force that this rig resolves is safe",
         hint="stepload preflight PLAN says how the force budget is spent",
     )
 
 
-def _limit(envelope: Envelope) -> str:
-    theory = envelope.theory
+def _limit(preflight: Preflight) -> str:
+    theory = preflight.theory
     limit, counted = (
         format_quantity(force, "N") for force in (theory.elastic_limit_n, theory.counted.lower_n)
     )
     return f"its elastic limit F_c is {limit}; F_c used: {counted}"
 
 
-def _unsafe(plan: Plan, envelope: Envelope) -> str:
+def _unsafe(plan: Plan, preflight: Preflight) -> str:
     """Why the largest safe force is not larger: because of the payload, or of the rig."""
-    safe_n, rig = envelope.largest_safe_force_n, plan.rig
+    safe_n, rig = preflight.largest_safe_force_n, plan.rig
     stronger = replace(
         rig,
         arm=replace(rig.arm, max_push_n=ANY_N),
         force=replace(rig.force, range_n=ANY_N),
     )
-    free_n = largest_top_force(replace(plan, rig=stronger), envelope.theory.counted.lower_n)
+    free_n = largest_top_force(replace(plan, rig=stronger), preflight.theory.counted.lower_n)
     safe = format_quantity(safe_n, "N")
     if free_n > safe_n:
         return f"more than {safe} leaves too little room below what {rig.name} can press with"
-    return f"more than {safe} is not safe: {_limit(envelope)}"
+    return f"more than {safe} is not safe: {_limit(preflight)}"

@@ -13,7 +13,7 @@ from stepload.engine.approach import Approach
 from stepload.engine.phases import Exit, May, Steps, phase
 from stepload.engine.retract import REST_S, not_open
 from stepload.engine.run_state import RunState
-from stepload.envelope.aligning import HUMP_SIGMAS, SURE, Aligning
+from stepload.feasibility.aligning import HUMP_SIGMAS, SURE, Aligning
 from stepload.record.rows import Phase
 
 Point = tuple[float, float]
@@ -50,7 +50,7 @@ class Alignment:
             if left := (yield from self._approach.beside(early_m)):
                 return left
             travel_m.append(course.surface_m)
-            if course.stop_asked():
+            if course.stop_requested():
                 return Exit.STOP
             if left := (yield from self._shifting.go(min(travel_m), after)):
                 return left
@@ -117,7 +117,7 @@ class Shifting:
         course.aim(nearest_m - aligning.clear_m)
         while True:
             yield
-            if course.stop_asked():
+            if course.stop_requested():
                 return Exit.STOP
             if course.rest_at_goal(rest_s):
                 break
@@ -139,7 +139,7 @@ class Shifting:
                     " plate is steeper than 5 deg, or something stands in the way. Look at the"
                     " tool and the plate before starting again",
                 )  # fmt: skip
-            if course.stop_asked():
+            if course.stop_requested():
                 return Exit.STOP
             if self._moved(point) and arrived_s != arrived_s:
                 arrived_s = course.now_s
@@ -186,12 +186,12 @@ class Shifting:
         course, here = self._course, self._place()
         tolerance_m = course.limits.model_tolerance_m
         for other, place in self.places.items():
-            asked_m, went_m = math.dist(other, point), math.dist(place, here)
-            allowed_m = max(WENT_SHARE * asked_m, tolerance_m)
-            if not abs(went_m - asked_m) <= allowed_m:
+            requested_m, went_m = math.dist(other, point), math.dist(place, here)
+            allowed_m = max(WENT_SHARE * requested_m, tolerance_m)
+            if not abs(went_m - requested_m) <= allowed_m:
                 return course.fail(
-                    "shift", went_m - asked_m, allowed_m, "m",
-                    f"the arm was told to go {asked_m * 1e3:.3g} mm sideways, and its pose says"
+                    "shift", went_m - requested_m, allowed_m, "m",
+                    f"the arm was told to go {requested_m * 1e3:.3g} mm sideways, and its pose says"
                     f" {went_m * 1e3:.3g} mm: it does not follow, or another TCP is set",
                 )  # fmt: skip
         self.places[point] = here

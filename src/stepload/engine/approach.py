@@ -11,7 +11,7 @@ from stepload.engine.phases import Exit, May, Steps, phase
 from stepload.engine.retract import REST_S, not_open
 from stepload.engine.run_state import RunState
 from stepload.engine.zeroing import Zeroing
-from stepload.envelope.schedule import SLOW_SHARE, WORTH, touch_gap_m
+from stepload.feasibility.schedule import SLOW_SHARE, WORTH, touch_gap_m
 from stepload.record.outcome import Touch
 from stepload.record.rows import Phase
 
@@ -44,9 +44,9 @@ class Approach:
         self._early_m = 0.0
         self._lead = Lead(course.limits.period_s)
         limits = course.limits
-        late_s = limits.unseen_s + limits.reaction_s
+        late_s = limits.undetected_s + limits.reaction_s
         self._targets_m: deque[float] = deque(maxlen=1 + math.ceil(late_s / limits.period_s))
-        self._reading_n, self._heard_m = math.nan, -math.inf
+        self._reading_n, self._received_m = math.nan, -math.inf
         self._felt = TouchTest(course.limits.touch_force_n)
 
     def touch(self, purpose: str, touches: int) -> Steps:
@@ -83,7 +83,7 @@ class Approach:
             if left is Exit.TOUCH:
                 left = yield from self.dwell()
                 self._left -= 1
-                if self._left <= 0 or course.stop_asked():
+                if self._left <= 0 or course.stop_requested():
                     return None
                 left = yield from self.part()
             far = left is Exit.ZERO
@@ -172,7 +172,7 @@ class Approach:
         self._felt = TouchTest(self._course.limits.touch_force_n)
         self._targets_m.clear()
         self._targets_m.append(self._course.target_m)
-        self._heard_m = self._course.target_m
+        self._received_m = self._course.target_m
 
     def _hold_back(self, from_m: float) -> None:
         """With one force channel: do not go far beyond what its newest reading can show.
@@ -180,7 +180,7 @@ class Approach:
         A reading may be `unseen_s` old and still arrive; one that repeats itself shows nothing.
         """
         course, limits = self._course, self._course.limits
-        end_m = max(from_m, self._heard_m + limits.leash_free_m)
+        end_m = max(from_m, self._received_m + limits.travel_limit_free_m)
         if course.target_m > end_m:
             course.target_m = end_m
 
@@ -190,7 +190,7 @@ class Approach:
         targets_m = self._targets_m
         targets_m.append(course.target_m)
         if reading_n != self._reading_n:
-            self._reading_n, self._heard_m = reading_n, targets_m[0]
+            self._reading_n, self._received_m = reading_n, targets_m[0]
 
     def _too_deep(self) -> Exit | None:
         """End the run (R6) where an only force channel does not feel a surface that is known.
@@ -220,7 +220,7 @@ class Approach:
             self._felt.add(course.now_s, course.sup.force_n)
         if self._felt.touched:
             return Exit.TOUCH
-        return self._too_deep() or (Exit.STOP if course.stop_asked() else None)
+        return self._too_deep() or (Exit.STOP if course.stop_requested() else None)
 
     def _zero_moved(self) -> bool:
         """Whether to back off and take the zero again: it has drifted on a long approach.
@@ -246,7 +246,7 @@ class Approach:
         self._renews = False  # what grows slowly from here on is a soft payload
         course.target_m = min(course.target_m, position_m)
         ring, rung_out_s = RingTest(limits.noise_n), course.now_s
-        rung_out_s += max(2.0 * limits.reaction_s, limits.unseen_s)
+        rung_out_s += max(2.0 * limits.reaction_s, limits.undetected_s)
         ring.begin(rung_out_s, sup.force_n)
         course.dwelt_n, dwelt = sup.force_n, 0
         course.enter(Phase.DWELL)

@@ -13,10 +13,10 @@ from __future__ import annotations
 import math
 
 from stepload.engine.travel_limit import TravelLimit
-from stepload.envelope.command_backlog import sudden_step
-from stepload.envelope.limits import RunLimits
-from stepload.envelope.load_times import LOOK_AHEAD, STIFFENING
-from stepload.envelope.pressing import LONGEST_STALL_S
+from stepload.feasibility.command_backlog import sudden_step
+from stepload.feasibility.limits import RunLimits
+from stepload.feasibility.load_times import LOOK_AHEAD, STIFFENING
+from stepload.feasibility.pressing import LONGEST_STALL_S
 
 LEAD_FILTER_S = 0.5
 """Time constant of how far the target leads the position of an arm that follows."""
@@ -131,9 +131,9 @@ class StepController:
     `speed_m_s` is the speed of the target, `c_m_per_n` the compliance in use.
     """
 
-    def __init__(self, limits: RunLimits, leash: bool = True) -> None:
+    def __init__(self, limits: RunLimits, travel_limit: bool = True) -> None:
         self._limits = limits
-        self._leash = leash and not limits.cross_check
+        self._travel_limit = travel_limit and not limits.cross_check
         self._compliance = TangentCompliance(
             limits.stiffness_n_per_m, limits.noise_n, limits.position_resolution_m
         )
@@ -147,7 +147,7 @@ class StepController:
         self._level_n = self._start_n = self._ramp_n = 0.0
         self._sign = 1.0
         self._lead = Lead(limits.period_s)
-        late_s = limits.unseen_s + limits.reaction_s
+        late_s = limits.undetected_s + limits.reaction_s
         self._targets_m = [0.0] * (1 + math.ceil(late_s / limits.period_s))
         self._targets_at = 0
         self._trusted = self._started = False
@@ -257,7 +257,7 @@ class StepController:
             if not self._started:
                 self._started = True
                 self._lead.begin(target_m - position_m)
-            end_m = travel.end_m() if self._leash else math.inf
+            end_m = travel.end_m() if self._travel_limit else math.inf
             if target > end_m:
                 if seen_m == target_m:
                     travel.add_at_end(seen_m, force_n)

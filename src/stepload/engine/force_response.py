@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from stepload.engine.watch import Breach, Found
-from stepload.envelope.limits import RunLimits
-from stepload.envelope.press import ANSWER_FILTER_S, least_rise_n
+from stepload.engine.watch import Found, Trip
+from stepload.feasibility.limits import RunLimits
+from stepload.feasibility.press import ANSWER_FILTER_S, least_rise_n
 from stepload.record.rows import Phase
 
 WAITS_SHARE = 0.9
@@ -52,7 +52,7 @@ class ForceResponseWatch:
     def limit_m(self) -> float:
         """The travel in m from which on R6 counts its time."""
         limits = self._limits
-        share = WAITS_SHARE if limits.leash_time_s else 1.0
+        share = WAITS_SHARE if limits.travel_limit_time_s else 1.0
         return share * limits.travel_m(self.answer_n)
 
     def rest(self, target_m: float, smooth_n: float, phase: int) -> None:
@@ -74,7 +74,7 @@ class ForceResponseWatch:
         self._taut_s = 0.0
         self._pressed = phase in (_LOAD, _HOLD)
 
-    def load(self, target_m: float, smooth_n: float) -> Breach | None:
+    def load(self, target_m: float, smooth_n: float) -> Trip | None:
         """Judge a tick of a load step."""
         limits = self._limits
         targets_m = self._targets_m
@@ -97,7 +97,7 @@ class ForceResponseWatch:
         if travel_m <= limit_m:
             return None
         self._taut_s += limits.period_s
-        if self._taut_s <= limits.leash_time_s:
+        if self._taut_s <= limits.travel_limit_time_s:
             return None
         return self._found(
             "R6", travel_m, limit_m, "m",

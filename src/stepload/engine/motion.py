@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from stepload.engine.watch import Breach, Found
-from stepload.envelope.limits import RunLimits
+from stepload.engine.watch import Found, Trip
+from stepload.feasibility.limits import RunLimits
 from stepload.record.rows import Phase
 
 SPEED_MEMORY_S = 0.15
@@ -68,7 +68,7 @@ class MotionWatch:
         """Judge by these thresholds from now on."""
         self._limits = limits
 
-    def judge(self, now_s: float, target_m: float, position_m: float, phase: int) -> Breach | None:
+    def judge(self, now_s: float, target_m: float, position_m: float, phase: int) -> Trip | None:
         """Follow one tick; the first rule that it breaks, or None.
 
         `target_m` is the target in force until now (NaN before the first), `position_m` the newest
@@ -120,7 +120,7 @@ class MotionWatch:
         self._progress_s = math.nan
         return away
 
-    def _judge_still(self, moved_m: float, position_m: float, blur_m: float) -> Breach | None:
+    def _judge_still(self, moved_m: float, position_m: float, blur_m: float) -> Trip | None:
         """R7 where the commands have moved the arm by `moved_m`; a new reference is taken."""
         seen_m = position_m - self._still_m
         self._still_model_m, self._still_m, self._still_blur_m = self.model_m, position_m, blur_m
@@ -132,7 +132,7 @@ class MotionWatch:
             f" {seen_m * 1e6:+.1f} um: its position is frozen, or it does not follow",
         )  # fmt: skip
 
-    def _judge_search(self, now_s: float, position_m: float) -> Breach | None:
+    def _judge_search(self, now_s: float, position_m: float) -> Trip | None:
         """R8, and R7 where an approach makes no progress."""
         if position_m > self._limits.search_end_m:
             return self._found(

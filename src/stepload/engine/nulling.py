@@ -12,7 +12,7 @@ import math
 
 from stepload.engine.phases import May, Steps, phase
 from stepload.engine.run_state import RunState
-from stepload.envelope.aligning import NullingLaw
+from stepload.feasibility.aligning import NullingLaw
 from stepload.record.rows import Phase
 
 Shift = tuple[float, float]
@@ -83,7 +83,7 @@ class Nulling:
                 why, self._law = "grown", None
             elif size_n <= law.dead_n:
                 why = "gone"
-            elif course.stop_asked():
+            elif course.stop_requested():
                 why = "stop"
             elif course.now_s - course.since_s < law.longest_s:
                 course.shift_m = nulled(course.shift_m, across_n, law, course.step_s)

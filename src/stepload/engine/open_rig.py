@@ -12,9 +12,9 @@ from typing import cast
 from stepload.engine.operator import Operator
 from stepload.engine.rehearse import world_for
 from stepload.engine.safing import Action, make_safe
-from stepload.envelope.aligning import SIX_AXES_REMEDY
-from stepload.envelope.envelope import Envelope
 from stepload.errors import DeviceError
+from stepload.feasibility.aligning import SIX_AXES_REMEDY
+from stepload.feasibility.preflight import Preflight
 from stepload.plan.model import DeviceSpec, Plan, SecondForceSource
 from stepload.rig.clock import Clock, MonotonicClock
 from stepload.rig.device import (
@@ -117,8 +117,8 @@ def _check_held(arm: Arm) -> None:
 
 def _check_shift(plan: Plan, arm: Arm, *, dry_run: bool) -> None:
     """Refuse an arm that cannot move across its approach where the plan needs that."""
-    asked = plan.procedure.alignment is not None or plan.procedure.nulling is not None
-    if not asked or arm.can_shift:
+    requested = plan.procedure.alignment is not None or plan.procedure.nulling is not None
+    if not requested or arm.can_shift:
         return
     raise DeviceError(
         "procedure.alignment and procedure.nulling need an arm that can go across its approach, "
@@ -129,18 +129,18 @@ def _check_shift(plan: Plan, arm: Arm, *, dry_run: bool) -> None:
 
 
 @contextmanager
-def opened(envelope: Envelope, *, dry_run: bool, seed: int | None = None) -> Iterator[OpenRig]:
+def opened(preflight: Preflight, *, dry_run: bool, seed: int | None = None) -> Iterator[OpenRig]:
     """The open rig of a plan; sensors open before the arm and close after it.
 
     Raises:
         DeviceError: a device did not open, or has another rate than planned; those already open
             were closed again.
     """
-    plan = envelope.plan
+    plan = preflight.plan
     world: WorldView | None = None
     clock: Clock = MonotonicClock()
     if dry_run:
-        simulated = load_world()(world_for(envelope, seed=seed))
+        simulated = load_world()(world_for(preflight, seed=seed))
         arm, force = simulated.arm, simulated.force
         gauge, second = simulated.displacement, simulated.second_force
         clock, world = simulated.clock, simulated.world

@@ -10,9 +10,9 @@ from dataclasses import replace
 from stepload.contact.power_law import secant_stiffness
 from stepload.contact.rough import rough_sphere
 from stepload.engine.first_loading import true_deformation
-from stepload.envelope.envelope import Envelope
-from stepload.envelope.theory import Theory
 from stepload.errors import BadInputError
+from stepload.feasibility.preflight import Preflight
+from stepload.feasibility.theory import Theory
 from stepload.plan.model import Payload, SecondForceSource, Simulation, Structure
 from stepload.plan.mounting import Mounting
 from stepload.rig.mount import Matrix3, Matrix6, Mount, SensorMount
@@ -27,7 +27,7 @@ START_BIAS_SHARE = 0.01
 
 
 def world_for(
-    envelope: Envelope, *, seed: int | None = None, faults: Iterable[WorldFault] = ()
+    preflight: Preflight, *, seed: int | None = None, faults: Iterable[WorldFault] = ()
 ) -> WorldSpec:
     """The simulated rig for a plan, as its `simulation` section says.
 
@@ -41,7 +41,7 @@ def world_for(
         BadInputError: the simulated law needs a value that the payload does not have.
         DomainError: a number outside the domain of contact theory.
     """
-    plan = envelope.plan
+    plan = preflight.plan
     rig, procedure, simulation = plan.rig, plan.procedure, plan.rig.simulation
     arm, force, gauge, second = rig.arm, rig.force, rig.displacement, rig.second_force
     seed = simulation.seed if seed is None else seed
@@ -52,7 +52,7 @@ def world_for(
     bias_n = chance.uniform(-START_BIAS_SHARE, START_BIAS_SHARE) * force.range_n
     if simulation.surface_error_m != 0.0:
         surface_error_m = simulation.surface_error_m
-    payload = payload_truth(plan.payload, envelope.theory, simulation)
+    payload = payload_truth(plan.payload, preflight.theory, simulation)
     stiffness = rig.system_stiffness.stiffness_n_per_m * simulation.stiffness_factor
     stiffness /= _drawn_aside(simulation)
     least_damping = LEAST_DAMPING_RATIO * 2.0 * math.sqrt(stiffness * arm.effective_mass_kg)

@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stepload.engine.supervisor import Supervisor
-from stepload.envelope.lateral import SIDEWAYS
-from stepload.envelope.limits import RunLimits
 from stepload.errors import BadInputError, DomainError, printable
+from stepload.feasibility.lateral import SIDEWAYS
+from stepload.feasibility.limits import RunLimits
 from stepload.record.outcome import Cause
 from stepload.record.reader import Event, Recording, read_recording
 from stepload.record.rows import Phase, TickRow, rows_of

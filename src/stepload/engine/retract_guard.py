@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 
 from stepload.engine.supervisor import Supervisor
-from stepload.engine.watch import Breach
-from stepload.envelope.limits import RunLimits
+from stepload.engine.watch import Trip
+from stepload.feasibility.limits import RunLimits
 
 REASON = "pressed_back"
 REST_S = 0.5
@@ -82,12 +82,10 @@ class RetractGuard:
         self._forward_s, self._back_s, self._back = -math.inf, math.inf, False
         self._zeros_n = 0.0, 0.0
         self.proven = False
-        self.found: Breach | None = None
+        self.found: Trip | None = None
         self.goal_m = math.nan
 
-    def follow(
-        self, now_s: float, target_m: float, sup: Supervisor, touched: bool
-    ) -> Breach | None:
+    def follow(self, now_s: float, target_m: float, sup: Supervisor, touched: bool) -> Trip | None:
         """Judge one tick; the breach in the tick in which a force has grown too far.
 
         `target_m` is the target in force until now, `touched` whether there has been a touch.
@@ -124,7 +122,7 @@ class RetractGuard:
         _, grown_n, limit_n, channel = max(grown, key=lambda one: one[0])
         return self.turn(grown_n, limit_n, channel.least_m if sup.tared else self._from_m)
 
-    def turn(self, grown_n: float, limit_n: float, goal_m: float = math.nan) -> Breach:
+    def turn(self, grown_n: float, limit_n: float, goal_m: float = math.nan) -> Trip:
         """The breach of a wrong way back: the arm must go to `goal_m`, NaN: where it came from."""
         self.goal_m = self._from_m if goal_m != goal_m else goal_m
         along = self._channels[0]
@@ -133,7 +131,7 @@ class RetractGuard:
             if along.rose_n > -0.5 * along.tolerance_n
             else "the arm's direction (approach) and the sensor's sign (force.axis)"
         )
-        self.found = Breach(
+        self.found = Trip(
             REASON, grown_n, limit_n, "N",
             f"the force grew by {grown_n:.3g} N while the arm went back by"
             f" {(self._from_m - self._last_m) * 1e3:.3g} mm. The arm stopped and goes to where the"

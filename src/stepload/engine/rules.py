@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from stepload.engine.motion import SEARCHING
 from stepload.engine.supervisor import ACROSS_SIGMAS, Supervisor
-from stepload.envelope.limits import RunLimits
+from stepload.feasibility.limits import RunLimits
 from stepload.record.rows import Phase
 
 SAFETY = "safety.md"

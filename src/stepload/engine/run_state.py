@@ -9,9 +9,9 @@ from stepload.engine.operator import Operator
 from stepload.engine.phases import Exit
 from stepload.engine.retract_guard import RetractGuard
 from stepload.engine.supervisor import Supervisor
-from stepload.engine.watch import Breach
-from stepload.envelope.limits import RunLimits
-from stepload.envelope.zero_drift import pressed_shift_n
+from stepload.engine.watch import Trip
+from stepload.feasibility.limits import RunLimits
+from stepload.feasibility.zero_drift import pressed_shift_n
 from stepload.plan.model import Procedure
 from stepload.record.outcome import Tare, Touch
 from stepload.record.rows import Phase
@@ -65,7 +65,7 @@ class RunState:
         self.deepest_m = -math.inf
         self.done = False
         self.interrupted = False
-        self.failure: Breach | None = None
+        self.failure: Trip | None = None
         self.touches: list[Touch] = []
         self.tares: list[Tare] = []
         self.zero_shift_n = math.nan
@@ -73,7 +73,7 @@ class RunState:
         self.levels_done = 0
 
     @property
-    def believed_m(self) -> float:
+    def expected_m(self) -> float:
         """The measured position, limited to within a retract of the target.
 
         A measured position that is further away is wrong, or the arm does not follow; either way
@@ -91,7 +91,7 @@ class RunState:
         A run that is stopped at its start pose retracts from there too, whatever position the arm
         reports, so the start pose needs that much room behind it.
         """
-        known_m = self.believed_m
+        known_m = self.expected_m
         for behind_m in (self.target_m, self.surface_m):
             if behind_m < known_m:
                 known_m = behind_m
@@ -212,7 +212,7 @@ class RunState:
 
     def fail(self, reason: str, value: float, limit: float, unit: str, message: str) -> Exit:
         """Record that the run cannot go on, and why; the exit of the phase."""
-        self.failure = Breach(reason, value, limit, unit, message)
+        self.failure = Trip(reason, value, limit, unit, message)
         return Exit.FAIL
 
     def finish(self) -> None:
@@ -220,7 +220,7 @@ class RunState:
         self.done = True
         self.enter(Phase.DONE)
 
-    def stop_asked(self) -> bool:
+    def stop_requested(self) -> bool:
         """Whether the operator has asked for the end; if so the run counts as interrupted."""
         if self.operator.stop_level:
             self.interrupted = True

@@ -130,11 +130,12 @@ def first_sentence(status: str, cause: Cause | None, start_s: float, signal_numb
     if cause is None and status == "completed":
         return "The run was completed."
     if cause is None:
-        asked = f" ({Signals(signal_number).name})" if signal_number else ""
-        return f"The run was interrupted on the operator's request{asked}."
-    asked = ", as its plan asks" if cause.planned else ""
+        requested = f" ({Signals(signal_number).name})" if signal_number else ""
+        return f"The run was interrupted on the operator's request{requested}."
+    requested = ", as its plan asks" if cause.planned else ""
     at = f"{cause.time_s - start_s:.3f} s"
-    return f"The run was stopped by {cause.rule} at {at}{asked}: {cause.message}{cause.numbers}."
+    says = f"{cause.message}{cause.numbers}"
+    return f"The run was stopped by {cause.rule} at {at}{requested}: {says}."
 
 
 def _retract_told(retracted: bool, still_closed: str, end_s: float, turned: bool) -> str:

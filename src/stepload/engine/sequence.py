@@ -18,8 +18,8 @@ from stepload.engine.run_state import RunState
 from stepload.engine.steps import Control, LoadSteps
 from stepload.engine.stopping_rule import StoppingRule, Verdict, judge, nearest
 from stepload.engine.zeroing import Adopt, Zeroing
-from stepload.envelope.aligning import Aligning, NullingLaw
-from stepload.envelope.until import Until
+from stepload.feasibility.aligning import Aligning, NullingLaw
+from stepload.feasibility.until import Until
 from stepload.record.rows import Phase
 
 START_REST_S = 0.05
@@ -147,7 +147,7 @@ class RunSequence:
             left = left or (yield from retract(course)) or (yield from self._zeroing.look_back())
             if left:
                 return left
-            if course.stop_asked():
+            if course.stop_requested():
                 return Exit.END
             last = course.cycle >= plan.cycles
             if not last:
@@ -165,7 +165,7 @@ class RunSequence:
         on in another contact.
         """
         course, plan = self._course, self._course.plan
-        if left := self._asked():
+        if left := self._requested():
             return left
         self.steps.new_contact()
         if self._stopping is not None and course.cycle == 1:
@@ -180,13 +180,13 @@ class RunSequence:
             low_n = plan.unload_fraction * plan.levels_n[self._top - 1]
             if left := (yield from self.steps.step(0, low_n, up=False)):
                 return left
-            if left := self._asked():
+            if left := self._requested():
                 return None if left is Exit.PAUSE else left
             self._next_cycle()
 
-    def _asked(self) -> Exit | None:
+    def _requested(self) -> Exit | None:
         """What the operator asks for, between two steps."""
-        if self._course.stop_asked():
+        if self._course.stop_requested():
             return Exit.STOP
         return Exit.PAUSE if self._course.operator.paused else None
 
@@ -201,7 +201,7 @@ class RunSequence:
             self._index += 1
             if left := self._judge_reach():
                 return left
-            left = self._asked()
+            left = self._requested()
             if self._index >= self._top and left is not Exit.STOP:
                 return None
             if left:
@@ -212,7 +212,7 @@ class RunSequence:
         course, levels_n = self._course, self._course.plan.levels_n
         self._index -= 1
         while True:
-            left = self._asked()
+            left = self._requested()
             if left is Exit.PAUSE and self._index > 0:
                 course.tell("cycle_cut", {"cycle": course.cycle, "steps": self._index})
             if left:
@@ -239,7 +239,7 @@ class RunSequence:
         course.enter(Phase.PAUSED)
         while True:
             yield
-            if course.stop_asked():
+            if course.stop_requested():
                 return Exit.END
             if not course.operator.paused:
                 return None
@@ -252,12 +252,12 @@ class RunSequence:
         index = self._index - 1
         force_n, position_m = self.steps.held_mean
         deformation_m = far.held(force_n, position_m)
-        needs, asked = far.until.needs, far.until.asked
+        needs, requested = far.until.needs, far.until.requested
         verdict = judge(needs, index, deformation_m)
         course.tell(
             "until",
             {"verdict": verdict.value, "level_n": needs[index].level_n,
-             "deformation_m": deformation_m, "needed_m": needs[index].needed_m, "asked": asked,
+             "deformation_m": deformation_m, "needed_m": needs[index].needed_m, "asked": requested,
              "top_force_n": course.plan.top_force_n},
         )  # fmt: skip
         reach = nearest(needs, index, deformation_m)
@@ -265,13 +265,13 @@ class RunSequence:
             self._top = self._index
             if self._top < len(needs):
                 self._tell(
-                    f"far enough for ±{100.0 * asked:g} % at {needs[index].level_n:g} N of "
+                    f"far enough for ±{100.0 * requested:g} % at {needs[index].level_n:g} N of "
                     f"{course.plan.top_force_n:g} N: no more force than this"
                 )
         elif verdict is Verdict.UNREACHABLE and reach is not None:
             return course.fail(
                 "until", reach.most_m, reach.need.least_m, "m",
-                f"an interval of ±{100.0 * asked:g} % cannot be reached: at "
+                f"an interval of ±{100.0 * requested:g} % cannot be reached: at "
                 f"{needs[index].level_n:g} N the payload has given way by "
                 f"{deformation_m * 1e6:.3g} µm, {reach.text}",
             )  # fmt: skip

@@ -11,9 +11,9 @@ from stepload.engine.nulling import Nulling
 from stepload.engine.phases import Exit, May, Steps, phase
 from stepload.engine.retract import not_open
 from stepload.engine.run_state import RunState
-from stepload.envelope.aligning import NullingLaw
-from stepload.envelope.bounds import step_patience_s
-from stepload.envelope.limits import RunLimits
+from stepload.feasibility.aligning import NullingLaw
+from stepload.feasibility.bounds import step_patience_s
+from stepload.feasibility.limits import RunLimits
 from stepload.record.rows import Phase
 
 SETTLE_SHARE = 0.005

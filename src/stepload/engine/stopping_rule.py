@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stepload.envelope.until import Need, Until
+from stepload.feasibility.until import Need, Until
 from stepload.identification.chord import REFERENCE_SHARE
 
 SURE = 2.0

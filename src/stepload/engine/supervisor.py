@@ -16,10 +16,10 @@ from collections.abc import Sequence
 from stepload.engine.cross_check import CrossCheck, SecondFilter, filter_times
 from stepload.engine.force_response import ForceResponseWatch
 from stepload.engine.motion import SEARCHING, MotionWatch
-from stepload.engine.watch import ArmWatch, Breach, ForceWatch, Found
+from stepload.engine.watch import ArmWatch, ForceWatch, Found, Trip
 from stepload.engine.wrench import OverloadWatch, WrenchRules
-from stepload.envelope.lateral import arm_error_n
-from stepload.envelope.limits import RunLimits
+from stepload.feasibility.lateral import arm_error_n
+from stepload.feasibility.limits import RunLimits
 from stepload.record.outcome import Cause
 from stepload.record.rows import Phase
 from stepload.rig.samples import ArmSample, ForceSample
@@ -52,7 +52,7 @@ class Supervisor:
     """
 
     def __init__(
-        self, limits: RunLimits, force_axis: str, second_axis: str = "", found: Found = Breach
+        self, limits: RunLimits, force_axis: str, second_axis: str = "", found: Found = Trip
     ) -> None:
         self._limits = limits
         self._found = found
@@ -218,7 +218,7 @@ class Supervisor:
                 self.cause = Cause(code, value, limit, unit, age_s, now_s, message)
         return self.cause
 
-    def _judge_force(self, target_m: float, compliance_m_per_n: float, phase: int) -> Breach | None:
+    def _judge_force(self, target_m: float, compliance_m_per_n: float, phase: int) -> Trip | None:
         """R1, R2, R5, R6, R9, R11, R12, R14 and the speed cap; keeps the filtered force."""
         limits, motion, alpha = self._limits, self.motion, self.smooth_alpha
         limit_n, noise_n = limits.force_limit_n, limits.noise_n
@@ -230,7 +230,7 @@ class Supervisor:
         self.smooth_n = smooth_n = self.smooth_n + alpha * (force_n - self.smooth_n)
         self._slow_n = slow_n = self._slow_n + alpha * (smooth_n - self._slow_n)
         self.slope_n_per_s = slope = (smooth_n - slow_n) / self._span_s
-        breach = None
+        trip = None
 
         rise = slope - self._slope_noise_n_per_s
         speed = motion.speed_m_s
@@ -248,31 +248,31 @@ class Supervisor:
         self.predicted_n = peak_n
 
         if not -limit_n <= force_n <= limit_n:
-            breach = self._found(
+            trip = self._found(
                 "R1", abs(force_n), limit_n, "N",
                 f"force {force_n:.4g} N is beyond {limit_n:.4g} N",
             )  # fmt: skip
-        if breach is None and peak_n > limit_n:
-            breach = self._found(
+        if trip is None and peak_n > limit_n:
+            trip = self._found(
                 "R2", peak_n, limit_n, "N",
                 f"force {force_n:.4g} N would grow to {peak_n:.4g} N, above {limit_n:.4g} N,"
                 f" before the arm can give way{_below_zero(force_n)}",
             )  # fmt: skip
 
         if not -limits.jump_n <= jump_n <= limits.jump_n:
-            breach = breach or self._judge_jump(jump_n, phase)
+            trip = trip or self._judge_jump(jump_n, phase)
         if limits.cross_check:
             second = self._judge_second()
-            breach = self._judge_cross_check(force_n, smooth_n) or breach or second
+            trip = self._judge_cross_check(force_n, smooth_n) or trip or second
         side = self._judge_side(force_n, phase)
-        breach = breach or side
+        trip = trip or side
         if phase == _LOAD:
-            breach = breach or self._judge_load(target_m, smooth_n, speed)
+            trip = trip or self._judge_load(target_m, smooth_n, speed)
         else:
             self.answers.rest(target_m, smooth_n, phase)
-        return breach
+        return trip
 
-    def _judge_jump(self, jump_n: float, phase: int) -> Breach | None:
+    def _judge_jump(self, jump_n: float, phase: int) -> Trip | None:
         """R9 for a jump beyond the limit at rest; while the arm moves it is larger."""
         limits, recent, steps = self._limits, self.motion.recent_m_s, self.motion.steps
         rise_n = fall_n = (limits.jump_n + limits.contact_n_s_per_m * recent) * steps
@@ -285,7 +285,7 @@ class Supervisor:
             f"force jumped by {jump_n:+.4g} N without a motion that explains it",
         )  # fmt: skip
 
-    def _judge_second(self) -> Breach | None:
+    def _judge_second(self) -> Trip | None:
         """R1 and R2 for the second channel: stops a main one that reads too little."""
         limits, follow = self._limits, self._second_filter
         limit_n = limits.second_limit_n
@@ -305,30 +305,30 @@ class Supervisor:
             f" {limit_n:.4g} N, before the arm can give way",
         )  # fmt: skip
 
-    def _judge_side(self, force_n: float, phase: int) -> Breach | None:
+    def _judge_side(self, force_n: float, phase: int) -> Trip | None:
         """R1 and R2 for the whole force; R11 in an approach, else R12 and R14."""
-        limits, force, breach = self._limits, self.force, None
+        limits, force, trip = self._limits, self.force, None
         if force.across_n > limits.touch_force_n:
-            breach = self._judge_whole(force_n, force.across_n)
+            trip = self._judge_whole(force_n, force.across_n)
         if self.second is not None:
-            breach = breach or self._judge_second_side(self.second, phase)
+            trip = trip or self._judge_second_side(self.second, phase)
         if self.arm.side.told:
-            breach = breach or self._judge_arm_side(force_n, phase)
+            trip = trip or self._judge_arm_side(force_n, phase)
         if phase in SEARCHING:
-            return breach or self._judge_way(force_n)
+            return trip or self._judge_way(force_n)
         self._wrong_way = 0
         along_n = force.smooth_n - self.zero_n
         if limits.lateral_share:
             dragged = self.wrench.judge_across(
                 force.smooth_across_n, force_n, along_n, self.predicted_n, phase == _RETRACT
             )
-            breach = breach or dragged
+            trip = trip or dragged
         if limits.eccentricity_m:
             beside = self.wrench.judge_centre(force, along_n)
-            breach = breach or beside
-        return breach
+            trip = trip or beside
+        return trip
 
-    def _judge_arm_side(self, force_n: float, phase: int) -> Breach | None:
+    def _judge_arm_side(self, force_n: float, phase: int) -> Trip | None:
         """R1, R2 and R12 for the lateral force by the arm's own wrench, less its tolerance.
 
         It is coarse, but detects what a force sensor of one component cannot see at all.
@@ -336,29 +336,29 @@ class Supervisor:
         limits, along_n = self._limits, self.force.smooth_n - self.zero_n
         error_n = arm_error_n(limits.cross_tolerance_n, limits.cross_relative, along_n)
         self.arm_across_n = across_n = max(0.0, self.arm.side.across_n - error_n)
-        breach = self._judge_whole(force_n, across_n) if across_n > 0.0 else None
+        trip = self._judge_whole(force_n, across_n) if across_n > 0.0 else None
         if phase in SEARCHING:
-            return breach
+            return trip
         dragged = self.arm_wrench.judge_across(
             across_n, force_n, along_n, self.predicted_n, phase == _RETRACT,
             "by the arm's own wrench, less its tolerance: ",
         )  # fmt: skip
-        return breach or dragged
+        return trip or dragged
 
-    def _judge_whole(self, force_n: float, across_n: float) -> Breach | None:
+    def _judge_whole(self, force_n: float, across_n: float) -> Trip | None:
         """R1 and R2 for the force along and across the pressing axis together."""
-        limit_n, breach = self._limits.force_limit_n, None
+        limit_n, trip = self._limits.force_limit_n, None
         for rule, along_n, word in (("R1", force_n, "is"), ("R2", self.predicted_n, "would be")):
             whole_n = math.hypot(along_n, across_n)
             if whole_n > limit_n:
-                breach = breach or self._found(
+                trip = trip or self._found(
                     rule, whole_n, limit_n, "N",
                     f"with {across_n:.4g} N across the pressing axis the whole force {word}"
                     f" {whole_n:.4g} N, beyond {limit_n:.4g} N",
                 )  # fmt: skip
-        return breach
+        return trip
 
-    def _judge_second_side(self, second: ForceWatch, phase: int) -> Breach | None:
+    def _judge_second_side(self, second: ForceWatch, phase: int) -> Trip | None:
         """R1 and R11 for the lateral force on a second sensor: it may be the only one alive."""
         limits, across_n = self._limits, second.across_n
         whole_n = math.hypot(self.second_n, across_n) if across_n > limits.touch_force_n else 0.0
@@ -385,7 +385,7 @@ class Supervisor:
             " the wrong axis, or something pushes the tool sideways",
         )  # fmt: skip
 
-    def _judge_way(self, force_n: float) -> Breach | None:
+    def _judge_way(self, force_n: float) -> Trip | None:
         """R11: the force grows the wrong way along the pressing axis, or across it.
 
         With two channels F_allowed leaves room for a zero that drifts as stated on a long way.
@@ -416,7 +416,7 @@ class Supervisor:
             " the tool sideways",
         )  # fmt: skip
 
-    def _judge_cross_check(self, force_n: float, smooth_n: float) -> Breach | None:
+    def _judge_cross_check(self, force_n: float, smooth_n: float) -> Trip | None:
         """R5: the channels differ by more than the plan allows, for longer than it allows.
 
         A tick in which they agree takes back one in which they did not, no more: noise, or a
@@ -445,7 +445,7 @@ class Supervisor:
             f"{_opposite(smooth_n, smooth_n + difference_n)}",
         )  # fmt: skip
 
-    def _judge_load(self, target_m: float, smooth_n: float, speed: float) -> Breach | None:
+    def _judge_load(self, target_m: float, smooth_n: float, speed: float) -> Trip | None:
         """R6 and the in-contact speed cap."""
         limits = self._limits
         room_n = limits.force_limit_n - smooth_n - 6.0 * limits.noise_n

@@ -13,10 +13,10 @@ from stepload.engine.run_state import RunState
 from stepload.engine.sequence import RunSequence
 from stepload.engine.steps import Control
 from stepload.engine.supervisor import Supervisor
-from stepload.engine.watch import Breach, Found
-from stepload.envelope.bounds import Measured
-from stepload.envelope.envelope import Envelope, envelope_of
+from stepload.engine.watch import Found, Trip
 from stepload.errors import DomainError, RefusedError
+from stepload.feasibility.bounds import Measured
+from stepload.feasibility.preflight import Preflight, preflight_of
 from stepload.plan.model import SecondForceSource
 from stepload.record.outcome import Cause
 from stepload.record.rows import Phase, TickRow
@@ -55,15 +55,15 @@ class Engine:
 
     def __init__(
         self,
-        envelope: Envelope,
+        preflight: Preflight,
         operator: Operator,
         *,
         start_cycle: int = 1,
         start_level: int = 0,
-        found: Found = Breach,
+        found: Found = Trip,
         controller: Control = StepController,
     ) -> None:
-        plan, limits = envelope.plan, envelope.run_limits
+        plan, limits = preflight.plan, preflight.run_limits
         rig = plan.rig
         second = rig.second_force
         second_axis = (
@@ -79,8 +79,8 @@ class Engine:
             plan.procedure, limits, self.supervisor, operator, self._emit, start_cycle
         )
         self.steps = RunSequence(
-            self.course, self._adopt, start_level, controller, envelope.until,
-            lambda words: self.on_word(words), envelope.aligning, envelope.nulling,
+            self.course, self._adopt, start_level, controller, preflight.until,
+            lambda words: self.on_word(words), preflight.aligning, preflight.nulling,
         ).steps  # fmt: skip
         self._plan = plan
         self._measured = Measured(0.0, 0.0)
@@ -115,10 +115,10 @@ class Engine:
         goal_m = self._safe_m if self.safing else course.release_m
         if course.start_m != course.start_m and not course.proven:
             return min(course.retract_m, course.free_m)
-        way_m = max(max(course.believed_m, self.target_m) - goal_m, course.retract_m)
+        way_m = max(max(course.expected_m, self.target_m) - goal_m, course.retract_m)
         if course.guard.found is not None:
             return 0.0
-        return min(way_m, min(course.believed_m, self.target_m) - course.back_end_m)
+        return min(way_m, min(course.expected_m, self.target_m) - course.back_end_m)
 
     def tick(
         self,
@@ -197,7 +197,7 @@ class Engine:
             last.one_axis or measured.one_axis,
             max(last.second_noise_n, measured.second_noise_n),
         )
-        derived = envelope_of(self._plan, measured)
+        derived = preflight_of(self._plan, measured)
         if derived.limits is None:
             return derived.refusal
         self.limits = self.course.limits = limits = derived.limits
@@ -224,8 +224,8 @@ class Engine:
         position_m = self.supervisor.arm.position_m
         found = course.guard.found
         self._safe_m = course.release_m if found is None else course.guard.goal_m
-        if course.believed_m < self.target_m:
-            self.target_m = course.target_m = course.believed_m
+        if course.expected_m < self.target_m:
+            self.target_m = course.target_m = course.expected_m
         self._safe_speed_m_s, self._there_s = 0.0, math.nan
         self._set_patience(now_s)
         self._emit(now_s, "safing", {"position_m": position_m, "goal_m": self._safe_m})

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import math
 
-from stepload.envelope.limits import RunLimits
-from stepload.envelope.press import (
+from stepload.feasibility.limits import RunLimits
+from stepload.feasibility.press import (
     ANCHOR_WINDOW_S,
     ANSWER_SIGMAS,
     DRIFT_SHARE,

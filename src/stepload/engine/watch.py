@@ -33,7 +33,7 @@ CLOCK_TRACKING = 1e-3
 """Share of a clock difference that counts as slow drift and is followed, per tick."""
 
 
-class Breach(NamedTuple):
+class Trip(NamedTuple):
     """A rule that samples have broken, with the value and the limit it was judged by."""
 
     rule: str
@@ -43,7 +43,7 @@ class Breach(NamedTuple):
     message: str
 
 
-Found = Callable[[str, float, float, str, str], Breach | None]
+Found = Callable[[str, float, float, str, str], Trip | None]
 """Makes a breach of (rule, value, limit, unit, message). A run uses `Breach` itself; tests of the
 rules may pass one that leaves a rule out."""
 
@@ -70,12 +70,12 @@ class _StreamWatch:
         self.fresh = False
 
     def _timed(
-        self, device_s: float, receive_s: float, now_s: float, breach: Breach | None
-    ) -> Breach | None:
+        self, device_s: float, receive_s: float, now_s: float, trip: Trip | None
+    ) -> Trip | None:
         """R10 for the times of the newest sample, where no earlier rule is broken."""
         self.receive_s = receive_s
         if receive_s - now_s > AHEAD_S:
-            breach = breach or self.found(
+            trip = trip or self.found(
                 "R10", receive_s - now_s, AHEAD_S, "s",
                 f"{self.name}: a sample is stamped {(receive_s - now_s) * 1e3:.3g} ms later than"
                 " now: its age cannot be known",
@@ -84,25 +84,25 @@ class _StreamWatch:
         if -clock_s < away_s < clock_s:
             self._offset_s += CLOCK_TRACKING * away_s
             self._late = 0
-            return breach
+            return trip
         if away_s != away_s:  # no device clock, or the first sample
             self._offset_s = receive_s - device_s
-            return breach
+            return trip
         self._late += 1
         if self._late >= LATE_CLOCK_TICKS:
-            breach = breach or self.found(
+            trip = trip or self.found(
                 "R10", away_s, clock_s, "s",
                 f"{self.name}: device time is {away_s * 1e3:+.1f} ms away from host time",
             )  # fmt: skip
-        return breach
+        return trip
 
-    def _disorder(self, sequence: int, last: int) -> Breach | None:
+    def _disorder(self, sequence: int, last: int) -> Trip | None:
         return self.found(
             "R10", float(sequence), float(last), "",
             f"{self.name}: sample {sequence} came after sample {last}",
         )  # fmt: skip
 
-    def _missing(self, now_s: float) -> Breach | None:
+    def _missing(self, now_s: float) -> Trip | None:
         self.fresh = False
         self._empty += 1
         if self.receive_s != self.receive_s:
@@ -115,7 +115,7 @@ class _StreamWatch:
             )  # fmt: skip
         return None
 
-    def _frozen(self, name: str, equal: int, counts: int) -> Breach | None:
+    def _frozen(self, name: str, equal: int, counts: int) -> Trip | None:
         return self.found(
             "R4", float(equal), float(counts), "samples",
             f"{name}: {equal} identical samples in a row",
@@ -140,7 +140,7 @@ class ForceWatch(_StreamWatch):
         stale_s: float,
         identical_counts: int,
         clock_s: float,
-        found: Found = Breach,
+        found: Found = Trip,
     ) -> None:
         super().__init__(name, stale_s=stale_s, clock_s=clock_s, found=found)
         self._index, self._sign = wrench_axis(axis)
@@ -217,13 +217,13 @@ class ForceWatch(_StreamWatch):
         """Force along the pressing axis, not tared."""
         return self._sign * sample.wrench[self._index]
 
-    def take(self, samples: Sequence[ForceSample], now_s: float) -> Breach | None:
+    def take(self, samples: Sequence[ForceSample], now_s: float) -> Trip | None:
         """Process new samples; returns the first breach of a rule, or None."""
         if not samples:
             return self._missing(now_s)
         self._empty = 0
         self.fresh = True
-        disorder = breach = None
+        disorder = trip = None
         last, held, scale_n = self._sequence, self.wrench, self._full_scale_n
         index, sign, i, j = self._index, self._sign, self._i, self._j
         for sample in samples:
@@ -235,17 +235,17 @@ class ForceWatch(_StreamWatch):
             if wrench == held:
                 self.same += 1
                 if self.same >= self.identical_counts > 0:
-                    breach = breach or self._frozen(self.name, self.same + 1, self.identical_counts)
+                    trip = trip or self._frozen(self.name, self.same + 1, self.identical_counts)
             else:
-                if breach is None:
+                if trip is None:
                     if self._lives_across is not None and wrench[i] != held[i]:
                         self._same_across = 0
                     else:
-                        breach = self._judge_across(wrench, held)
+                        trip = self._judge_across(wrench, held)
                 self.same = 0
                 self.wrench = held = wrench
             if status:
-                breach = breach or self.found(
+                trip = trip or self.found(
                     "R4", float(status), 0.0, "",
                     f"{self.name}: the device flags its sample (status {status})",
                 )  # fmt: skip
@@ -253,14 +253,14 @@ class ForceWatch(_StreamWatch):
             if -scale_n < raw_n < scale_n and whole_n - whole_n == 0.0:
                 self.raw_n = raw_n
             else:
-                breach = breach or self.found(
+                trip = trip or self.found(
                     "R4", raw_n, scale_n, "N",
                     f"{self.name}: {raw_n:.4g} N, or a force across it, is not finite or beyond"
                     " full scale",
                 )  # fmt: skip
         self._sequence = last
         zero, smooth_i, smooth_j = self._zero, self._smooth_i, self._smooth_j
-        if breach is None:
+        if trip is None:
             force_i, force_j = wrench[i], wrench[j]
             torque_i, torque_j = wrench[i + 3], wrench[j + 3]
             if smooth_i != smooth_i:
@@ -280,10 +280,10 @@ class ForceWatch(_StreamWatch):
             self.receive_s = receive_s
             self._offset_s += CLOCK_TRACKING * away_s
             self._late = 0
-            return disorder or breach
-        return self._timed(device_s, receive_s, now_s, disorder or breach)
+            return disorder or trip
+        return self._timed(device_s, receive_s, now_s, disorder or trip)
 
-    def _judge_across(self, wrench: Sequence[float], last: Sequence[float]) -> Breach | None:
+    def _judge_across(self, wrench: Sequence[float], last: Sequence[float]) -> Trip | None:
         """R4 where the lateral components are frozen while the rest of the reading changes.
 
         Only for a sensor whose lateral components changed in free air; those of a load cell do not.
@@ -353,7 +353,7 @@ class ArmWatch(_StreamWatch):
         identical_counts: int,
         clock_s: float,
         needs_force: bool,
-        found: Found = Breach,
+        found: Found = Trip,
     ) -> None:
         super().__init__("arm", stale_s=stale_s, clock_s=clock_s, found=found)
         self._counts = identical_counts
@@ -365,13 +365,13 @@ class ArmWatch(_StreamWatch):
         self.pose: SixFloats = (float("nan"),) * 6
         self.side = ArmSide()
 
-    def take(self, samples: Sequence[ArmSample], now_s: float) -> Breach | None:
+    def take(self, samples: Sequence[ArmSample], now_s: float) -> Trip | None:
         """Process new samples; returns the first breach of a rule, or None."""
         if not samples:
             return self._missing(now_s)
         self._empty = 0
         self.fresh = True
-        disorder = breach = None
+        disorder = trip = None
         last, needs_force = self._sequence, self._needs_force
         for sample in samples:
             sequence, device_s, receive_s, status, position_m, force_n, pose, wrench = sample
@@ -379,7 +379,7 @@ class ArmWatch(_StreamWatch):
                 disorder = disorder or self._disorder(sequence, last)
             last = sequence
             if status:
-                breach = breach or self.found(
+                trip = trip or self.found(
                     "R4", float(status), 0.0, "",
                     f"arm: cannot follow commands, or flags its sample (status {status})",
                 )  # fmt: skip
@@ -387,7 +387,7 @@ class ArmWatch(_StreamWatch):
                 self.position_m = position_m
                 self.pose = pose
             else:
-                breach = breach or self.found(
+                trip = trip or self.found(
                     "R4", position_m, 0.0, "m", f"arm: position {position_m} is not finite"
                 )
             if needs_force:
@@ -396,10 +396,10 @@ class ArmWatch(_StreamWatch):
                     self._force_n = self.force_n = force_n
                 else:
                     force = self._judge_force(force_n)
-                    breach = breach or force
+                    trip = trip or force
         self._sequence = last
         if needs_force and not self.side.take(wrench):
-            breach = breach or self.found(
+            trip = trip or self.found(
                 "R4", float("nan"), 0.0, "N", "arm force: it is not finite across the press"
             )
         away_s, clock_s = receive_s - device_s - self._offset_s, self._clock_s
@@ -407,10 +407,10 @@ class ArmWatch(_StreamWatch):
             self.receive_s = receive_s
             self._offset_s += CLOCK_TRACKING * away_s
             self._late = 0
-            return disorder or breach
-        return self._timed(device_s, receive_s, now_s, disorder or breach)
+            return disorder or trip
+        return self._timed(device_s, receive_s, now_s, disorder or trip)
 
-    def _judge_force(self, force_n: float) -> Breach | None:
+    def _judge_force(self, force_n: float) -> Trip | None:
         """R4 for a force of the arm that repeats itself, or is not finite."""
         if force_n == self._force_n:
             self._same += 1

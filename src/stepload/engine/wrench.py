@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from stepload.engine.watch import Breach, ForceWatch, Found
-from stepload.envelope.limits import RunLimits
+from stepload.engine.watch import ForceWatch, Found, Trip
+from stepload.feasibility.limits import RunLimits
 from stepload.units import percent
 
 LATERAL_TIME_S = 0.02
@@ -45,7 +45,7 @@ class WrenchRules:
         predicted_n: float,
         leaving: bool = False,
         by: str = "",
-    ) -> Breach | None:
+    ) -> Trip | None:
         """R12: the lateral share is too large, or the force too large for F_c with that share.
 
         Args:
@@ -91,7 +91,7 @@ class WrenchRules:
             " yields earlier",
         )  # fmt: skip
 
-    def judge_centre(self, watch: ForceWatch, smooth_n: float) -> Breach | None:
+    def judge_centre(self, watch: ForceWatch, smooth_n: float) -> Trip | None:
         """R14: where the plate is touched, by the torques about the sensor's origin.
 
         With f the force, r = (0, 0, L) the point of the pressing axis at the contact's height and e
@@ -141,7 +141,7 @@ class OverloadWatch:
         self._over = 0
         self.used = 0.0
 
-    def judge(self, wrench: Sequence[float]) -> Breach | None:
+    def judge(self, wrench: Sequence[float]) -> Trip | None:
         """Judge a fresh reading, not tared: the weight of the tool loads the sensor too."""
         # A component that is no number may be anything.
         shares = [

@@ -16,10 +16,10 @@ from stepload.engine.phases import Exit, May, Steps, phase
 from stepload.engine.retract import REST_S
 from stepload.engine.run_state import RunState
 from stepload.engine.tare import TareWindow
-from stepload.envelope.bounds import Measured
-from stepload.envelope.schedule import BETWEEN_CYCLES_TARE_S
-from stepload.envelope.zero_drift import moved_n
 from stepload.errors import DomainError, RefusedError
+from stepload.feasibility.bounds import Measured
+from stepload.feasibility.schedule import BETWEEN_CYCLES_TARE_S
+from stepload.feasibility.zero_drift import moved_n
 from stepload.record.outcome import Tare
 from stepload.record.rows import Phase
 
@@ -66,7 +66,7 @@ class Zeroing:
         course.enter(Phase.WARM_UP)
         while True:
             yield
-            if course.stop_asked():
+            if course.stop_requested():
                 return Exit.STOP
             if course.now_s - course.since_s >= course.plan.warm_up_s:
                 return None
@@ -84,7 +84,7 @@ class Zeroing:
         course.enter(Phase.FREE_AIR)
         while before is None:
             yield
-            if course.stop_asked():
+            if course.stop_requested():
                 return Exit.STOP
             before = window.offer(course.now_s, course.sup, LOOK_S)
         course.aim(max(course.target_m - course.retract_m, course.back_end_m))
@@ -150,7 +150,7 @@ class Zeroing:
         course.enter(Phase.TARE)
         while True:
             yield
-            if course.stop_asked():
+            if course.stop_requested():
                 return Exit.STOP
             tare = window.offer(course.now_s, course.sup, course.plan.tare_s)
             if tare is not None:

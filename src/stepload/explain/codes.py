@@ -13,8 +13,8 @@ from itertools import chain
 
 from stepload.declaration.sections import Key, keys_below
 from stepload.engine.rules import RULES
-from stepload.envelope.limits import RunLimits
 from stepload.errors import BadInputError
+from stepload.feasibility.limits import RunLimits
 from stepload.plan.model import Plan
 
 GROUPS = {

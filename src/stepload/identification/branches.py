@@ -197,8 +197,8 @@ def _own_lines(
         share = min(abs(elapsed_s) / max(gap.elapsed_s, 1e-12), 1.0)
         may_m = min(WHOLE_GAP * share * math.hypot(gap.value_m, gap.sigma_m), most_m)
         found += length(OF_SIGNS[1], format_quantity(may_m, "m"), may_m)
-    slipped_m, unseen_m = run.alignment.slip_m(main.from_n, main.to_n, elastic.payload_at)
-    slip_m = math.hypot(slipped_m, unseen_m) / math.sqrt(3.0)
+    slipped_m, undetected_m = run.alignment.slip_m(main.from_n, main.to_n, elastic.payload_at)
+    slip_m = math.hypot(slipped_m, undetected_m) / math.sqrt(3.0)
     return found + length("slip on a tilted plate", format_quantity(slip_m, "m"), slip_m)
 
 

@@ -57,7 +57,7 @@ def errors_of(
     alike = smooth_correlation(force, length_n)
     bent = whole * linearity_errors(force, sources.nonlinearity)
     system_m, rows_m = told.bend_sigma(force), told.table_sigma(force)
-    unseen_m = told.uncovered_sigma(force)
+    undetected_m = told.uncovered_sigma(force)
     return [
         Component(
             "force noise and quantum",
@@ -81,7 +81,7 @@ def errors_of(
             SYSTEM,
             _system_size(sources),
             np.outer(system_m, system_m) + alike * np.outer(rows_m, rows_m)
-            + np.outer(unseen_m, unseen_m),
+            + np.outer(undetected_m, undetected_m),
         ),
         Component(
             "force linearity", f"{100 * sources.nonlinearity:.3g} %", bent.T @ bent

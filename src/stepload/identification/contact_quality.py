@@ -147,7 +147,7 @@ class ContactQuality:
 
     branches: tuple[BranchShare, ...]
     slips: tuple[Slip, ...]
-    unseen_n: float
+    undetected_n: float
     place: ContactPoint | Missing
 
 
@@ -168,8 +168,8 @@ def contact_quality(wrench: Wrench | None, lever_m: float | None) -> ContactQual
     if not branches or not branches[0].rising:
         return Missing("not in the data: there is no loading")
     period_s = float(np.median(np.diff(wrench.time_s)))
-    unseen_n = smallest_seen_n(wrench.noise_n, period_s, top_n) if period_s > 0.0 else math.inf
-    return ContactQuality(branches, slips_of(wrench, top_n), unseen_n, _place(wrench, lever_m))
+    undetected_n = smallest_seen_n(wrench.noise_n, period_s, top_n) if period_s > 0.0 else math.inf
+    return ContactQuality(branches, slips_of(wrench, top_n), undetected_n, _place(wrench, lever_m))
 
 
 def _shares(wrench: Wrench, top_n: float) -> tuple[BranchShare, ...]:

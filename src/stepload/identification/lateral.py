@@ -197,8 +197,8 @@ class ContactAlignment:
             for slip in self.quality.slips
             if slip.rising and slip.cycle == first and from_n <= slip.force_n <= to_n
         )
-        unseen_m = self._moved_m(self.quality.unseen_n, payload(to_n)) if self.arm else 0.0
-        return seen_m, unseen_m
+        undetected_m = self._moved_m(self.quality.undetected_n, payload(to_n)) if self.arm else 0.0
+        return seen_m, undetected_m
 
     def _moved_m(self, jump_n: float, payload_m_per_n: float) -> float:
         """Axial motion of the tip in m that a jump of the lateral force in N allows."""

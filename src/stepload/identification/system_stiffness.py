@@ -203,8 +203,8 @@ def _fit(
     if moving:
         late = -float(line.theta[2])
         damping = late * stiffness
-        unseen = _NORMAL_95_ONE_SIDED * stiffness * line.sigma(2, error_m * widening)
-        bound = max(0.0, damping - unseen)
+        undetected = _NORMAL_95_ONE_SIDED * stiffness * line.sigma(2, error_m * widening)
+        bound = max(0.0, damping - undetected)
     return SystemStiffnessFit(
         stiffness_n_per_m=stiffness,
         sigma_n_per_m=sigma,

@@ -17,9 +17,9 @@ from stepload.engine.sequence import PHASES
 from stepload.engine.watch import wrench_axis
 from stepload.record.reader import Event
 from stepload.record.rows import ArmColumns, ForceColumns, Phase, TickColumns, TickRow, rows_of
-from stepload.results.conditions import from_attachments
-from stepload.results.model import finite
-from stepload.results.press_data import LOADING, UNLOADING
+from stepload.report.conditions import from_attachments
+from stepload.report.model import finite
+from stepload.report.press_data import LOADING, UNLOADING
 from stepload.rig.samples import ArmSample, ForceSample
 
 LONGEST_TARE_S = 60.0
@@ -199,7 +199,7 @@ class State:
             "predicted_peak_n": finite(row.predicted_peak_n),
             "force_limit_n": finite(row.limit_n),
             "elastic_limit_n": limits.elastic_limit_n,
-            "counted_limit_n": limits.counted_limit_n,
+            "counted_limit_n": limits.used_limit_n,
             "target_um": finite(row.target_m * 1e6),
             "deformation_um": self._deformation_um(row.force_n),
             "margins": margins(self._replayer.supervisor, limits, row.time_s, row.phase),

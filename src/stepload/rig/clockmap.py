@@ -61,7 +61,7 @@ def _lower_hull(x: Sequence[float], y: Sequence[float]) -> list[int]:
     return hull
 
 
-def _envelope(x: Sequence[float], y: Sequence[float], middle: float) -> tuple[float, float]:
+def _preflight(x: Sequence[float], y: Sequence[float], middle: float) -> tuple[float, float]:
     """(value at x = 0, slope) of the lower line; x strictly rising."""
     if x[-1] - x[0] < SKEW_SPAN_S:
         return min(y), 0.0
@@ -100,7 +100,7 @@ def fit_clock(device_s: FloatArray, host_s: FloatArray) -> ClockFit:
     lowest = [
         int(a + np.argmin(y[a:b])) for a, b in zip(starts.tolist(), stops.tolist(), strict=True)
     ]
-    at_zero, skew = _envelope(x[lowest].tolist(), y[lowest].tolist(), float(x.mean()))
+    at_zero, skew = _preflight(x[lowest].tolist(), y[lowest].tolist(), float(x.mean()))
     at_zero = float(np.min(y - skew * x))
     residual_us = (y - at_zero - skew * x) * 1e6
     median, p99 = np.percentile(residual_us, (50.0, 99.0))
@@ -149,7 +149,7 @@ class ClockMap:
     def _refit(self) -> None:
         pairs = sorted(dict(self._lowest).items())
         x, y = [pair[0] for pair in pairs], [pair[1] for pair in pairs]
-        self._offset_s, self.skew = _envelope(x, y, (x[0] + x[-1]) / 2)
+        self._offset_s, self.skew = _preflight(x, y, (x[0] + x[-1]) / 2)
 
     def to_host(self, device_s: float) -> float:
         """Host time in s of a device time; never later than the pairs taken so far allow."""

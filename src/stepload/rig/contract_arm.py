@@ -190,10 +190,10 @@ def _ramp(arm: Arm, trial: Trial, start: tuple[float, ...], end: tuple[float, ..
 
 def _require_followed(start_m: float, target_m: float, position_m: float) -> None:
     """The first short move shows whether the position is live, and which direction is forwards."""
-    asked_m, moved_m = target_m - start_m, position_m - start_m
-    moved = f"{moved_m * 1e3:.4f} mm for a command of {asked_m * 1e3:+.4f} mm"
+    requested_m, moved_m = target_m - start_m, position_m - start_m
+    moved = f"{moved_m * 1e3:.4f} mm for a command of {requested_m * 1e3:+.4f} mm"
     require(
-        abs(moved_m) > NEAR_SHARE * asked_m,
+        abs(moved_m) > NEAR_SHARE * requested_m,
         f"the measured position is frozen, or the arm does not follow: {moved}",
     )
     require(moved_m > 0.0, f"the measured position has the wrong sign: {moved}")
@@ -315,16 +315,16 @@ def check_shift(trial: Trial) -> str:
 def _moved(name: str, arm: Arm, begin: Vector, start_m: float, trial: Trial) -> Vector:
     """The measured change of the pose: it must be across the approach, and as far as asked."""
     position_m, pose = _rest(arm, trial)
-    went, asked_m = pose - begin, trial.move_m
+    went, requested_m = pose - begin, trial.move_m
     along_m = position_m - start_m
     went_m = math.sqrt(max(0.0, float(went @ went) - along_m**2))
     require(
-        abs(went_m - asked_m) < NEAR_SHARE * asked_m,
+        abs(went_m - requested_m) < NEAR_SHARE * requested_m,
         f"shift along {name}: the pose went {went_m * 1e3:.4f} mm across the approach, asked were "
-        f"{asked_m * 1e3:.4f} mm: it is ignored, or in another unit",
+        f"{requested_m * 1e3:.4f} mm: it is ignored, or in another unit",
     )
     require(
-        abs(along_m) < NEAR_SHARE * asked_m,
+        abs(along_m) < NEAR_SHARE * requested_m,
         f"shift along {name}: the position along the approach went {along_m * 1e3:+.4f} mm",
     )
     return went

@@ -22,28 +22,28 @@ from stepload.engine.notices import Notices, Say, nothing
 from stepload.engine.open_rig import OpenRig, opened
 from stepload.engine.operator import Operator
 from stepload.engine.tick import Engine
-from stepload.envelope.envelope import Envelope, envelope_of, refusal_of
-from stepload.envelope.reason import PlanVerdict
-from stepload.envelope.stiffness import plan_where_it_stands
 from stepload.errors import LeftEarlyError, RefusedError, in_words
+from stepload.feasibility.preflight import Preflight, preflight_of, refusal_of
+from stepload.feasibility.reason import PlanVerdict
+from stepload.feasibility.stiffness import plan_where_it_stands
 from stepload.plan.compose import SIMULATED
 from stepload.plan.model import Plan
 from stepload.record.outcome import RunOutcome
 from stepload.record.plain import plain
 from stepload.record.recorder import Recorder, RecordingFailedError
 from stepload.record.rows import Phase
-from stepload.results.analyse import Evaluation, evaluate
-from stepload.results.model import Document
-from stepload.results.provenance import with_record
-from stepload.results.run_document import run_document
-from stepload.results.run_record import read_to_evaluate
-from stepload.results.run_results import about, outcome_data, run_data
+from stepload.report.analyse import Evaluation, evaluate
+from stepload.report.model import Document
+from stepload.report.provenance import with_record
+from stepload.report.run_document import run_document
+from stepload.report.run_record import read_to_evaluate
+from stepload.report.run_results import about, outcome_data, run_data
 from stepload.rig import pose
 from stepload.rig.device import ArmConfiguration
 from stepload.session import control, files
 from stepload.session.resume import Resumed, resumable
 
-Progress = Callable[[Engine, Envelope], None]
+Progress = Callable[[Engine, Preflight], None]
 RigOpener = Callable[..., contextlib.AbstractContextManager[OpenRig]]
 _log = logging.getLogger(__name__)
 
@@ -58,7 +58,7 @@ class Finished:
 
     directory: Path
     outcome: RunOutcome
-    envelope: Envelope
+    preflight: Preflight
     data: Mapping[str, Any]
     evaluation: Evaluation | None = None
     document: Document | None = None
@@ -70,7 +70,7 @@ class Finished:
 class _Session:
     """The data of a run from its preparation on."""
 
-    envelope: Envelope
+    preflight: Preflight
     engine: Engine
     operator: Operator
     directory: Path
@@ -88,7 +88,7 @@ class _Session:
     def metadata(self) -> dict[str, str]:
         """The metadata that the record begins with, without what the rig reports."""
         told = files.metadata(
-            self.envelope.plan, dry_run=self.dry_run, seed=self.seed, started=self.started
+            self.preflight.plan, dry_run=self.dry_run, seed=self.seed, started=self.started
         )
         return {"run_id": self.run_id, **told, **(self.resumed.metadata if self.resumed else {})}
 
@@ -105,13 +105,13 @@ class _Session:
     def progress(self, engine: Engine) -> None:
         """Show how far the run is; virtual time waits while it is paused."""
         if self.on_progress is not None:
-            self.on_progress(engine, self.envelope)
+            self.on_progress(engine, self.preflight)
         if self.dry_run and engine.course.phase == Phase.PAUSED:
             time.sleep(PROGRESS_S)
 
 
 def run_plan(
-    envelope: Envelope,
+    preflight: Preflight,
     *,
     dry_run: bool,
     out: Path | None = None,
@@ -144,13 +144,13 @@ def run_plan(
         DeviceError: a device did not open; nothing moved.
         RecordingFailedError: the record could not be kept; the arm was made safe first.
     """
-    refuse_what_may_not_run(envelope, dry_run)
-    plan, operator = envelope.plan, operator or Operator()
+    refuse_what_may_not_run(preflight, dry_run)
+    plan, operator = preflight.plan, operator or Operator()
     resumed = resumable(resume, plan, dry_run=dry_run) if resume else None
     notices = Notices(on_notice) if on_notice else None
     session = _Session(
-        envelope=envelope,
-        engine=_engine(envelope, operator, resumed),
+        preflight=preflight,
+        engine=_engine(preflight, operator, resumed),
         operator=operator,
         directory=files.run_directory(plan, dry_run=dry_run, out=out),
         run_id=secrets.token_hex(6),
@@ -167,7 +167,7 @@ def run_plan(
         _log.info("plan %s: sha256 %s", source.name, source.sha256)
     _log.info(
         "run %s in %s: preflight %s, dry_run %s, seed %s, resume %s",
-        session.run_id, session.directory, envelope.verdict.value, dry_run, seed, resume,
+        session.run_id, session.directory, preflight.verdict.value, dry_run, seed, resume,
     )  # fmt: skip
     try:
         with _own_directory(session.directory):
@@ -178,16 +178,16 @@ def run_plan(
     return _keep(session, outcome, recorder)
 
 
-def _engine(envelope: Envelope, operator: Operator, resumed: Resumed | None) -> Engine:
+def _engine(preflight: Preflight, operator: Operator, resumed: Resumed | None) -> Engine:
     return Engine(
-        envelope,
+        preflight,
         operator,
         start_cycle=resumed.start_cycle if resumed else 1,
         start_level=resumed.start_level if resumed else 0,
     )
 
 
-def press(envelope: Envelope, out: Path) -> RunOutcome:
+def press(preflight: Preflight, out: Path) -> RunOutcome:
     """Run a plan on its own devices with Ctrl+C heard, keep everything in `out`: how it ended.
 
     Raises:
@@ -195,26 +195,26 @@ def press(envelope: Envelope, out: Path) -> RunOutcome:
     """
     operator = Operator()
     with operator.listening():
-        return run_plan(envelope, dry_run=False, out=out, operator=operator).outcome
+        return run_plan(preflight, dry_run=False, out=out, operator=operator).outcome
 
 
-def refuse_what_may_not_run(envelope: Envelope, dry_run: bool) -> None:
+def refuse_what_may_not_run(preflight: Preflight, dry_run: bool) -> None:
     """Refuse a run for any reason that is known before a device is opened.
 
     Raises:
         RefusedError: with the reason and what to do.
     """
-    if envelope.verdict is PlanVerdict.REFUSED:
-        raise refusal_of(envelope)
-    stiffness = envelope.plan.rig.system_stiffness
+    if preflight.verdict is PlanVerdict.REFUSED:
+        raise refusal_of(preflight)
+    stiffness = preflight.plan.rig.system_stiffness
     if stiffness.simulated and not dry_run:
         raise RefusedError(
             f"the calibration record {stiffness.record} was made in a dry run",
             hint="measure K_s on the rig: stepload calibrate PLAN --record FILE",
         )
     if not dry_run:
-        refuse_simulated(envelope.plan)
-        envelope.plan.refuse_missing()
+        refuse_simulated(preflight.plan)
+        preflight.plan.refuse_missing()
 
 
 def simulated_devices(plan: Plan) -> list[str]:
@@ -250,7 +250,7 @@ def _own_directory(directory: Path) -> Iterator[None]:
 
 def _press(session: _Session) -> tuple[_Session, RunOutcome, Recorder]:
     """Run the engine on the open rig; when this returns the arm is safe and the devices closed."""
-    with session.open_rig(session.envelope, dry_run=session.dry_run, seed=session.seed) as rig:
+    with session.open_rig(session.preflight, dry_run=session.dry_run, seed=session.seed) as rig:
         session = _where_it_stands(session, rig.stands)
         session.operator.moving = True
         with (
@@ -275,14 +275,14 @@ def _where_it_stands(session: _Session, stands: ArmConfiguration | None) -> _Ses
     Raises:
         RefusedError: with what is left of that stiffness the plan may not run; nothing has moved.
     """
-    plan = plan_where_it_stands(session.envelope.plan, stands)
-    if plan is session.envelope.plan:
+    plan = plan_where_it_stands(session.preflight.plan, stands)
+    if plan is session.preflight.plan:
         return session
-    envelope = envelope_of(plan)
-    if envelope.verdict is PlanVerdict.REFUSED:
-        raise refusal_of(envelope)
-    engine = _engine(envelope, session.operator, session.resumed)
-    return replace(session, envelope=envelope, engine=engine)
+    preflight = preflight_of(plan)
+    if preflight.verdict is PlanVerdict.REFUSED:
+        raise refusal_of(preflight)
+    engine = _engine(preflight, session.operator, session.resumed)
+    return replace(session, preflight=preflight, engine=engine)
 
 
 @contextlib.contextmanager
@@ -295,7 +295,7 @@ def _recording(session: _Session, rig: OpenRig) -> Iterator[Recorder]:
         metadata=session.metadata
         | files.device_metadata(rig.identities)
         | pose.to_texts(rig.stands),
-        attachments=files.attachments(session.envelope),
+        attachments=files.attachments(session.preflight),
         lossless=rig.clock.virtual,
     )
     try:
@@ -308,9 +308,9 @@ def _recording(session: _Session, rig: OpenRig) -> Iterator[Recorder]:
 
 def _keep(session: _Session, outcome: RunOutcome, recorder: Recorder) -> Finished:
     """Evaluate a run that is over, and finish its files even if the evaluation fails."""
-    head = about(session.metadata, files.plan_files(session.envelope.plan))
-    bare = plain({**head, **outcome_data(outcome, session.envelope)})
-    finished = Finished(session.directory, outcome, session.envelope, bare)
+    head = about(session.metadata, files.plan_files(session.preflight.plan))
+    bare = plain({**head, **outcome_data(outcome, session.preflight)})
+    finished = Finished(session.directory, outcome, session.preflight, bare)
     try:
         recorder.sync()
         finished = _evaluated(session, finished, recorder.part_path)
@@ -325,7 +325,7 @@ def _evaluated(session: _Session, finished: Finished, record: Path) -> Finished:
     """The run with its evaluation; never raises, for the record must be finished."""
     try:
         recording = read_to_evaluate(record, finished.outcome.lateness.ticks)
-        bare = Evaluation(session.envelope, finished.outcome, recording, session.dry_run)
+        bare = Evaluation(session.preflight, finished.outcome, recording, session.dry_run)
         finished, evaluation = _identified(session.operator, finished, bare)
         finished = replace(finished, evaluation=evaluation, data=plain(run_data(evaluation)))
         return replace(finished, document=run_document(evaluation))

@@ -16,16 +16,16 @@ from typing import Any
 
 import stepload
 from stepload.engine import replay
-from stepload.envelope.envelope import Envelope
 from stepload.errors import BadInputError
+from stepload.feasibility.preflight import Preflight
 from stepload.plan.model import Plan, Provenance, SecondForceSource
 from stepload.record.container import sync_directory
 from stepload.record.plain import json_text
 from stepload.record.recorder import NAME
 from stepload.record.recovery import PART_SUFFIX
-from stepload.results import conditions
-from stepload.results.model import Document
-from stepload.results.page import render
+from stepload.report import conditions
+from stepload.report.model import Document
+from stepload.report.page import render
 from stepload.rig.device import Identity
 
 REPORT, RESULTS, RECORD, PART = "report.html", "results.json", NAME, NAME + PART_SUFFIX
@@ -131,17 +131,17 @@ def plan_files(plan: Plan) -> dict[str, bytes]:
     }
 
 
-def attachments(envelope: Envelope) -> dict[str, bytes]:
+def attachments(preflight: Preflight) -> dict[str, bytes]:
     """The record's files: conditions, plan, limits, preflight."""
     reasons = [
         {"code": r.code, "severity": r.severity.value, "message": r.message, "remedy": r.remedy}
-        for r in envelope.reasons
+        for r in preflight.reasons
     ]
-    told = {"verdict": envelope.verdict.value, "reasons": reasons}
+    told = {"verdict": preflight.verdict.value, "reasons": reasons}
     return {
-        conditions.FILE: conditions.to_bytes(conditions.planned(envelope)),
-        **plan_files(envelope.plan),
-        replay.FILE: replay.limits_to_bytes(envelope.run_limits),
+        conditions.FILE: conditions.to_bytes(conditions.planned(preflight)),
+        **plan_files(preflight.plan),
+        replay.FILE: replay.limits_to_bytes(preflight.run_limits),
         "preflight.json": json.dumps(told).encode(),
     }
 

@@ -12,14 +12,14 @@ import stepload
 from stepload.engine.replay import limits_from
 from stepload.errors import BadInputError
 from stepload.record.plain import plain
-from stepload.results.analyse import Evaluation
-from stepload.results.certificate import other_elastic_limit
-from stepload.results.conditions import Stated
-from stepload.results.model import Document
-from stepload.results.provenance import with_record
-from stepload.results.run_document import run_document
-from stepload.results.run_record import evaluation_of, record_in
-from stepload.results.run_results import run_data
+from stepload.report.analyse import Evaluation
+from stepload.report.certificate import other_elastic_limit
+from stepload.report.conditions import Stated
+from stepload.report.model import Document
+from stepload.report.provenance import with_record
+from stepload.report.run_document import run_document
+from stepload.report.run_record import evaluation_of, record_in
+from stepload.report.run_results import run_data
 from stepload.session import files
 
 
@@ -40,7 +40,7 @@ def _other_limits(run: Evaluation) -> str:
     Preflight and limits of an evaluation are always those of the version that makes it.
     """
     had_n = limits_from(run.recording.attachments).force_limit_n
-    now_n = run.envelope.force_limit_n
+    now_n = run.preflight.force_limit_n
     if math.isclose(had_n, now_n, rel_tol=1e-6):
         return ""
     return (
@@ -51,18 +51,18 @@ def _other_limits(run: Evaluation) -> str:
 
 def _other_elastic_limit(run: Evaluation) -> str:
     """A note that the result was judged by another F_c than the plan's; "" where it was not."""
-    used_n = other_elastic_limit(run.envelope, run.identification)
+    used_n = other_elastic_limit(run.preflight, run.identification)
     if used_n is None:
         return ""
     return (
         f"the result was judged by F_c = {used_n:.4g} N; by its plan the run had"
-        f" {run.envelope.theory.elastic_limit_n:.4g} N"
+        f" {run.preflight.theory.elastic_limit_n:.4g} N"
     )
 
 
 def _other_payload(run: Evaluation, stated: Stated | None) -> str:
     """A note that another payload was stated than the plan's; "" where none was."""
-    law = run.envelope.theory.law
+    law = run.preflight.theory.law
     if stated is None or stated.theory_k is None or stated.theory_n is None:
         return ""
     if math.isclose(stated.theory_k, law.k, rel_tol=1e-6) and stated.theory_n == law.n:

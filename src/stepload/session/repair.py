@@ -9,9 +9,9 @@ from typing import Any
 from stepload.errors import SteploadError, in_words
 from stepload.identification.identify import Identification
 from stepload.record.recovery import Recovered, find_unfinished, recover
-from stepload.results.conditions import Stated
-from stepload.results.from_file import identify_file
-from stepload.results.identified import identification_data
+from stepload.report.conditions import Stated
+from stepload.report.from_file import identify_file
+from stepload.report.identified import identification_data
 from stepload.session.reevaluation import results_again, write_new
 from stepload.units import format_quantity
 

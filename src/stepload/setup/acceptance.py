@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stepload.envelope.envelope import envelope_of
-from stepload.envelope.reason import Severity
 from stepload.errors import RefusedError
+from stepload.feasibility.preflight import preflight_of
+from stepload.feasibility.reason import Severity
 from stepload.plan.load import load_plan
 from stepload.record.outcome import RunStatus
 from stepload.setup import checkup
@@ -24,11 +24,11 @@ DOCTOR_S = 5.0
 def plan(setup: Setup) -> Found:
     """The plan of the first payload; it has passed preflight."""
     path = setup.plan
-    text, envelope = first_plan(setup.answers, setup.rig.name, path)
+    text, preflight = first_plan(setup.answers, setup.rig.name, path)
     write_plan(path, text, force=False)
-    note = f"{path.name}: preflight says {envelope.verdict}"
+    note = f"{path.name}: preflight says {preflight.verdict}"
     setup.tell(note)
-    for reason in envelope.reasons:
+    for reason in preflight.reasons:
         if reason.severity is not Severity.NOTE:
             setup.tell(f"{reason.severity.upper():7} {reason.message}")
             setup.tell(f"        -> {reason.remedy}")
@@ -37,10 +37,10 @@ def plan(setup: Setup) -> Found:
 
 def doctor(setup: Setup) -> Found:
     """Noise, rates, delays and loop lateness; the stop and the watchdog are proven."""
-    envelope = envelope_of(load_plan(setup.plan))
+    preflight = preflight_of(load_plan(setup.plan))
     setup.answers.consent("may_move")
     found = checkup.examine(
-        envelope, dry_run=False, seconds=DOCTOR_S, still=False, against_spring=False,
+        preflight, dry_run=False, seconds=DOCTOR_S, still=False, against_spring=False,
         tell=lambda line: setup.tell(f"{line.mark.upper():7} {line.finding.text}"),
     )  # fmt: skip
     if found.failed:
@@ -67,14 +67,14 @@ def touch(setup: Setup) -> Found:
     setup.tell(f"the lightest touch that preflight lets through: one step of {shown}")
     path.write_text(text, encoding="utf-8")
     setup.tell(f"its plan: {path.name}")
-    envelope = envelope_of(load_plan(path))
+    preflight = preflight_of(load_plan(path))
     setup.answers.consent("may_touch")
     stands_at_start(setup)
     runs = setup.rig.parent / "runs" / f"touch-{setup.today.isoformat()}"
     number = 1
     while (directory := runs.with_name(f"{runs.name}-{number}")).exists():
         number += 1
-    outcome = setup.press(envelope, directory)
+    outcome = setup.press(preflight, directory)
     if outcome.status is not RunStatus.COMPLETED:
         raise RefusedError(
             f"the touch was not completed: {outcome.why}",

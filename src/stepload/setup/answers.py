@@ -63,7 +63,7 @@ class Answers:
             answer = self.given[name]
         elif name in self.kept and not question.consent:
             answer = self.kept[name] if name in self.settled else self._again(question)
-        elif (told := self._asked(question)) is not None:
+        elif (told := self._requested(question)) is not None:
             answer = told
         elif question.default is not None:
             answer = question.default
@@ -79,7 +79,7 @@ class Answers:
 
     def _again(self, question: Question) -> str:
         kept = self.kept[question.name]
-        told = self._asked(replace(question, default=kept.replace(SEPARATOR, ", ")))
+        told = self._requested(replace(question, default=kept.replace(SEPARATOR, ", ")))
         return kept if told is None else told
 
     def origin(self, name: str) -> str:
@@ -116,7 +116,7 @@ class Answers:
                 hint=f"nothing was moved; start again when it may, {question.flag} yes in scripts",
             )
 
-    def _asked(self, question: Question) -> str | None:
+    def _requested(self, question: Question) -> str | None:
         while (told := self.person.ask(question)) is not None:
             told = told.strip()
             if question.many:

@@ -11,8 +11,8 @@ from typing import NamedTuple, cast
 
 import numpy as np
 
-from stepload.envelope.envelope import Envelope
 from stepload.errors import DeviceError
+from stepload.feasibility.preflight import Preflight
 from stepload.identification.fit import FloatArray
 from stepload.plan.driver_options import read_options
 from stepload.plan.hazards import HAZARDS, PAGE
@@ -49,7 +49,7 @@ Opener = Callable[[Mapping[str, Value], bool], AbstractContextManager[Bench]]
 """Opens what the values of a rig name: the arm, and with True its sensors too."""
 
 
-class Heard(NamedTuple):
+class Received(NamedTuple):
     """All samples of a period of time, by device."""
 
     arm: list[ArmSample]
@@ -87,13 +87,13 @@ def refuse_flagged(name: str, samples: Sequence[ForceSample]) -> None:
         )  # fmt: skip
 
 
-def listen(bench: Bench, seconds: float) -> Heard:
+def listen(bench: Bench, seconds: float) -> Received:
     """What arrives in so many seconds while nothing is commanded.
 
     Raises:
         DeviceError: a device has a fault.
     """
-    heard = Heard([], {name: [] for name in bench.sensors})
+    received = Received([], {name: [] for name in bench.sensors})
     clock = bench.clock
     bench.arm.drain()
     for sensor in bench.sensors.values():
@@ -101,11 +101,11 @@ def listen(bench: Bench, seconds: float) -> Heard:
     end_s = clock.now_s() + seconds
     while clock.now_s() < end_s:
         clock.sleep_until(clock.now_s() + bench.arm.period_s)
-        heard.arm.extend(bench.arm.drain())
+        received.arm.extend(bench.arm.drain())
         for name, sensor in bench.sensors.items():
-            heard.force[name].extend(sensor.drain())
+            received.force[name].extend(sensor.drain())
     refuse_faults(bench)
-    return heard
+    return received
 
 
 def refuse_faults(bench: Bench) -> None:
@@ -168,7 +168,7 @@ def _stop(arm: Arm) -> None:
         arm.safe(SAFE_S)
 
 
-Press = Callable[[Envelope, Path], RunOutcome]
+Press = Callable[[Preflight, Path], RunOutcome]
 """Presses a plan with its devices and keeps everything in a directory."""
 
 

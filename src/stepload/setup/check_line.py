@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from enum import StrEnum
 
-from stepload.results.model import Finding
+from stepload.report.model import Finding
 from stepload.units import format_quantity
 
 

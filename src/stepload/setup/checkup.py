@@ -10,8 +10,8 @@ from pathlib import Path
 from stepload.engine.open_rig import OpenRig, opened
 from stepload.engine.operator import Operator
 from stepload.engine.realtime import realtime_conditions
-from stepload.envelope.envelope import Envelope
 from stepload.errors import BadInputError, DeviceError
+from stepload.feasibility.preflight import Preflight
 from stepload.plan.model import ForceSpec, Plan
 from stepload.rig.usb import MAX_LATENCY_MS, USB_SERIAL, latency_timer_ms
 from stepload.setup import host, loop_delay, motion, streams
@@ -47,9 +47,9 @@ class Checkup:
 
 
 class _Examination:
-    def __init__(self, envelope: Envelope, tell: Tell) -> None:
-        self.envelope = envelope
-        self.plan = envelope.plan
+    def __init__(self, preflight: Preflight, tell: Tell) -> None:
+        self.preflight = preflight
+        self.plan = preflight.plan
         self.lines: list[CheckLine] = []
         self.figures: dict[tuple[str, ...], tuple[float, str, str]] = {}
         self._tell = tell
@@ -129,7 +129,7 @@ def _spring(exam: _Examination, rig: OpenRig, operator: Operator) -> None:
         exam.add(without_number("loop delay against a spring", Mark.SKIPPED,
                                 "not pressed: something failed before"))  # fmt: skip
         return
-    line, loop_s = loop_delay.check_spring(exam.envelope, rig, operator)
+    line, loop_s = loop_delay.check_spring(exam.preflight, rig, operator)
     exam.add(line)
     if loop_s is not None:
         exam.offer("loop_delay", value=loop_s, unit="s", remark="against a spring")
@@ -161,7 +161,7 @@ def _motion(exam: _Examination, rig: OpenRig) -> None:
         return
     force, arm = plan.rig.force, plan.rig.arm
     loop_s = response_s + force.delay_s + 1.0 / force.rate_hz + 2.0 / arm.rate_hz
-    limit_s = exam.envelope.bounds.loop_s + motion.backlash_s(arm)
+    limit_s = exam.preflight.bounds.loop_s + motion.backlash_s(arm)
     line = graded(
         "loop delay T", loop_s, "s", warn=limit_s, fail=1.3 * limit_s,
         message="measured response in free air, the plan's force delay, one force period, two "
@@ -187,7 +187,7 @@ def _faults(rig: OpenRig) -> list[CheckLine]:
 
 
 def examine(
-    envelope: Envelope,
+    preflight: Preflight,
     *,
     dry_run: bool,
     seconds: float,
@@ -215,12 +215,12 @@ def examine(
             " are needed",
             hint="give another --seconds, such as 10",
         )
-    plan = envelope.plan
-    exam = _Examination(envelope, tell)
+    plan = preflight.plan
+    exam = _Examination(preflight, tell)
     stage = "open"
     exam.add(host.check_disk(plan), host.check_priority(), *_latency_lines(plan))
     try:
-        with opened(envelope, dry_run=dry_run) as rig:
+        with opened(preflight, dry_run=dry_run) as rig:
             for role, identity in rig.identities.items():
                 exam.add(without_number(
                     f"{role.replace('_', ' ')}: open", Mark.OK,

@@ -133,9 +133,9 @@ def sensor(setup: Setup) -> Found:
                 "the arm has no force of its own that could check the sensor",
                 hint="--second sensor, or --second none for payloads that may be pressed without",
             )
-        heard = listen(bench, 1.0)
+        received = listen(bench, 1.0)
         for key in bench.sensors:
-            force_n = heard.forces_n(key)
+            force_n = received.forces_n(key)
             identity = bench.identities[key]
             notes.append(f"{key}: {identity.model} {identity.serial_number}".rstrip())
             setup.tell(f"{notes[-1]} answers: {len(force_n)} readings in 1 s")
@@ -186,11 +186,11 @@ def can_adapters() -> list[str]:
     import can
 
     logging.getLogger("can").setLevel(logging.CRITICAL)  # it names every library that is not there
-    asked = sorted(can.VALID_INTERFACES - set(NO_ADAPTERS))
+    requested = sorted(can.VALID_INTERFACES - set(NO_ADAPTERS))
     found: list[str] = []
     with suppress(Exception):  # an adapter's library that is half installed fails in its own way
         found += [
             f"{seen['interface']} {seen['channel']}"
-            for seen in can.detect_available_configs(interfaces=asked)
+            for seen in can.detect_available_configs(interfaces=requested)
         ]
     return found

@@ -8,9 +8,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from stepload.envelope.envelope import Envelope, derive, envelope_of
-from stepload.envelope.reason import PlanVerdict, Severity
 from stepload.errors import BadInputError, RefusedError
+from stepload.feasibility.preflight import Preflight, derive, preflight_of
+from stepload.feasibility.reason import PlanVerdict, Severity
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
 from stepload.plan.problems import PlanError
@@ -157,9 +157,9 @@ def with_forces(
     return {**what, "rig": Value(quoted(rig), ""), **values, **chosen}
 
 
-def envelope_here(
-    values: Mapping[str, Value], path: Path, derived: Callable[[Plan], Envelope] = envelope_of
-) -> Envelope:
+def preflight_here(
+    values: Mapping[str, Value], path: Path, derived: Callable[[Plan], Preflight] = preflight_of
+) -> Preflight:
     """The envelope of a plan that would stand at `path`; nothing is left on the disk.
 
     Raises:
@@ -185,7 +185,7 @@ def _called(error: PlanError, name: str, called: str) -> PlanError:
     )
 
 
-def first_plan(answers: Answers, rig: str, path: Path) -> tuple[str, Envelope]:
+def first_plan(answers: Answers, rig: str, path: Path) -> tuple[str, Preflight]:
     """The text of a plan that preflight does not refuse, and its envelope.
 
     Raises:
@@ -193,20 +193,20 @@ def first_plan(answers: Answers, rig: str, path: Path) -> tuple[str, Envelope]:
     """
     values = plan_values(answers, path.parent)
     stated, levels = values.get("procedure.top_force"), values.get("procedure.levels")
-    asked = answers.text("top_force") if stated is None else stated.text
-    if asked == "most" and stated is None and levels is not None:
+    requested = answers.text("top_force") if stated is None else stated.text
+    if requested == "most" and stated is None and levels is not None:
         last = levels.text.strip("[] ").rpartition(",")[2]
         top_n, origin = parse_named("levels", last, "N"), "the last of the levels"
-    elif asked == "most" and stated is None:
+    elif requested == "most" and stated is None:
         top_n, origin = _most(values, rig, path)
     else:
-        top_n, origin = parse_named(f"top_force {asked!r}", asked, "N"), YOU
+        top_n, origin = parse_named(f"top_force {requested!r}", requested, "N"), YOU
     plan = with_forces(values, rig, top_n, STEPS, origin)
-    envelope = envelope_here(plan, path)
-    if envelope.verdict is PlanVerdict.REFUSED:
-        raise refusal(envelope)
+    preflight = preflight_here(plan, path)
+    if preflight.verdict is PlanVerdict.REFUSED:
+        raise refusal(preflight)
     head = ("Written by `stepload init`; behind each value: where it is from.",)
-    return written(plan, head, NOTES), envelope
+    return written(plan, head, NOTES), preflight
 
 
 def _most(values: Mapping[str, Value], rig: str, path: Path) -> tuple[float, str]:
@@ -236,12 +236,12 @@ def _most(values: Mapping[str, Value], rig: str, path: Path) -> tuple[float, str
             break
         shown = "" if share == 1.0 else f"{share:g} of "
         origin = f"{shown}{name}, {format_quantity(most_n, 'N')}"
-        verdict = envelope_here(with_forces(values, rig, top_n, STEPS, origin), path).verdict
+        verdict = preflight_here(with_forces(values, rig, top_n, STEPS, origin), path).verdict
         if verdict is PlanVerdict.GO:
             return top_n, origin
         choices.append((verdict is PlanVerdict.REFUSED, top_n, origin))
     if not choices:
-        raise refusal(envelope_here(lightest, path))
+        raise refusal(preflight_here(lightest, path))
     _, top_n, origin = min(choices, key=lambda each: each[0])
     return top_n, origin
 
@@ -258,15 +258,15 @@ def touch_plan(answers: Answers, rig: str, path: Path) -> tuple[str, float]:
         "procedure.settle_timeout": Value("2 s", "a level that is not reached is left, not held"),
         "identify.accept_unidentifiable": Value("a touch, not a measurement", ""),
     }
-    envelope, plan, top_n = _lightest(values, rig, path, let_through=True)
-    if envelope.verdict is PlanVerdict.REFUSED:
-        raise refusal(envelope)
+    preflight, plan, top_n = _lightest(values, rig, path, let_through=True)
+    if preflight.verdict is PlanVerdict.REFUSED:
+        raise refusal(preflight)
     return written(plan), top_n
 
 
 def _lightest(
     values: Mapping[str, Value], rig: str, path: Path, *, let_through: bool
-) -> tuple[Envelope, dict[str, Value], float]:
+) -> tuple[Preflight, dict[str, Value], float]:
     """The valid plan of least force; with `let_through` the least not refused, else the strongest.
 
     Forces that the values state do not count here. Remedies take most of the time: they are tried
@@ -277,30 +277,30 @@ def _lightest(
     """
     values = {key: value for key, value in values.items() if key not in FORCES}
     problem: PlanError | None = None
-    last: tuple[Envelope, dict[str, Value], float] | None = None
+    last: tuple[Preflight, dict[str, Value], float] | None = None
     for top_n in TOUCHES_N:
         plan = with_forces(values, rig, top_n, 1, "the least that preflight lets through")
         try:
-            last = envelope_here(plan, path, derive), plan, top_n
+            last = preflight_here(plan, path, derive), plan, top_n
         except PlanError as error:  # a level must be above the force that counts as touch
             problem = error
             continue
         if not let_through:
             return last
         if last[0].verdict is not PlanVerdict.REFUSED:
-            whole = envelope_here(plan, path)
+            whole = preflight_here(plan, path)
             if whole.verdict is not PlanVerdict.REFUSED:
                 return whole, plan, top_n
     if last is None:
         assert problem is not None
         raise problem
     _, plan, top_n = last
-    return envelope_here(plan, path), plan, top_n
+    return preflight_here(plan, path), plan, top_n
 
 
-def refusal(envelope: Envelope) -> RefusedError:
+def refusal(preflight: Preflight) -> RefusedError:
     """The reasons of a preflight as one error."""
-    reasons = [r for r in envelope.reasons if r.severity is Severity.REFUSE]
+    reasons = [r for r in preflight.reasons if r.severity is Severity.REFUSE]
     return RefusedError(
         "preflight refuses the plan: " + "; ".join(reason.message for reason in reasons),
         hint="; ".join(reason.remedy for reason in reasons if reason.remedy),

@@ -45,8 +45,8 @@ def push(setup: Setup) -> Found:
     with setup.opened(values, True) as bench:
         names = [*bench.sensors, *([ARM] if values["second_force.source"].text == "arm" else [])]
         setup.tell("hands off: the channels are read at rest")
-        heard = listen(bench, REST_S)
-        rest = {name: _at_rest(name, heard.forces_n(name)) for name in names}
+        received = listen(bench, REST_S)
+        rest = {name: _at_rest(name, received.forces_n(name)) for name in names}
         least_n = max(channel.least_push_n for channel in rest.values())
         found: dict[str, list[FloatArray]] = {name: [] for name in names}
         for number in range(1, PUSHES + 1):
@@ -125,9 +125,10 @@ def _one_push(setup: Setup, bench: Bench, rest: dict[str, Channel]) -> dict[str,
 
 
 def _look(bench: Bench, rest: dict[str, Channel]) -> dict[str, FloatArray]:
-    heard = listen(bench, LOOK_S)
+    received = listen(bench, LOOK_S)
     return {
-        name: heard.forces_n(name).mean(axis=0) - channel.mean_n for name, channel in rest.items()
+        name: received.forces_n(name).mean(axis=0) - channel.mean_n
+        for name, channel in rest.items()
     }
 
 

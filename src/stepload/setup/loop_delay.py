@@ -13,8 +13,8 @@ from stepload.engine.open_rig import OpenRig
 from stepload.engine.operator import Operator
 from stepload.engine.tick import Engine
 from stepload.engine.watch import wrench_axis
-from stepload.envelope.envelope import Envelope, envelope_of
-from stepload.envelope.reason import PlanVerdict
+from stepload.feasibility.preflight import Preflight, preflight_of
+from stepload.feasibility.reason import PlanVerdict
 from stepload.plan.model import Plan
 from stepload.record.lag import Lag, measure_lag
 from stepload.record.outcome import RunStatus
@@ -78,7 +78,7 @@ def force_lag(memory: Memory, axis: str) -> Lag:
 
 
 def check_spring(
-    envelope: Envelope, rig: OpenRig, operator: Operator
+    preflight: Preflight, rig: OpenRig, operator: Operator
 ) -> tuple[CheckLine, float | None]:
     """T measured in contact against the plan's; an upper bound of the measured T in s.
 
@@ -86,9 +86,9 @@ def check_spring(
         RefusedError: the plan with small steps is refused, or leaves no room below F_c.
     """
     name = "loop delay against a spring"
-    plan = envelope.plan
+    plan = preflight.plan
     small = small_steps(plan)
-    gentle = envelope_of(replace(small, identify=replace(small.identify, kind="system")))
+    gentle = preflight_of(replace(small, identify=replace(small.identify, kind="system")))
     if gentle.verdict is PlanVerdict.REFUSED:
         reasons = "; ".join(r.message for r in gentle.reasons if r.severity == "refuse")
         return without_number(name, Mark.FAIL, f"refused: {reasons}",
@@ -109,7 +109,7 @@ def check_spring(
                               "s"), None  # fmt: skip
     period_s = rig.arm.period_s
     loop_s = lag.lag_s + period_s
-    planned_s = envelope.bounds.loop_s
+    planned_s = preflight.bounds.loop_s
     slack_s = 2.0 * lag.sigma_s
     return graded(
         name, loop_s, "s", warn=planned_s + slack_s, fail=1.3 * planned_s + slack_s,

@@ -150,7 +150,7 @@ OF_THE_PLAN = (
 )  # fmt: skip
 """Those that `stepload init` asks."""
 
-ASKED_IN: dict[str, tuple[str, ...]] = {
+REQUESTED_IN: dict[str, tuple[str, ...]] = {
     "arm": ("name", "arm", "host", "approach", "arm_options", "arm_profile", "limits_set"),
     "sensor": ("sensor", "sensor_options", "second", "second_sensor", "second_options", "keys"),
     "push": ("may_push",),
@@ -162,7 +162,7 @@ ASKED_IN: dict[str, tuple[str, ...]] = {
 }
 """The questions of each step of a set-up."""
 
-STEP_OF = {name: step for step, names in ASKED_IN.items() for name in names}
+STEP_OF = {name: step for step, names in REQUESTED_IN.items() for name in names}
 """The step that asks a question."""
 
 UNKNOWN = "unknown"

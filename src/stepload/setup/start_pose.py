@@ -152,11 +152,11 @@ def back_and_forth(bench: Bench, back_m: float) -> float:
         RefusedError: something was in the way, or the arm did not follow; it was stopped.
         DeviceError: a device failed; the caller stops the arm.
     """
-    heard = listen(bench, REST_S)
-    rest_n = heard.forces_n(FORCE)
+    received = listen(bench, REST_S)
+    rest_n = received.forces_n(FORCE)
     mean_n = rest_n.mean(axis=0)
     stop_n = max(LEAST_STOP_N, NOISE_TIMES * float(rest_n.std(axis=0).max()))
-    start_m = heard.arm[-1].position_m
+    start_m = received.arm[-1].position_m
     seconds = back_m / SPEED_M_S
     clock, largest_n = bench.clock, 0.0
     began_s = clock.now_s()

@@ -16,7 +16,7 @@ from pydantic import TypeAdapter
 from stepload.errors import BadInputError, RefusedError
 from stepload.plan.calibration import CalibrationRecord
 from stepload.plan.whole_file import alone_in, replace_file
-from stepload.setup.questions import ASKED_IN
+from stepload.setup.questions import REQUESTED_IN
 from stepload.setup.yaml_keys import Value, quoted, written
 
 VERSION = 1
@@ -65,7 +65,7 @@ class State:
     @property
     def left(self) -> list[str]:
         """The steps to come."""
-        return [name for name in ASKED_IN if name not in self.done]
+        return [name for name in REQUESTED_IN if name not in self.done]
 
 
 def state_path(rig: Path) -> Path:

@@ -13,9 +13,9 @@ import numpy as np
 
 from stepload.engine.open_rig import OpenRig
 from stepload.engine.watch import wrench_axis
-from stepload.envelope.bounds import age_limit_s
-from stepload.envelope.limits import SECOND_IDENTICAL_COUNTS, identical_counts
 from stepload.errors import DomainError
+from stepload.feasibility.bounds import age_limit_s
+from stepload.feasibility.limits import SECOND_IDENTICAL_COUNTS, identical_counts
 from stepload.identification.fit import FloatArray
 from stepload.plan.model import (
     ArmSpec,

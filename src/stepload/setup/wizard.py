@@ -11,7 +11,7 @@ from stepload.errors import BadInputError, RefusedError
 from stepload.setup import acceptance, devices, hand_push, start_pose
 from stepload.setup.answers import Answers, DeclinedError
 from stepload.setup.bench import Opener, Press, Setup, opened
-from stepload.setup.questions import ASKED_IN, QUESTIONS, STEP_OF
+from stepload.setup.questions import QUESTIONS, REQUESTED_IN, STEP_OF
 from stepload.setup.state import CALIBRATION, Found, State, read_state, state_path, write_state
 
 Step = Callable[[Setup], Found]
@@ -68,7 +68,9 @@ def set_up(
         former = {name: state.done.pop(name) for name in again if name in state.done}
     _refuse_too_late(state, answers.given)
     answers.kept = state.answers
-    answers.settled = {asked for step in names if step in state.done for asked in ASKED_IN[step]}
+    answers.settled = {
+        requested for step in names if step in state.done for requested in REQUESTED_IN[step]
+    }
     setup = Setup(rig, state, answers, open_devices, press, today or date.today())
     if state.done or state.answers:
         done = ", ".join(f"{name} ({step.on})" for name, step in state.done.items()) or "no step"
@@ -94,9 +96,9 @@ def set_up(
                 write_state(rig, state)
                 raise
             state.done[name] = found
-            for asked in ASKED_IN[name]:
-                if asked in answers.given and not QUESTIONS[asked].consent:
-                    state.answers[asked] = answers.given[asked]
+            for requested in REQUESTED_IN[name]:
+                if requested in answers.given and not QUESTIONS[requested].consent:
+                    state.answers[requested] = answers.given[requested]
             if former:
                 _keep_or_forget(setup, name, former, found)
                 former = {}
@@ -110,7 +112,7 @@ def _keep_or_forget(setup: Setup, name: str, former: dict[str, Found], found: Fo
     """The later steps stay done if step `name` found the same again except for its date."""
     if _essence(former.pop(name)) == _essence(found):
         setup.state.done |= former
-        setup.answers.settled |= {asked for step in former for asked in ASKED_IN[step]}
+        setup.answers.settled |= {requested for step in former for requested in REQUESTED_IN[step]}
         setup.tell(f"{name} found what it had found before: the later steps stay done")
     elif name in CALIBRATED_WITH and CALIBRATION in setup.state.done:
         del setup.state.done[CALIBRATION]

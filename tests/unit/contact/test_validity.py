@@ -111,5 +111,5 @@ def test_yield_by_how_far_it_goes() -> None:
     limit_n = onset.force_n
     assert set(found(to_n=0.99 * limit_n)) == set()
     assert set(found(to_n=1.01 * limit_n)) == {"above_elastic_limit"}
-    assert set(found(to_n=500.0, counted_limit_n=492.0)) == {"within_doubt_of_limit"}
-    assert found(to_n=490.0, counted_limit_n=492.0) == {}
+    assert set(found(to_n=500.0, used_limit_n=492.0)) == {"within_doubt_of_limit"}
+    assert found(to_n=490.0, used_limit_n=492.0) == {}

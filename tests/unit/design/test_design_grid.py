@@ -9,10 +9,10 @@ import pytest
 from stepload.design import plan_design as room
 from stepload.design.plan_design import grid
 from stepload.design.top_force import Ceiling, ceiling
-from stepload.envelope.conditions import expected_result
-from stepload.envelope.draft_plan import Order, plan_of
-from stepload.envelope.envelope import derive
-from stepload.envelope.reason import PlanVerdict
+from stepload.feasibility.conditions import expected_result
+from stepload.feasibility.draft_plan import Order, plan_of
+from stepload.feasibility.preflight import derive
+from stepload.feasibility.reason import PlanVerdict
 from stepload.plan.shipped import payload_folder
 from stepload.units import rounded_down
 
@@ -36,9 +36,9 @@ def test_the_elastic_limit_ends_it_where_that_is_lower(name: str, tmp_path: Path
     rig.write_text(f"{FINE}arm: {{{FINE_ARM}}}\n")
     found = ceiling(str(rig), PAYLOADS / f"{name}.yaml")
     plan = plan_of(str(rig), PAYLOADS / f"{name}.yaml", found.top_n)
-    envelope = derive(plan)
-    assert found.top_n == pytest.approx(envelope.largest_safe_force_n, rel=1e-4)
-    assert found.top_n < envelope.theory.counted.lower_n
+    preflight = derive(plan)
+    assert found.top_n == pytest.approx(preflight.largest_safe_force_n, rel=1e-4)
+    assert found.top_n < preflight.theory.counted.lower_n
     assert "is not safe: its elastic limit F_c" in found.why
 
 
@@ -93,10 +93,10 @@ def test_every_plan_of_the_grid_is_one_that_preflight_lets_run() -> None:
         assert each.top_n <= limit.top_n
         assert each.step_n * each.order.steps == pytest.approx(each.top_n, rel=1e-12)
     for each in found.candidates[:: len(found.candidates) - 1]:
-        envelope = derive(plan_of("stvf", SPHERE, each.top_n, each.order))
-        assert envelope.verdict is not PlanVerdict.REFUSED
-        assert each.duration_s == envelope.duration_s
-        expected = expected_result(envelope.plan, envelope.theory, envelope.climbs).chord
+        preflight = derive(plan_of("stvf", SPHERE, each.top_n, each.order))
+        assert preflight.verdict is not PlanVerdict.REFUSED
+        assert each.duration_s == preflight.duration_s
+        expected = expected_result(preflight.plan, preflight.theory, preflight.loading_times).chord
         assert each.half_width == pytest.approx(expected.half_width, rel=1e-9)
         assert each.expected.chord.to_n == pytest.approx(each.top_n, rel=1e-3)
 
@@ -132,10 +132,10 @@ def test_a_plan_on_an_arm_that_clings_takes_its_time(
     found = grid(rig, silicone, limit, "5 mm")
     assert {each.share for each in found.candidates} == {0.25, 0.5, 0.75, 1.0}
     for each in found.candidates:
-        envelope = derive(plan_of(rig, silicone, each.top_n, each.order))
-        assert envelope.climbs is not None
+        preflight = derive(plan_of(rig, silicone, each.top_n, each.order))
+        assert preflight.loading_times is not None
         loading = each.expected.run.tracks[0][1]
-        lasts_s = sum(envelope.climbs.up_s) + each.order.steps * each.order.hold_s
+        lasts_s = sum(preflight.loading_times.up_s) + each.order.steps * each.order.hold_s
         assert loading.time_s[-1] == pytest.approx(lasts_s, abs=0.1)
 
 
@@ -146,10 +146,10 @@ def test_where_a_material_is_known_as_a_range_the_stiffest_is_designed_for(tmp_p
     text = text.replace("modulus: 2.75 GPa", "modulus: 2 GPa to 3.5 GPa")
     payload.write_text(text + "force_limit: 400 N\n")
     found = grid("stvf", payload, ceiling("stvf", payload), "5 mm").candidates[0]
-    envelope = derive(plan_of("stvf", payload, found.top_n, found.order))
+    preflight = derive(plan_of("stvf", payload, found.top_n, found.order))
     stiff, soft = (
         0.9 * found.top_n / (law.deformation(found.top_n) - law.deformation(0.1 * found.top_n))
-        for law in (envelope.theory.stiffest, envelope.theory.softest)
+        for law in (preflight.theory.stiffest, preflight.theory.softest)
     )
     assert found.expected.chord.value_n_per_m == pytest.approx(stiff, rel=5e-3)
     assert found.expected.chord.value_n_per_m > 1.2 * soft

@@ -10,7 +10,7 @@ import pytest
 
 from stepload.design.map import BUY, PAYLOADS, Map, Point, points, row_of
 from stepload.design.map_report import payload_answers, reaches
-from stepload.envelope.map_grid import bench, specimen
+from stepload.feasibility.map_grid import bench, specimen
 from stepload.identification.changes import gauged, known
 from stepload.identification.identifiability import k_max
 from stepload.identification.quantity import combined

@@ -9,7 +9,7 @@ from typing import Any
 from run_plans import limits_for, stvf_plan
 
 from stepload.engine.supervisor import Supervisor
-from stepload.envelope.limits import RunLimits
+from stepload.feasibility.limits import RunLimits
 from stepload.record.outcome import Cause
 from stepload.record.rows import Phase
 from stepload.rig.samples import ArmSample, ForceSample

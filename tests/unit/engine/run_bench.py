@@ -11,8 +11,8 @@ from run_plans import envelope_for
 from stepload.engine.operator import Operator
 from stepload.engine.rehearse import world_for
 from stepload.engine.tick import Engine
-from stepload.envelope.envelope import derive
-from stepload.envelope.limits import RunLimits
+from stepload.feasibility.limits import RunLimits
+from stepload.feasibility.preflight import derive
 from stepload.plan.model import Plan
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.world import SimulatedRig, WorldFault, WorldSpec, load_world
@@ -43,8 +43,8 @@ def bench_for(
 ) -> Bench:
     operator = Operator()
     rig = load_world()(spec or spec_for(plan))
-    envelope = envelope_for(plan, elastic_limit_n)
-    return Bench(plan, envelope.run_limits, rig, Engine(envelope, operator, **engine), operator)
+    preflight = envelope_for(plan, elastic_limit_n)
+    return Bench(plan, preflight.run_limits, rig, Engine(preflight, operator, **engine), operator)
 
 
 def run(bench: Bench, until_s: float = 600.0, rows: list[TickRow] | None = None) -> Engine:

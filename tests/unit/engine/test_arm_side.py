@@ -10,8 +10,8 @@ import pytest
 from run_plans import limits_for, stvf_plan
 
 from stepload.engine.supervisor import Supervisor
-from stepload.envelope.lateral import arm_error_n
-from stepload.envelope.limits import RunLimits
+from stepload.feasibility.lateral import arm_error_n
+from stepload.feasibility.limits import RunLimits
 from stepload.record.outcome import Cause
 from stepload.record.rows import Phase
 from stepload.rig.samples import NOT_TOLD, ArmSample, ForceSample, SixFloats

@@ -10,10 +10,10 @@ import pytest
 from run_plans import limits_for, stvf_plan
 
 from stepload.engine.controller import LOOK_AHEAD, STIFFENING, StepController
-from stepload.envelope.command_backlog import sudden_step
-from stepload.envelope.limits import RunLimits
-from stepload.envelope.press import ANSWER_SIGMAS, NOISE_MULTIPLE
-from stepload.envelope.pressing import LONGEST_STALL_S
+from stepload.feasibility.command_backlog import sudden_step
+from stepload.feasibility.limits import RunLimits
+from stepload.feasibility.press import ANSWER_SIGMAS, NOISE_MULTIPLE
+from stepload.feasibility.pressing import LONGEST_STALL_S
 
 PLANNED = limits_for(stvf_plan())
 DT = PLANNED.period_s
@@ -106,8 +106,8 @@ def test_the_target_does_not_run_ahead_of_an_arm_that_does_not_follow() -> None:
     for _ in range(4000):
         target_m = controller.step(0.0, 0.0, 0.0, target_m, DT)
         assert target_m <= 1.1 * ahead_m
-    leash_m = (PLANNED.force_limit_n - NOISE_MULTIPLE * NOISE_N) * FLOOR
-    assert 0.9 * ahead_m < target_m < 0.9 * leash_m
+    travel_limit_m = (PLANNED.force_limit_n - NOISE_MULTIPLE * NOISE_N) * FLOOR
+    assert 0.9 * ahead_m < target_m < 0.9 * travel_limit_m
     assert controller.speed_m_s == 0.0
 
 
@@ -146,8 +146,8 @@ def test_the_travel_of_an_only_channel_ends_where_a_rigid_surface_would_reach_th
 
 
 def test_with_two_channels_nothing_but_the_ramp_limits_the_travel() -> None:
-    for leash, cross_check in ((True, "arm"), (False, "")):
-        controller, target_m = StepController(limits(cross_check=cross_check), leash), 0.0
+    for travel_limit, cross_check in ((True, "arm"), (False, "")):
+        controller, target_m = StepController(limits(cross_check=cross_check), travel_limit), 0.0
         controller.begin(1e4, 0.0, 0.0, 1.0, False)
         for _ in range(3000):
             target_m = controller.step(0.0, 0.0, 0.0, target_m, DT)
@@ -178,15 +178,15 @@ def test_an_answer_proves_the_one_before_and_not_itself() -> None:
 
 def test_an_answer_is_looked_for_where_no_reading_is_from_before_the_arm_stood() -> None:
     """A reading of an only channel may be `unseen_s` old, and the loop's delays come on top."""
-    for unseen_s in (0.0, 0.2):
-        controller, target_m, ticks = begun(1e4, unseen_s=unseen_s), 0.0, 0
-        assert len(controller._targets_m) == 1 + math.ceil((unseen_s + PLANNED.reaction_s) / DT)
+    for undetected_s in (0.0, 0.2):
+        controller, target_m, ticks = begun(1e4, undetected_s=undetected_s), 0.0, 0
+        assert len(controller._targets_m) == 1 + math.ceil((undetected_s + PLANNED.reaction_s) / DT)
         while controller.speed_m_s or not target_m:
             target_m = controller.step(0.0, 0.0, 0.0, target_m, DT)
         while not controller._travel.answer_n:
             target_m = controller.step(5.0, 0.0, 0.0, target_m, DT)
             ticks += 1
-        stood_s = unseen_s + PLANNED.reaction_s + 0.1
+        stood_s = undetected_s + PLANNED.reaction_s + 0.1
         assert ticks * DT == pytest.approx(stood_s, abs=3.0 * DT)
 
 

@@ -15,8 +15,8 @@ from run_plans import envelope_for, stvf_plan
 from stepload.engine.operator import Operator, StopLevel
 from stepload.engine.safing import Action, make_safe
 from stepload.engine.tick import LATE_S, SAFING_EXTRA_S, Engine
-from stepload.envelope.bounds import Measured, cross_blind_n
-from stepload.envelope.zero_drift import under_load_s
+from stepload.feasibility.bounds import Measured, cross_blind_n
+from stepload.feasibility.zero_drift import under_load_s
 from stepload.record.outcome import Cause
 from stepload.record.rows import Phase
 
@@ -30,8 +30,8 @@ class Rig:
 
     def __init__(self, **changes: Any) -> None:
         self.operator = Operator()
-        envelope = replace(ENVELOPE, limits=replace(PLANNED, **changes))
-        self.engine = Engine(envelope, self.operator)
+        preflight = replace(ENVELOPE, limits=replace(PLANNED, **changes))
+        self.engine = Engine(preflight, self.operator)
         self.index = 0
         self.force_n = 0.0
         self.steps: list[float] = []

@@ -10,7 +10,7 @@ from rule_feed import PERIOD_S, PLANNED, Feed, arm_sample, force_sample
 
 from stepload.engine.force_response import WAITS_SHARE
 from stepload.engine.supervisor import Supervisor
-from stepload.engine.watch import Breach
+from stepload.engine.watch import Trip
 from stepload.record.rows import Phase
 
 K = PLANNED.stiffness_n_per_m
@@ -328,8 +328,8 @@ def test_the_second_channels_limit_is_that_of_the_main_one_and_the_tolerance() -
     expected_n = LIMIT_N * (1.0 + PLANNED.cross_relative) + PLANNED.cross_tolerance_n
     assert pytest.approx(expected_n) == SECOND_N
     least_n = PLANNED.allowed_n * (1.0 + PLANNED.cross_relative) + PLANNED.cross_tolerance_n
-    assert SECOND_N + PLANNED.second_zero_n <= PLANNED.counted_limit_n
-    assert least_n + PLANNED.second_zero_n <= PLANNED.counted_limit_n
+    assert SECOND_N + PLANNED.second_zero_n <= PLANNED.used_limit_n
+    assert least_n + PLANNED.second_zero_n <= PLANNED.used_limit_n
 
 
 @pytest.mark.parametrize("second_axis", ["", "-fz"])
@@ -453,7 +453,7 @@ def test_r6_beside_a_second_channel_does_not_wait() -> None:
     """Nothing holds the target there: both channels that die of one cause are stopped at once."""
     limit_m = LEASH_M - PLANNED.lost_motion_m + PLANNED.follow_m
     for share, found in ((0.99, False), (1.01, True)):
-        feed = Feed(**CALM, leash_time_s=0.0)
+        feed = Feed(**CALM, travel_limit_time_s=0.0)
         feed.tick()
         feed.moving(1000, share * limit_m, phase=Phase.LOAD)
         cause = feed.ticks(600, phase=Phase.LOAD)
@@ -462,7 +462,7 @@ def test_r6_beside_a_second_channel_does_not_wait() -> None:
 
 
 def test_r6_counts_the_travel_that_the_force_must_have_answered_by_now() -> None:
-    feed = Feed(**CALM, leash_time_s=0.0)
+    feed = Feed(**CALM, travel_limit_time_s=0.0)
     feed.tick()
     feed.moving(round(0.9 * REACTION_S / PERIOD_S), 1.0, phase=Phase.LOAD)
     assert feed.supervisor.travel_m == 0.0
@@ -602,7 +602,7 @@ def test_the_first_rule_of_a_tick_is_told_by_the_stream_that_broke_it() -> None:
 def test_what_finds_a_breach_can_be_handed_in() -> None:
     told: list[str] = []
 
-    def found(rule: str, *_: object) -> Breach | None:
+    def found(rule: str, *_: object) -> Trip | None:
         told.append(rule)
         return None
 

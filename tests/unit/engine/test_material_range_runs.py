@@ -11,7 +11,7 @@ from run_plans import stvf_plan
 
 from stepload.contact.material_range import softest, stiffest
 from stepload.contact.materials import Material
-from stepload.envelope.theory import theory_of
+from stepload.feasibility.theory import theory_of
 from stepload.plan.model import Plan
 
 F_C = 150.0

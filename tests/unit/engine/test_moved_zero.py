@@ -12,8 +12,8 @@ from course_feed import PERIOD_S, PLAN, PLANNED, Stage
 from stepload.engine.approach import MEAN_S, Approach
 from stepload.engine.phases import Exit
 from stepload.engine.zeroing import LOOK_S, Zeroing
-from stepload.envelope.schedule import WORTH
-from stepload.envelope.zero_drift import SECOND_ZERO_SHARE
+from stepload.feasibility.schedule import WORTH
+from stepload.feasibility.zero_drift import SECOND_ZERO_SHARE
 from stepload.record.outcome import Tare
 from stepload.record.rows import Phase
 

@@ -13,7 +13,7 @@ from course_feed import Stage
 from stepload.engine.nulling import Nulling as Nuller
 from stepload.engine.nulling import nulled
 from stepload.engine.watch import ForceWatch
-from stepload.envelope.aligning import NullingLaw
+from stepload.feasibility.aligning import NullingLaw
 from stepload.rig.samples import ForceSample
 
 LAW = NullingLaw(1e5, 0.2, 3e-4, 1e-3, 3.0, 0.3, 2.0, 0.0)

@@ -15,9 +15,9 @@ from stepload.plan.model import Nulling
 
 def nulled_run(true_over_believed: float, friction: float = 0.1, **sensor: Any) -> Any:
     """A run in the six-axis world, whose tip is 1.45e5 N/m stiff across when it sticks."""
-    asked = Nulling(sensor_turn_rad=sensor.pop("said_rad", 0.0))
+    requested = Nulling(sensor_turn_rad=sensor.pop("said_rad", 0.0))
     plan = tilted_plan(
-        0.5, friction=friction, alignment=None, nulling=asked,
+        0.5, friction=friction, alignment=None, nulling=requested,
         lateral_stiffness_n_per_m=1.45e5 / true_over_believed, **sensor,
     )  # fmt: skip
     bench = bench_for(plan)

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from stepload.engine.open_rig import opened
-from stepload.envelope.envelope import envelope_of
 from stepload.errors import DeviceError
+from stepload.feasibility.preflight import preflight_of
 from stepload.plan.load import load_plan
 from stepload.plan.model import Alignment, Nulling, Plan
 
@@ -35,7 +35,7 @@ def test_a_device_with_another_rate_than_planned_is_refused(
 ) -> None:
     with (
         pytest.raises(DeviceError, match=f"{named} runs at [0-9e+.]+ Hz, the plan says 1000 Hz"),
-        opened(envelope_of(_with_rates(arm_hz, force_hz)), dry_run=False),
+        opened(preflight_of(_with_rates(arm_hz, force_hz)), dry_run=False),
     ):
         pass
 
@@ -46,7 +46,7 @@ def test_an_arm_that_does_not_tell_where_it_is_held_is_not_used(
     monkeypatch.setattr("stepload_drivers.sim.arm.WorldArm.held_m", lambda _: math.nan)
     with (
         pytest.raises(DeviceError, match="does not tell where its controller holds it"),
-        opened(envelope_of(_with_rates(1000.0, 1000.0)), dry_run=False),
+        opened(preflight_of(_with_rates(1000.0, 1000.0)), dry_run=False),
     ):
         pass
 
@@ -54,13 +54,13 @@ def test_an_arm_that_does_not_tell_where_it_is_held_is_not_used(
 @pytest.mark.parametrize("asked", [{"alignment": Alignment()}, {"nulling": Nulling()}])
 @pytest.mark.parametrize("dry_run", [True, False])
 def test_an_arm_that_cannot_go_sideways_is_known_before_it_moves(
-    asked: dict[str, Any], dry_run: bool
+    requested: dict[str, Any], dry_run: bool
 ) -> None:
     """The simulated rig has one axis unless the plan gives it a mount."""
     plan = _with_rates(1000.0, 1000.0)
-    plan = replace(plan, procedure=replace(plan.procedure, **asked))
+    plan = replace(plan, procedure=replace(plan.procedure, **requested))
     with (
         pytest.raises(DeviceError, match="can go across its approach, and this one cannot"),
-        opened(envelope_of(plan), dry_run=dry_run),
+        opened(preflight_of(plan), dry_run=dry_run),
     ):
         pass

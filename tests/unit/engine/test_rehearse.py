@@ -12,8 +12,8 @@ import pytest
 from stepload.contact.materials import FlatPunch, Material, Sphere
 from stepload.engine.first_loading import true_secant
 from stepload.engine.rehearse import payload_truth, world_for
-from stepload.envelope.envelope import derive
-from stepload.envelope.theory import theory_of
+from stepload.feasibility.preflight import derive
+from stepload.feasibility.theory import theory_of
 from stepload.plan.model import (
     ArmSpec,
     DisplacementSpec,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stepload.engine.rehearse import mount_of, world_for
-from stepload.envelope.envelope import envelope_of
+from stepload.feasibility.preflight import preflight_of
 from stepload.plan.load import load_plan
 from stepload.plan.mounting import Mounting
 from stepload.plan.simulation import Simulation
@@ -66,7 +66,7 @@ def test_a_plan_with_an_empty_mount_presses_in_six_axes(tmp_path):
     text = text.replace("payloads/", f"{PROCEDURES}/payloads/")
     path = tmp_path / "plan.yaml"
     path.write_text(text)
-    spec = world_for(envelope_of(load_plan(path)))
+    spec = world_for(preflight_of(load_plan(path)))
     assert spec.mount == mount_of(told(), spec.system_stiffness_n_per_m)
     rig = load_world()(spec)
     plant = rig.world.plant

@@ -12,7 +12,7 @@ import pytest
 
 from stepload.engine.motion import MotionWatch
 from stepload.engine.rules import RULES, margins, with_table
-from stepload.envelope.limits import OFF_AT_ZERO, RunLimits
+from stepload.feasibility.limits import OFF_AT_ZERO, RunLimits
 from stepload.record.rows import Phase
 
 PAGE = Path(__file__).parents[3] / "docs" / "safety.md"
@@ -116,7 +116,7 @@ def watched(**other: Any) -> MotionWatch:
         "position_resolution_m": 1e-7, "guarded_speed_m_s": 1e-3, "still_m": 6e-5,
         "model_tolerance_m": 1e-3, "model_lag_s": 0.0, "search_end_m": 0.01,
     }  # fmt: skip
-    watch = MotionWatch(limits(**told), lambda *breach: breach)
+    watch = MotionWatch(limits(**told), lambda *trip: trip)
     for tick in range(40):
         position_m = 0.0 if other["frozen"] else tick * 2e-6
         watch.judge(tick * 0.002, min(tick * 2e-6, 5e-5), min(position_m, 5e-5), other["phase"])

@@ -17,7 +17,7 @@ from stepload.engine.controller import Lead
 from stepload.engine.loop import run_loop
 from stepload.engine.supervisor import Supervisor
 from stepload.engine.tick import Engine
-from stepload.envelope.limits import SECOND_IDENTICAL_COUNTS
+from stepload.feasibility.limits import SECOND_IDENTICAL_COUNTS
 from stepload.plan.model import Plan, SecondForce, SecondForceSource
 from stepload.record.outcome import RunStatus
 from stepload.record.rows import Phase, TickRow
@@ -48,10 +48,10 @@ def test_an_approach_too_slow_to_see_between_two_looks_is_progress() -> None:
     plan = ur_plan(**QUICK, touch_force_n=2.0)
     arm = replace(plan.rig.arm, position_resolution_m=30e-6)
     plan = replace(plan, rig=replace(plan.rig, arm=arm))
-    envelope = envelope_for(plan)
+    preflight = envelope_for(plan)
     bench = bench_for(plan, 727.0, spec_for(plan, 3))
-    slow = replace(envelope.run_limits, guarded_speed_m_s=40e-6)
-    bench.engine = Engine(replace(envelope, limits=slow), bench.operator)
+    slow = replace(preflight.run_limits, guarded_speed_m_s=40e-6)
+    bench.engine = Engine(replace(preflight, limits=slow), bench.operator)
     engine = run(bench, 40.0)
     assert engine.cause is None
     assert engine.course.touches

@@ -169,12 +169,12 @@ class _Pauser:
     def __init__(self, bench: Bench, phase: Phase, step: int = 0, cycle: int = 1) -> None:
         self._operator, self._when = bench.operator, (phase, step, cycle)
         self._paused_s = 0.0
-        self.asked = False
+        self.requested = False
 
     def __call__(self, row: TickRow) -> None:
         phase, step, cycle = self._when
-        if not self.asked and (row.phase, row.cycle) == (phase, cycle) and row.step == step:
-            self.asked = self._operator.paused = True
+        if not self.requested and (row.phase, row.cycle) == (phase, cycle) and row.step == step:
+            self.requested = self._operator.paused = True
         if row.phase == Phase.PAUSED:
             assert row.force_n < 2.0
             self._paused_s = self._paused_s or row.time_s
@@ -224,7 +224,7 @@ def test_a_pause_is_honoured_after_each_step_and_between_cycles(
     bench, tape = _bench(cycles=2, touches=1), Tape()
     tape.on_tick = pauser = _Pauser(bench, phase, step, cycle)
     outcome = _go(bench, tape)
-    assert pauser.asked
+    assert pauser.requested
     assert outcome.status is RunStatus.COMPLETED, outcome.why
     rows = [row for row in tape.rows if (row.phase, row.step, row.cycle) == (phase, step, cycle)]
     told = [str(data["phase"]) for time_s, kind, data in tape.events
@@ -242,7 +242,7 @@ def test_a_pause_between_cycles_without_lift_off_opens_the_contact() -> None:
     bench, tape = _bench(cycles=2, touches=1, lift_off=False, unload_fraction=0.1), Tape()
     tape.on_tick = pauser = _Pauser(bench, Phase.UNLOAD_HOLD)
     outcome = _go(bench, tape)
-    assert pauser.asked
+    assert pauser.requested
     assert outcome.status is RunStatus.COMPLETED, outcome.why
     phases = tape.phases()
     at = phases.index("PAUSED")

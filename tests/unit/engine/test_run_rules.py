@@ -98,8 +98,8 @@ def test_faults_in_motion_stay_below_the_elastic_limit(
         bench = bench_for(plan, F_C, spec_for(plan, 5, [fault]))
         engine = run(bench, 30.0)
         assert engine.cause is None or engine.cause.rule in rules
-        unseen = kind == "command_latency"  # smaller than R7 can tell: harmless
-        assert engine.cause is not None or unseen
+        undetected = kind == "command_latency"  # smaller than R7 can tell: harmless
+        assert engine.cause is not None or undetected
         assert bench.peak_n < F_C
 
 

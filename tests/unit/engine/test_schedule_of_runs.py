@@ -12,8 +12,8 @@ from run_plans import envelope_for, stvf_plan, ur_plan
 
 from stepload.engine.operator import Operator
 from stepload.engine.tick import Engine
-from stepload.envelope.envelope import derive
-from stepload.envelope.schedule import AGAIN
+from stepload.feasibility.preflight import derive
+from stepload.feasibility.schedule import AGAIN
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
 from stepload.plan.shipped import plan_path
@@ -50,10 +50,10 @@ def test_a_dry_run_takes_the_time_that_was_told(procedure: dict[str, Any]) -> No
 def test_a_short_free_way_costs_a_way_back_and_a_touch_that_are_counted(touches: int) -> None:
     short = {"surface_distance_m": 2e-5, "surface_uncertainty_m": 1e-5, "retract_m": 0.02}
     plan = ur_plan(**(QUICK | short | {"touches": touches, "search_distance_m": 2e-2}))
-    bench, envelope = bench_for(plan, 727.0), envelope_for(plan, 727.0)
-    stages = envelope.stages
-    assert envelope.limits is not None
-    way_m = envelope.limits.shows_m(0.02)
+    bench, preflight = bench_for(plan, 727.0), envelope_for(plan, 727.0)
+    stages = preflight.stages
+    assert preflight.limits is not None
+    way_m = preflight.limits.shows_m(0.02)
     rows: list[TickRow] = []
     engine = run(bench, 600.0, rows)
     assert engine.course.done
@@ -70,9 +70,9 @@ def test_a_short_free_way_costs_a_way_back_and_a_touch_that_are_counted(touches:
 
 def pressed_s(plan: Plan, seed: int = 1) -> tuple[float, float]:
     """Time of a whole dry run, and of its longest way up to a level."""
-    rig, envelope, operator = load_world()(spec_for(plan, seed)), derive(plan), Operator()
+    rig, preflight, operator = load_world()(spec_for(plan, seed)), derive(plan), Operator()
     rows: list[TickRow] = []
-    bench = Bench(plan, envelope.run_limits, rig, Engine(envelope, operator), operator)
+    bench = Bench(plan, preflight.run_limits, rig, Engine(preflight, operator), operator)
     assert run(bench, 1500.0, rows).course.done
     up = Counter((row.cycle, row.step) for row in rows if row.phase == Phase.LOAD)
     return bench.ticks * rig.arm.period_s, max(up.values()) * rig.arm.period_s

@@ -330,11 +330,11 @@ def test_a_retract_proves_that_the_contact_is_open(share: float, is_open: bool) 
 
 def test_where_the_arm_is_believed_to_be_is_within_a_retract_of_its_target() -> None:
     course = Stage().course
-    for position_m, believed_m in ((0.3e-3, 0.3e-3), (5e-3, 1e-3), (-5e-3, -1e-3)):
+    for position_m, expected_m in ((0.3e-3, 0.3e-3), (5e-3, 1e-3), (-5e-3, -1e-3)):
         course.sup.arm.position_m = position_m
-        assert course.believed_m == pytest.approx(believed_m)
+        assert course.expected_m == pytest.approx(expected_m)
     course.target_m = math.nan
-    assert course.believed_m == -5e-3
+    assert course.expected_m == -5e-3
 
 
 def test_the_contact_is_open_a_retract_behind_all_that_is_known() -> None:

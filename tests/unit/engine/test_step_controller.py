@@ -15,8 +15,8 @@ from run_plans import limits_for, stvf_plan, ur_plan
 from stepload.engine import travel_limit
 from stepload.engine.controller import StepController
 from stepload.engine.travel_limit import DRIFT_SHARE
-from stepload.envelope.limits import RunLimits
-from stepload.envelope.press import OLD_S
+from stepload.feasibility.limits import RunLimits
+from stepload.feasibility.press import OLD_S
 
 ONE: dict[str, Any] = {"cross_check": "", "unseen_s": OLD_S, "answers_n": 1e-9}
 """With one force channel, the travel is limited; as on a rigid surface."""
@@ -155,8 +155,10 @@ def test_a_level_that_was_given_up_leaves_no_new_leash(
         if reached:
             controller.step(level_n, level_n, target_m, target_m, limits.period_s)
             assert controller.reached
-    leash_m = 1.0 * (limits.force_limit_n - stuck - 6.0 * limits.noise_n) / limits.stiffness_n_per_m
-    assert target_m == pytest.approx(leashes * leash_m, rel=1e-3)
+    travel_limit_m = (
+        1.0 * (limits.force_limit_n - stuck - 6.0 * limits.noise_n) / limits.stiffness_n_per_m
+    )
+    assert target_m == pytest.approx(leashes * travel_limit_m, rel=1e-3)
 
 
 def dead_n(

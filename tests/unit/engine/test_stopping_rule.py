@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from stepload.engine.stopping_rule import SURE, StoppingRule, Verdict, judge, nearest
-from stepload.envelope.until import Need, Until
+from stepload.feasibility.until import Need, Until
 from stepload.identification.conditions import Conditions, Sources
 from stepload.plan.checks import LEAST_LEVELS
 

@@ -12,8 +12,8 @@ from stepload.engine.watch import (
     AHEAD_S,
     LATE_CLOCK_TICKS,
     ArmWatch,
-    Breach,
     ForceWatch,
+    Trip,
     wrench_axis,
 )
 from stepload.rig.samples import ArmSample, ForceSample
@@ -35,7 +35,7 @@ def arm_watch(**changes: Any) -> ArmWatch:
     return ArmWatch(**(options | changes))
 
 
-def take(watch: ForceWatch | ArmWatch, *samples: ForceSample | ArmSample) -> Breach | None:
+def take(watch: ForceWatch | ArmWatch, *samples: ForceSample | ArmSample) -> Trip | None:
     """What the watch finds in samples that arrive in time."""
     return watch.take(samples, samples[-1].receive_time_s)
 
@@ -47,10 +47,10 @@ def test_r3_trips_when_the_age_limit_has_passed_and_not_before(watch: Any) -> No
     assert take(stream, sample) is None
     found = [stream.take((), tick * PERIOD_S) for tick in range(1, 16)]
     assert found[:12] == [None] * 12
-    breach = found[12]
-    assert breach is not None
-    assert (breach.rule, breach.limit, breach.unit) == ("R3", STALE_S, "s")
-    assert breach.value == pytest.approx(0.013)
+    trip = found[12]
+    assert trip is not None
+    assert (trip.rule, trip.limit, trip.unit) == ("R3", STALE_S, "s")
+    assert trip.value == pytest.approx(0.013)
     assert stream.fresh is False
     assert take(stream, sample._replace(sequence=99, receive_time_s=0.02, device_time_s=0.02)) is (
         None
@@ -71,9 +71,9 @@ def test_r3_gives_a_late_host_two_ticks_to_read_its_buffers_and_no_more() -> Non
     take(watch, force_sample(0, 1.0))
     assert watch.take((), 0.5) is None
     assert watch.take((), 0.501) is None
-    breach = watch.take((), 0.502)
-    assert breach is not None
-    assert breach.rule == "R3"
+    trip = watch.take((), 0.502)
+    assert trip is not None
+    assert trip.rule == "R3"
 
 
 def test_a_sample_ends_the_count_of_empty_ticks() -> None:
@@ -94,17 +94,17 @@ def test_r4_what_is_beyond_full_scale_on_either_side_or_not_finite_is_no_reading
     watch = force_watch()
     assert take(watch, force_sample(0, 0.99 * FULL_N)) is None
     assert take(watch, force_sample(1, -0.99 * FULL_N)) is None
-    breach = take(watch, force_sample(2, newton))
-    assert breach is not None
-    assert (breach.rule, breach.limit, breach.unit) == ("R4", FULL_N, "N")
+    trip = take(watch, force_sample(2, newton))
+    assert trip is not None
+    assert (trip.rule, trip.limit, trip.unit) == ("R4", FULL_N, "N")
     assert watch.raw_n == -0.99 * FULL_N
 
 
 def test_r4_every_sample_of_a_tick_is_judged() -> None:
     watch = force_watch()
-    breach = take(watch, force_sample(0, math.nan), force_sample(1, 1.0))
-    assert breach is not None
-    assert breach.rule == "R4"
+    trip = take(watch, force_sample(0, math.nan), force_sample(1, 1.0))
+    assert trip is not None
+    assert trip.rule == "R4"
     assert watch.raw_n == 1.0
 
 
@@ -114,9 +114,9 @@ def test_r4_a_flagged_sample_is_not_used_in_silence(status: int) -> None:
         (force_watch(), force_sample(0, 1.0, status=status)),
         (arm_watch(), arm_sample(0, 0.0, status=status)),
     ):
-        breach = take(watch, sample)
-        assert breach is not None
-        assert (breach.rule, breach.value) == ("R4", float(status))
+        trip = take(watch, sample)
+        assert trip is not None
+        assert (trip.rule, trip.value) == ("R4", float(status))
 
 
 def test_r4_equal_samples_are_frozen_from_the_count_on() -> None:
@@ -187,27 +187,27 @@ def test_r10_sequences_rise(last: int, next_: int, found: bool) -> None:
         watch = force_watch()
         first, second = force_sample(last, 1.0), force_sample(6, 2.0, sequence=next_)
         if in_one_tick:
-            breach = take(watch, first, second)
+            trip = take(watch, first, second)
         else:
             assert take(watch, first) is None
-            breach = take(watch, second)
-        assert (breach is not None) == found
-        assert breach is None or breach[:3] == ("R10", float(next_), float(last))
+            trip = take(watch, second)
+        assert (trip is not None) == found
+        assert trip is None or trip[:3] == ("R10", float(next_), float(last))
 
 
 @pytest.mark.parametrize(("ahead_s", "found"), [(0.0, False), (0.9e-4, False), (1.1e-4, True)])
 def test_r10_a_stamp_of_the_future_is_refused_at_once(ahead_s: float, found: bool) -> None:
     for watch, sample in ((force_watch(), force_sample(0, 1.0)), (arm_watch(), arm_sample(0, 0.0))):
         sample = sample._replace(receive_time_s=1.0 + ahead_s, device_time_s=math.nan)
-        breach = watch.take([sample], 1.0)
-        assert (breach is not None) == found
-        if breach is not None:
-            assert breach.rule == "R10"
-            assert breach.value == pytest.approx(ahead_s)
-            assert (breach.limit, breach.unit) == (AHEAD_S, "s")
+        trip = watch.take([sample], 1.0)
+        assert (trip is not None) == found
+        if trip is not None:
+            assert trip.rule == "R10"
+            assert trip.value == pytest.approx(ahead_s)
+            assert (trip.limit, trip.unit) == (AHEAD_S, "s")
 
 
-def clock(watch: ForceWatch, offsets_s: list[float]) -> list[Breach | None]:
+def clock(watch: ForceWatch, offsets_s: list[float]) -> list[Trip | None]:
     return [
         take(watch, force_sample(i, 1.0, device_time_s=i * PERIOD_S - offset_s))
         for i, offset_s in enumerate(offsets_s)
@@ -219,11 +219,11 @@ def test_r10_a_device_clock_that_steps_is_seen_once_it_has_lasted(sign: float) -
     far = [0.3] + [0.3 + sign * 1.1 * CLOCK_S] * LATE_CLOCK_TICKS
     found = clock(force_watch(), far)
     assert found[:LATE_CLOCK_TICKS] == [None] * LATE_CLOCK_TICKS
-    breach = found[LATE_CLOCK_TICKS]
-    assert breach is not None
-    assert breach.rule == "R10"
-    assert breach.value == pytest.approx(sign * 1.1 * CLOCK_S)
-    assert (breach.limit, breach.unit) == (CLOCK_S, "s")
+    trip = found[LATE_CLOCK_TICKS]
+    assert trip is not None
+    assert trip.rule == "R10"
+    assert trip.value == pytest.approx(sign * 1.1 * CLOCK_S)
+    assert (trip.limit, trip.unit) == (CLOCK_S, "s")
     near = [0.3] + [0.3 + sign * 0.9 * CLOCK_S] * 50
     assert clock(force_watch(), near) == [None] * 51
 

@@ -13,12 +13,12 @@ import pytest
 
 from stepload.engine.open_rig import OpenRig, opened
 from stepload.engine.operator import Operator, StopLevel
-from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.errors import RefusedError
+from stepload.feasibility.preflight import Preflight, preflight_of
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan, RecordPolicy
 from stepload.record.reader import read_recording
-from stepload.results.conditions import FILE
+from stepload.report.conditions import FILE
 from stepload.rig.device import ArmConfiguration
 from stepload.rig.pose import from_texts
 from stepload.session.experiment import run_plan
@@ -40,8 +40,8 @@ def standing(
     """Opens the simulated rig with an arm that says it stands so."""
 
     @contextmanager
-    def open_rig(envelope: Envelope, **how: Any) -> Iterator[OpenRig]:
-        with opened(envelope, **how) as rig:
+    def open_rig(preflight: Preflight, **how: Any) -> Iterator[OpenRig]:
+        with opened(preflight, **how) as rig:
             rigs.append(replace(rig, stands=stands))
             yield rigs[-1]
 
@@ -52,7 +52,7 @@ def test_elsewhere_nothing_moves_where_the_policy_is_to_refuse(tmp_path: Path) -
     rigs: list[OpenRig] = []
     with pytest.raises(RefusedError, match="another pose than the arm stands in"):
         run_plan(
-            envelope_of(calibrated(RecordPolicy.REFUSE)), dry_run=True, out=tmp_path / "run",
+            preflight_of(calibrated(RecordPolicy.REFUSE)), dry_run=True, out=tmp_path / "run",
             open_rig=standing(ELSEWHERE, rigs),
         )  # fmt: skip
     assert len(rigs) == 1  # it was open, and no record was begun: no tick has run
@@ -64,9 +64,9 @@ def test_elsewhere_the_record_and_its_limits_go_by_what_is_left_of_the_stiffness
 ) -> None:
     operator = Operator()
     operator.request_stop(StopLevel.NOW)
-    envelope = envelope_of(calibrated(RecordPolicy.WARN))
+    preflight = preflight_of(calibrated(RecordPolicy.WARN))
     run_plan(
-        envelope, dry_run=True, out=tmp_path / "run", operator=operator,
+        preflight, dry_run=True, out=tmp_path / "run", operator=operator,
         open_rig=standing(ELSEWHERE, []),
     )  # fmt: skip
     recording = read_recording(tmp_path / "run" / "run.mcap")
@@ -74,7 +74,7 @@ def test_elsewhere_the_record_and_its_limits_go_by_what_is_left_of_the_stiffness
     assert recording.metadata["simulated"] == "true"
     assert recording.metadata["calibration"] == "indicative"
     sources = json.loads(recording.attachments[FILE])["sources"]
-    stated = envelope.plan.rig.system_stiffness.stiffness_n_per_m
+    stated = preflight.plan.rig.system_stiffness.stiffness_n_per_m
     assert sources["system_stiffness_sigma_n_per_m"] == pytest.approx(0.34 * stated)
     assert sources["deflection_force_n"] == []
     told = json.loads(recording.attachments["preflight.json"])

@@ -14,17 +14,17 @@ from run_plans import limits_for, stvf_plan
 from stepload.contact.lateral import left_of_limit
 from stepload.engine.supervisor import Supervisor
 from stepload.engine.tare import TareWindow
-from stepload.engine.watch import Breach, ForceWatch
-from stepload.envelope.bounds import Measured
-from stepload.envelope.envelope import envelope_of
-from stepload.envelope.lateral import (
+from stepload.engine.watch import ForceWatch, Trip
+from stepload.feasibility.bounds import Measured
+from stepload.feasibility.lateral import (
     dragged_left,
     lateral_limits,
     lateral_reasons,
     yielding_ratios,
 )
-from stepload.envelope.limits import RunLimits
-from stepload.envelope.pressing import largest_top_force
+from stepload.feasibility.limits import RunLimits
+from stepload.feasibility.preflight import preflight_of
+from stepload.feasibility.pressing import largest_top_force
 from stepload.plan.aligning import Alignment
 from stepload.plan.model import Plan, Structure
 from stepload.record.outcome import Cause
@@ -76,7 +76,7 @@ def test_too_much_force_across_the_axis_stops_the_run(share: float, stops: bool)
         assert cause.value > cause.limit
 
 
-def dying_across(axis: str, *, dead_from: int, steps_of: int = 1) -> list[Breach]:
+def dying_across(axis: str, *, dead_from: int, steps_of: int = 1) -> list[Trip]:
     """Breaches of a noisy sensor pressed at 50 N from sample 100 on, zeroed there, whose components
     across the axis read 0 from some sample on; they change every `steps_of` samples."""
     watch = ForceWatch(
@@ -94,9 +94,9 @@ def dying_across(axis: str, *, dead_from: int, steps_of: int = 1) -> list[Breach
             watch.tare()
         now_s = 0.002 * number
         sample = ForceSample(number, now_s, now_s, 0, tuple(wrench.tolist()), 20.0)
-        breach = watch.take([sample], now_s)
-        if breach is not None:
-            found.append(breach)
+        trip = watch.take([sample], now_s)
+        if trip is not None:
+            found.append(trip)
     return found
 
 
@@ -143,7 +143,7 @@ def test_a_coarse_sensor_that_dies_across_is_given_longer() -> None:
         now_s = 0.002 * number
         wrench = (*across.tolist(), float(row[2]), 0.0, 0.0, 0.0)
         found.append(watch.take([ForceSample(number, now_s, now_s, 0, wrench, 20.0)], now_s))
-    [first, *_] = [breach for breach in found if breach is not None]
+    [first, *_] = [trip for trip in found if trip is not None]
     assert (first.rule, first.limit) == ("R4", 150.0)
     assert 1500 < found.index(first) < 1660
 
@@ -387,9 +387,9 @@ def test_where_nothing_sees_sideways_force_less_of_f_c_counts() -> None:
 
 def test_a_load_cell_on_an_arm_may_press_less() -> None:
     left = dragged_left(arm("one"))
-    known, unseen = (largest_top_force(plan, 500.0) for plan in (arm(), arm("one")))
-    assert unseen < known
-    assert known - unseen == pytest.approx(500.0 * (1.0 - left) * 0.97, rel=0.1)
+    known, undetected = (largest_top_force(plan, 500.0) for plan in (arm(), arm("one")))
+    assert undetected < known
+    assert known - undetected == pytest.approx(500.0 * (1.0 - left) * 0.97, rel=0.1)
 
 
 def test_a_component_that_is_no_number_is_an_overload() -> None:
@@ -417,8 +417,8 @@ def test_a_tare_counts_the_components_that_change() -> None:
 
 def test_what_the_run_finds_out_lowers_the_ladder_too() -> None:
     plan = arm(top_force_n=100.0, levels_n=(50.0, 100.0))
-    planned = envelope_of(plan).run_limits
-    found = envelope_of(plan, Measured(0.0, 0.0, one_axis=True)).run_limits
+    planned = preflight_of(plan).run_limits
+    found = preflight_of(plan, Measured(0.0, 0.0, one_axis=True)).run_limits
     assert planned.dragged_left == dragged_left(plan, one_axis=True)
     assert found.allowed_n < planned.allowed_n
 

@@ -16,7 +16,7 @@ from run_plans import limits_for, stvf_plan, ur_plan
 from stepload.engine.loop import run_loop
 from stepload.engine.retract import not_open
 from stepload.engine.supervisor import Supervisor
-from stepload.engine.watch import Breach
+from stepload.engine.watch import Trip
 from stepload.plan.model import Plan, SecondForce, SecondForceSource
 from stepload.record.outcome import RunOutcome, RunStatus
 from stepload.record.rows import Phase
@@ -36,8 +36,8 @@ def whole_run(
     """A run of a rig whose sensor is wired as the plan says, by an engine that believes `axis`."""
     faults = [WorldFault("arm_force_gain", 0.0, 600.0, second_gain)] if second_gain != 1.0 else []
     force = replace(plan.rig.force, axis=axis)
-    believed = replace(plan, rig=replace(plan.rig, force=force))
-    bench = bench_for(believed, F_C, spec_for(plan, 3, faults))
+    expected = replace(plan, rig=replace(plan.rig, force=force))
+    bench = bench_for(expected, F_C, spec_for(plan, 3, faults))
     for device in (bench.rig.arm, bench.rig.force):
         device.open(1.0)
     return bench, run_loop(bench.engine, bench.rig, NullRecorder())
@@ -288,9 +288,9 @@ def test_the_whole_force_on_a_second_sensor_is_limited(along: float) -> None:
         assert (found.rule if found else None) == rule
 
 
-def all_but_r12(rule: str, *rest: Any) -> Breach | None:
+def all_but_r12(rule: str, *rest: Any) -> Trip | None:
     """R12 stops a run that is dragged sideways earlier."""
-    return None if rule == "R12" else Breach(rule, *rest)
+    return None if rule == "R12" else Trip(rule, *rest)
 
 
 def _sample(index: int, wrench: Any) -> ForceSample:

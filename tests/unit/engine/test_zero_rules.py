@@ -13,9 +13,9 @@ from stepload.engine.phases import Exit, Steps
 from stepload.engine.retract import retract
 from stepload.engine.tare import TareWindow
 from stepload.engine.zeroing import DRIFT_CHECK_S, FREE_SIGMAS, LOOK_S, NOISE_FACTOR, Zeroing
-from stepload.envelope.bounds import Measured
-from stepload.envelope.zero_drift import STEP_RATES, longest_under_load_s
 from stepload.errors import RefusedError
+from stepload.feasibility.bounds import Measured
+from stepload.feasibility.zero_drift import STEP_RATES, longest_under_load_s
 from stepload.record.rows import Phase
 
 NOISE_N, DRIFT_N, TOLERANCE_N = PLANNED.noise_n, PLAN.max_drift_n, PLANNED.cross_tolerance_n

@@ -76,9 +76,9 @@ def test_a_choice_that_cannot_be_fitted_with_the_length_that_stands_for_all_coun
     run = press(World())
     run = told(run, smooth_length_n=None, laws=("hertz",))
     assert TOUCH in judge(run).quantities
-    whole, asked = verdict.chosen_fits, itertools.count()
+    whole, requested = verdict.chosen_fits, itertools.count()
     here = middle(len(smooth_lengths(None, 300.0)))
     monkeypatch.setattr(
-        verdict, "chosen_fits", lambda *given: {} if next(asked) == here else whole(*given)
+        verdict, "chosen_fits", lambda *given: {} if next(requested) == here else whole(*given)
     )
     assert set(judge(run).quantities) == WITHOUT_LAW

@@ -41,17 +41,17 @@ NOWHERE = Missing("no lever")
 
 
 def quality(
-    *slips: Slip, unseen_n: float = 0.0, place: ContactPoint | Missing = NOWHERE
+    *slips: Slip, undetected_n: float = 0.0, place: ContactPoint | Missing = NOWHERE
 ) -> ContactQuality:
-    return ContactQuality((BranchShare(1, True, np.array([0.1, 0.0])),), slips, unseen_n, place)
+    return ContactQuality((BranchShare(1, True, np.array([0.1, 0.0])),), slips, undetected_n, place)
 
 
 def test_a_slip_moves_the_tip_along_a_plate_that_may_be_tilted() -> None:
-    it = ContactAlignment(quality(slip(2.0), unseen_n=3.0), yields_m_per_n=YIELDS)
+    it = ContactAlignment(quality(slip(2.0), undetected_n=3.0), yields_m_per_n=YIELDS)
     across = LATERAL_OVER_AXIAL * YIELDS + 1e-7 / TANGENTIAL_OVER_NORMAL
-    seen_m, unseen_m = it.slip_m(30.0, 300.0, lambda _: 1e-7)
+    seen_m, undetected_m = it.slip_m(30.0, 300.0, lambda _: 1e-7)
     assert seen_m == pytest.approx(2.0 * across * math.tan(TILT_RAD))
-    assert unseen_m == 0.0
+    assert undetected_m == 0.0
     assert replace(it, arm=True).slip_m(30.0, 300.0, lambda _: 1e-7)[1] == pytest.approx(
         1.5 * seen_m
     )
@@ -97,7 +97,7 @@ def test_all_of_it_stands_in_the_budget() -> None:
     assert plain.headline.verdict is ResultVerdict.IDENTIFIED
     assert not any("slip" in line.source and line.relative for line in plain.headline.lines)
     slipped = ContactAlignment(
-        quality(slip(30.0), place=point(5e-3), unseen_n=3.0), arm=True,
+        quality(slip(30.0), place=point(5e-3), undetected_n=3.0), arm=True,
         misalignment_rad=0.035, yields_m_per_n=YIELDS, gauge_offset_m=0.001,
     )  # fmt: skip
     found = judge(press(World(said={"alignment": slipped})))

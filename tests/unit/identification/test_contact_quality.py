@@ -105,11 +105,13 @@ def test_a_step_of_the_load_that_the_force_across_follows_is_no_slip() -> None:
 def test_what_is_smaller_than_what_can_be_seen_is_told_as_that() -> None:
     loud = told(made(jump_n=0.5, noise_n=0.3))
     assert loud.slips == ()
-    assert loud.unseen_n > 0.5
+    assert loud.undetected_n > 0.5
     quiet = told(made())
-    assert quiet.unseen_n == pytest.approx(0.01 * TOP_N + 2.0 * NOISE_N / math.sqrt(2.0), rel=0.02)
+    assert quiet.undetected_n == pytest.approx(
+        0.01 * TOP_N + 2.0 * NOISE_N / math.sqrt(2.0), rel=0.02
+    )
     for seed in range(20):
-        assert told(made(jump_n=loud.unseen_n, noise_n=0.3, seed=seed)).slips
+        assert told(made(jump_n=loud.undetected_n, noise_n=0.3, seed=seed)).slips
 
 
 @pytest.mark.parametrize("axis", AXES)

@@ -19,9 +19,9 @@ from stepload.identification.fit import Flag, FloatArray
 from stepload.identification.identifiability import identifiability
 from stepload.identification.identify import Identification
 from stepload.record.curves import Curve
-from stepload.results.conditions import Stated, with_payload
-from stepload.results.curve import PreparedCurve, deformation_curve, prepare
-from stepload.results.from_file import identify_file, system_results_of_file
+from stepload.report.conditions import Stated, with_payload
+from stepload.report.curve import PreparedCurve, deformation_curve, prepare
+from stepload.report.from_file import identify_file, system_results_of_file
 
 K, N, KS = 6.57e8, 1.5, 3.49e6
 SECANT = 300.0 ** (1 - 1 / N) * K ** (1 / N)

@@ -292,9 +292,9 @@ def test_the_branches_of_a_loop_have_their_own_chords() -> None:
 
 def test_the_branch_that_is_asked_for_is_the_headline() -> None:
     run = press(World())
-    found, asked = judge(run), judge(told(run, branch="unloading"))
-    assert asked.headline == found.quantities["unloading_chord"] != found.headline
-    assert asked.quantities == found.quantities
+    found, requested = judge(run), judge(told(run, branch="unloading"))
+    assert requested.headline == found.quantities["unloading_chord"] != found.headline
+    assert requested.quantities == found.quantities
     with pytest.raises(DomainError, match="reloading"):
         judge(told(press(World(cycles=1)), branch="reloading"))
 

@@ -102,8 +102,8 @@ def test_a_record_that_does_not_fit_is_doubted_or_refused(
 ) -> None:
     stiffness = planned(write_plan, tmp_path, record).rig.system_stiffness
     assert problem in stiffness.validity_problem
-    believed = RECORD.stiffness_n_per_m if record else 3.49e6
-    assert stiffness.stiffness_n_per_m == believed
+    expected = RECORD.stiffness_n_per_m if record else 3.49e6
+    assert stiffness.stiffness_n_per_m == expected
     with pytest.raises(PlanError) as caught:
         planned(write_plan, tmp_path, record, "refuse")
     assert [p.line for p in caught.value.problems] == [3]

@@ -134,13 +134,13 @@ def test_a_dead_writer_is_seen_within_64_looks(start: Start) -> None:
 
 def test_nobody_waits_for_a_dead_writer(start: Start) -> None:
     recorder = start()
-    asked = []
+    requested = []
 
     def has_room() -> bool:
-        if not asked:
+        if not requested:
             dead(recorder)
-        asked.append(1)
-        assert len(asked) < 200
+        requested.append(1)
+        assert len(requested) < 200
         return False
 
     assert recorder._wait_for_room(has_room) is False

@@ -26,7 +26,7 @@ class Box:
     def __init__(self, clock):
         self._clock = clock
         self.every = 7
-        self.asked, self.closed = [], False
+        self.requested, self.closed = [], False
         self.rdt, self.ft = 0, 1000
         self.status = 0
         self.deaf = self.silent = False
@@ -35,7 +35,7 @@ class Box:
         self.fz = lambda number: -30_000_000 + number % 1000
 
     def send(self, data):
-        self.asked.append(data)
+        self.requested.append(data)
         if data == request(Command.START) and not self.deaf:
             self.rdt, self.next_s = 0, self._clock.now_s + 0.001
 
@@ -173,4 +173,4 @@ def test_a_stream_that_another_client_took_is_told(sensor, device, clock):
     assert "answers on its pages" in sensor.fault().message
     assert "another program" in sensor.fault().hint
     sensor.close()
-    assert request(Command.STOP) not in device.asked  # it would stop the other one's stream
+    assert request(Command.STOP) not in device.requested  # it would stop the other one's stream

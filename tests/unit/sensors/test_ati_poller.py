@@ -20,7 +20,7 @@ class Bus:
 
     def __init__(self, poller):
         self.poller, self.now_s = poller, 10.0
-        self.asked, self.waiting, self.got = 0, [], []
+        self.requested, self.waiting, self.got = 0, [], []
 
     def run(self, seconds, lose=(), delay_s=3e-4, late=None):
         late = late or {}
@@ -33,11 +33,11 @@ class Bus:
                     number = int.from_bytes(answer.first[2:4], "big")
                     self.got.append((answer.question, number))
             if self.poller.due(self.now_s):
-                self.asked += 1
+                self.requested += 1
                 last_s = self.waiting[-1][0] if self.waiting else 0.0
-                at_s = max(self.now_s + late.get(self.asked, delay_s), last_s + 1e-4)
-                for part, frame in enumerate(frames(self.asked, at_s)):
-                    if (self.asked, part) not in lose and self.asked not in lose:
+                at_s = max(self.now_s + late.get(self.requested, delay_s), last_s + 1e-4)
+                for part, frame in enumerate(frames(self.requested, at_s)):
+                    if (self.requested, part) not in lose and self.requested not in lose:
                         self.waiting.append((frame.time_s, frame))
             self.now_s += 1e-4
 

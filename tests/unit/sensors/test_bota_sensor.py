@@ -33,26 +33,26 @@ class Sensor(FakePort):
         self.frame = lambda: Frame(0, (0.1, 0.2, -30.0 + 1e-3 * self.sent, 0, 0, 0),
                                    self.clock_us(), 25.0)  # fmt: skip
         self.spoil = lambda data: data
-        self.heard = ""
+        self.received = ""
 
     def write(self, data):
         super().write(data)
-        self.heard += data.decode()
-        if self.heard.endswith("#"):
+        self.received += data.decode()
+        if self.received.endswith("#"):
             self.streams = False
             self.arrives(0.01, BANNER)
-        elif self.heard.endswith("C"):
+        elif self.received.endswith("C"):
             self.reply("C")
-        elif self.heard.endswith("c,0,1,0,4"):
+        elif self.received.endswith("c,0,1,0,4"):
             self.reply("c")
-        elif "f," in self.heard and self.heard.endswith(("0,0,1", "0,0,0")):
+        elif "f," in self.received and self.received.endswith(("0,0,1", "0,0,0")):
             self.reply("f")
-        elif self.heard.endswith("R"):
+        elif self.received.endswith("R"):
             self.reply("R")
             self.streams, self.next_s = True, self._clock.now_s + 0.01
 
     def reply(self, letter):
-        self.heard = ""
+        self.received = ""
         self.arrives(0.001, f"r,0,{letter},{1 if letter == self.refuses else 0}".encode())
 
     def read(self, timeout_s=0.05):

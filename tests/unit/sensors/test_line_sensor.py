@@ -31,14 +31,14 @@ class Bench:
 
     def __init__(self, monkeypatch, clock, kind, **options):
         self.clock, self.port = clock, FakePort(clock)
-        self.asked = []
+        self.requested = []
         monkeypatch.setattr(line_module, "SerialPort", self.opened)
         self.driver = kind(port="cell", **options)
         self.identity = self.driver._connect(Deadline(1.0))
         self.stream = self.driver._stream = self.driver._new_stream()
 
     def opened(self, path, baud, *, refuse_latency):
-        self.asked.append((path, baud, refuse_latency))
+        self.requested.append((path, baud, refuse_latency))
         return self.port
 
     def read(self, seconds=0.0):
@@ -93,11 +93,11 @@ def test_a_reading_is_one_sample_in_newton_along_z(cell, clock, unit):
 
 def test_the_port_is_opened_as_the_plan_says_and_old_bytes_are_thrown_away(cell, gauge):
     bench = cell(baud=19200, model="LC", serial_number="7")
-    assert bench.asked == [("cell", 19200, True)]  # no clock: an adapter with bursts is refused
+    assert bench.requested == [("cell", 19200, True)]  # no clock: an adapter with bursts is refused
     assert bench.port.discarded == 1
     assert (bench.identity.driver, bench.identity.model) == ("line_serial", "LC")
     assert bench.identity.serial_number == "7"
-    assert gauge().asked == [("cell", 9600, False)]
+    assert gauge().requested == [("cell", 9600, False)]
 
 
 def test_a_burst_is_spread_back_over_its_periods(cell, clock):
@@ -165,10 +165,10 @@ def test_requests_go_out_at_the_rate_and_a_missing_answer_is_a_lost_sample(cell,
     bench.port.arrives(0.004, b"1.0\r")
     (first,) = bench.read()
     bench.read(0.06)
-    asked_s = [time_s - bench.port.written[0][0] for time_s, data in bench.port.written]
+    requested_s = [time_s - bench.port.written[0][0] for time_s, data in bench.port.written]
     assert {data for _, data in bench.port.written} == {b"?\r"}
-    assert asked_s[1] >= 0.999 * PERIOD_S
-    assert len(asked_s) == 3
+    assert requested_s[1] >= 0.999 * PERIOD_S
+    assert len(requested_s) == 3
     bench.port.arrives(0.001, b"2.0\r")
     (second,) = bench.read()
     health = bench.driver.health()

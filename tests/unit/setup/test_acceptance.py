@@ -32,7 +32,7 @@ def done(monkeypatch):
 
 
 def examined(monkeypatch, done, *lines):
-    def examine(envelope, **how):
+    def examine(preflight, **how):
         done.append(how)
         figures = {("force", "noise"): (0.2, "N", "at rest")}
         return Checkup(lines, "", figures)
@@ -57,7 +57,7 @@ def test_the_doctor_does_not_move_the_arm_without_consent(monkeypatch, done):
 
 
 def touching(tmp_path, done, status=RunStatus.COMPLETED, **answers):
-    def press(envelope, directory):
+    def press(preflight, directory):
         done.append(directory)
         touch = Touch(0.0, 3e-3, 1.0, 1e-3, 1, "")
         return SimpleNamespace(status=status, why="stopped: R1", peak_force_n=4.0, touches=[touch])

@@ -10,26 +10,26 @@ from stepload.setup.answers import Answers, from_flags
 from stepload.setup.questions import QUESTIONS
 
 
-def asked(given=None, person=None, **how):
+def requested(given=None, person=None, **how):
     return Answers(given or {}, person or Hands(Rig()), **how)
 
 
 def test_a_missing_answer_names_its_flag():
     with pytest.raises(BadInputError) as missing:
-        asked().text("surface_distance")
+        requested().text("surface_distance")
     assert "--surface-distance ANSWER" in missing.value.hint
 
 
 def test_consent_is_never_kept_and_no_is_no():
-    answers = asked({"may_touch": "yes"})
+    answers = requested({"may_touch": "yes"})
     answers.consent("may_touch")
     assert "may_touch" not in answers.kept
     with pytest.raises(RefusedError, match="The answer was no"):
-        asked({"may_touch": "no"}, yes=True).consent("may_touch")
+        requested({"may_touch": "no"}, yes=True).consent("may_touch")
     with pytest.raises(BadInputError, match="no terminal"):
-        asked().consent("may_touch")
+        requested().consent("may_touch")
     with pytest.raises(BadInputError, match="no terminal"):
-        asked(kept={"may_touch": "yes"}).consent("may_touch")
+        requested(kept={"may_touch": "yes"}).consent("may_touch")
 
 
 def test_a_person_is_asked_until_the_answer_can_be_used():
@@ -38,7 +38,7 @@ def test_a_person_is_asked_until_the_answer_can_be_used():
             return ("3 mm", "-3 mm", "far")[2 - len(self.said)]
 
     person = Person(Rig())
-    assert asked(person=person).quantity("surface_distance", "m") == pytest.approx(3e-3)
+    assert requested(person=person).quantity("surface_distance", "m") == pytest.approx(3e-3)
     assert len(person.said) == 2
 
 

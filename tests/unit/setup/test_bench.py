@@ -36,18 +36,18 @@ def reading(force_n=0.0, status=0):
 
 
 def test_what_came_in_before_is_not_heard():
-    heard = listen(bench_of(Rig(), Told(Rig(), [reading(50.0)] * 9)), 0.1)
-    assert heard.force[FORCE] == []
+    received = listen(bench_of(Rig(), Told(Rig(), [reading(50.0)] * 9)), 0.1)
+    assert received.force[FORCE] == []
     with pytest.raises(DeviceError, match=r"rig\.force: no data come in"):
-        heard.forces_n(FORCE)
+        received.forces_n(FORCE)
 
 
 def test_one_reading_that_the_sensor_calls_bad_is_one_too_many():
-    heard = listen(bench_of(Rig()), 0.1)
-    assert len(heard.forces_n(FORCE)) > 40
-    heard.force[FORCE][7] = reading(status=4)
+    received = listen(bench_of(Rig()), 0.1)
+    assert len(received.forces_n(FORCE)) > 40
+    received.force[FORCE][7] = reading(status=4)
     with pytest.raises(DeviceError, match="calls its readings bad"):
-        heard.forces_n(FORCE)
+        received.forces_n(FORCE)
 
 
 class Device:

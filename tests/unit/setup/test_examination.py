@@ -9,14 +9,14 @@ from types import SimpleNamespace
 import pytest
 from run_plans import stvf_plan
 
-from stepload.envelope.envelope import envelope_of
 from stepload.errors import DeviceError
+from stepload.feasibility.preflight import preflight_of
 from stepload.rig.samples import ArmSample, ForceSample
 from stepload.setup import checkup, host, loop_delay, motion
 from stepload.setup.check_line import CheckLine, Mark
 from stepload.setup.streams import Watched
 
-ENVELOPE = envelope_of(stvf_plan())
+ENVELOPE = preflight_of(stvf_plan())
 MOVES = ("check_stop", "check_watchdog", "check_response")
 
 
@@ -38,7 +38,7 @@ class Bench:
         )  # fmt: skip
 
         @contextmanager
-        def opened(envelope, dry_run):
+        def opened(preflight, dry_run):
             if not opens:
                 raise DeviceError("nobody answers", code="not_connected", hint="power")
             yield rig

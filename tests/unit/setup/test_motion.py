@@ -94,15 +94,15 @@ def test_a_stop_that_is_not_confirmed_fails(monkeypatch):
     ("still_s", "mark"), [(1.0, Mark.OK), (2.0, Mark.WARN), (4.0, Mark.FAIL), (math.nan, Mark.FAIL)]
 )
 def test_the_watchdog_is_proven_on_a_short_slow_way(still_s, mark):
-    asked = []
+    requested = []
 
     def prove_stop(*how):
-        asked.append(how)
+        requested.append(how)
         return StopProof(0.5, still_s, 1e-3)
 
     line = motion.check_watchdog(opened(SimpleNamespace(prove_stop=prove_stop, rig=Rig())))
     assert line.mark is mark
-    [(way_m, speed_m_s, _)] = asked
+    [(way_m, speed_m_s, _)] = requested
     assert way_m == pytest.approx(2e-3)
     assert speed_m_s == pytest.approx(4e-3)
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from bench_fakes import Hands, Rig
 
-from stepload.envelope.reason import PlanVerdict
 from stepload.errors import BadInputError
+from stepload.feasibility.reason import PlanVerdict
 from stepload.plan.load import load_plan
 from stepload.setup.answers import Answers
 from stepload.setup.first_plan import first_plan
@@ -26,8 +26,8 @@ MORE: dict[str, dict[str, str]] = {
 
 def plan_of(name: str, path: Path, given: dict[str, str]) -> str:
     answers = Answers(given, Hands(Rig()), preset=preset(name))
-    text, envelope = first_plan(answers, "stvf", path)
-    assert envelope.verdict is not PlanVerdict.REFUSED
+    text, preflight = first_plan(answers, "stvf", path)
+    assert preflight.verdict is not PlanVerdict.REFUSED
     path.write_text(text)
     return text
 

@@ -9,14 +9,14 @@ import pytest
 from run_plans import stvf_plan
 
 from stepload.engine.operator import Operator
-from stepload.envelope.envelope import envelope_of
-from stepload.envelope.reason import PlanVerdict
+from stepload.feasibility.preflight import preflight_of
+from stepload.feasibility.reason import PlanVerdict
 from stepload.record.lag import Lag
 from stepload.record.outcome import RunStatus
 from stepload.setup import loop_delay
 from stepload.setup.check_line import Mark
 
-ENVELOPE = envelope_of(stvf_plan())
+ENVELOPE = preflight_of(stvf_plan())
 RIG = SimpleNamespace(arm=SimpleNamespace(period_s=1e-3), identities={})
 
 
@@ -32,7 +32,7 @@ def checked(monkeypatch, status=RunStatus.COMPLETED, lag=None, refused=False):
         gentle = SimpleNamespace(verdict=PlanVerdict.REFUSED, reasons=())
         monkeypatch.setattr(loop_delay, "envelope_of", lambda plan: gentle)
     monkeypatch.setattr(loop_delay, "run_loop", run_loop)
-    monkeypatch.setattr(loop_delay, "Engine", lambda envelope, operator: envelope)
+    monkeypatch.setattr(loop_delay, "Engine", lambda preflight, operator: preflight)
     monkeypatch.setattr(loop_delay, "force_lag", lambda memory, axis: lag)
     return *loop_delay.check_spring(ENVELOPE, RIG, Operator()), runs
 

@@ -51,11 +51,11 @@ def test_an_arm_that_does_not_follow_is_stopped():
 
 def test_where_the_arm_stands_after_the_way_is_not_judged_by_an_old_sample(monkeypatch):
     """A host that stalls hears late that the arm is back."""
-    rig, heard = Rig(), deque(maxlen=200)
+    rig, received = Rig(), deque(maxlen=200)
 
     def late(arm):
-        heard.append(sound(arm)[0])
-        return [heard[0]]
+        received.append(sound(arm)[0])
+        return [received[0]]
 
     sound = FakeArm.drain
     monkeypatch.setattr(FakeArm, "drain", late)

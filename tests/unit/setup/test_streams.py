@@ -8,7 +8,7 @@ from random import Random
 import pytest
 from run_plans import stvf_plan
 
-from stepload.envelope.bounds import age_limit_s
+from stepload.feasibility.bounds import age_limit_s
 from stepload.rig.samples import ForceSample
 from stepload.setup.check_line import Mark
 from stepload.setup.streams import Watched, check_force, check_stream

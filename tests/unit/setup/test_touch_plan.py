@@ -27,10 +27,10 @@ def procedure_of(text: str) -> dict[str, object]:
 def test_the_forces_that_a_person_states_stand(tmp_path: Path) -> None:
     path = tmp_path / "plan.yaml"
     both = answers(procedure="top_force=300 N\nstep=30.25 N")
-    text, envelope = first_plan(both, "stvf", path)
+    text, preflight = first_plan(both, "stvf", path)
     assert "top_force: 300 N # stated" in text
     assert "step: 30.25 N # stated" in text
-    assert envelope.plan.procedure.levels_n[:2] == (30.25, 60.5)
+    assert preflight.plan.procedure.levels_n[:2] == (30.25, 60.5)
     top, _ = first_plan(answers(procedure="top_force=300 N"), "stvf", path)
     assert procedure_of(top)["step"] == "50 N"
     step, _ = first_plan(answers(procedure="step=40 N"), "stvf", path)

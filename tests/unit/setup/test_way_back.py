@@ -8,7 +8,7 @@ import pytest
 from bench_fakes import FakeArm, Rig
 from run_plans import stvf_plan
 
-from stepload.envelope.envelope import envelope_of
+from stepload.feasibility.preflight import preflight_of
 from stepload.setup import checkup, motion
 from stepload.setup.check_line import CheckLine, Mark
 
@@ -45,7 +45,7 @@ def test_an_arm_that_is_held_elsewhere_is_not_moved(monkeypatch):
     monkeypatch.setattr(motion, "position_now", lambda rig: START_M)
     monkeypatch.setattr(motion, "drive", lambda *_: pytest.fail("moved"))
     plan = stvf_plan()
-    exam = checkup._Examination(envelope_of(plan), lambda line: None)
+    exam = checkup._Examination(preflight_of(plan), lambda line: None)
     checkup._motion(exam, SimpleNamespace(arm=arm))
     assert [line.mark for line in exam.lines] == [Mark.FAIL, Mark.SKIPPED]
     assert exam.lines[0].value == pytest.approx(0.06e-3)

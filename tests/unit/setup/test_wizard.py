@@ -144,7 +144,7 @@ def test_a_sensor_needs_a_data_sheet_and_the_axis_no_statement(rig_file):
         go(rig_file, Rig(), given=GIVEN | {"sensor": "mine.yaml"})
 
 
-def sound(envelope, **how):
+def sound(preflight, **how):
     """In place of the doctor, whose devices are real ones."""
     return Checkup((), "", {})
 
@@ -152,8 +152,8 @@ def sound(envelope, **how):
 def ended(status: RunStatus, pressed: list) -> Press:
     """A session that ends so."""
 
-    def press(envelope, out):
-        pressed.append((envelope.plan, out))
+    def press(preflight, out):
+        pressed.append((preflight.plan, out))
         return SimpleNamespace(
             status=status,
             why="stopped: R3",

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import pytest
 
-from stepload.envelope.press import PressRig, force_budget
+from stepload.feasibility.press import PressRig, force_budget
 from stepload.rig.world import PayloadTruth, WorldSpec
 from stepload_drivers.sim.live import DEFAULT_SPEC
 from stepload_drivers.sim.plant import SWING_RAD, Plant

@@ -255,7 +255,7 @@ def test_where_it_is_held_is_the_controllers_own_target(opened):
 
 
 def test_the_run_is_heard_by_the_child_well_within_the_leash(opened, clock):
-    arm, child = opened(leash=0.1)
+    arm, child = opened(travel_limit=0.1)
     child.sent.clear()
     for _ in range(100):
         clock.sleep(0.002)
@@ -495,7 +495,7 @@ def test_a_retract_that_is_not_confirmed_is_followed_by_no_stop_of_its_own(make_
     assert rescue.done == ["retract 0.002 0.01"]
 
 
-def unseen(rescue, clock, position_m: float) -> str:
+def undetected(rescue, clock, position_m: float) -> str:
     """What the retract past ur_rtde thinks of an arm that stands there now."""
     pose = tuple(target_pose(HOME, APPROACH, position_m))
     package = UrState(clock.now_s, pose, (0.0,) * 6, ROBOT_RUNNING, 1, 1, 1)
@@ -510,7 +510,7 @@ def test_the_targets_that_were_sent_tell_how_far_the_arm_can_be(opened, rescue, 
     arm.retract(2e-3, 0.01, 3.0)
     assert rescue.last.loaded == "Loaded program: a.urp"
     for position_m, explained in ((1e-3, True), (1.5e-3, False), (-3e-3, True), (-3.5e-3, False)):
-        assert (unseen(rescue, clock, position_m) == "") is explained
+        assert (undetected(rescue, clock, position_m) == "") is explained
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, 0.0, -1.0])

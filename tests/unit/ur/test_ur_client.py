@@ -55,16 +55,16 @@ class FakeSocket:
 def peers(clock, monkeypatch):
     """Sockets by port; a port without one refuses. `asked` notes port and time-out."""
     made: dict[int, FakeSocket] = {}
-    asked: list[tuple[int, float]] = []
+    requested: list[tuple[int, float]] = []
 
     def connect(address, timeout):
-        asked.append((address[1], timeout))
+        requested.append((address[1], timeout))
         if address[1] not in made:
             raise ConnectionRefusedError("refused")
         return made[address[1]]
 
     monkeypatch.setattr(client.socket, "create_connection", connect)
-    made_and_asked = type("Peers", (), {"made": made, "asked": asked})
+    made_and_asked = type("Peers", (), {"made": made, "asked": requested})
     return made_and_asked
 
 
@@ -179,13 +179,13 @@ def test_a_controller_without_what_is_needed_is_unsupported(rtde, options, code)
 def test_no_connection_is_tried_past_the_deadline(peers, clock):
     with pytest.raises(DeviceError, match="no time left"):
         RtdeClient(HOST, clock.now_s)
-    assert peers.asked == []
+    assert peers.requested == []
     with pytest.raises(DeviceError, match="cannot connect"):
         RtdeClient(HOST, clock.now_s + 0.3)
-    assert peers.asked == [(client.RTDE, pytest.approx(0.3))]
+    assert peers.requested == [(client.RTDE, pytest.approx(0.3))]
     with pytest.raises(DeviceError):
         RtdeClient(HOST, clock.now_s + 30.0)
-    assert peers.asked[-1][1] == client.CONNECT_LIMIT_S
+    assert peers.requested[-1][1] == client.CONNECT_LIMIT_S
 
 
 def test_a_dashboard_that_says_nothing_is_given_up_in_time(peers, clock):
@@ -232,7 +232,7 @@ def test_remote_control_is_asked_for_every_second_on_the_same_connection(peers, 
             break
     assert [seen[0], seen[150], seen[-1]] == [None, True, True]
     assert False in seen
-    assert len(peers.asked) == 1
+    assert len(peers.requested) == 1
 
 
 @pytest.mark.parametrize("reply", [b"could not understand\n", None])
@@ -252,6 +252,6 @@ def test_a_script_goes_whole_to_the_first_port_that_takes_it(peers, clock, port)
     peers.made[port] = FakeSocket(clock, lambda data: [b"state"] * 3)
     send_script(HOST, "def x():\nend\n", clock.now_s + 1.0)
     assert peers.made[port].got == [b"def x():\nend\n"]
-    assert [asked for asked, _ in peers.asked] == list(
+    assert [requested for requested, _ in peers.requested] == list(
         client.SCRIPT_PORTS[: client.SCRIPT_PORTS.index(port) + 1]
     )

@@ -69,7 +69,7 @@ def test_the_last_target_counts_however_old_it_is():
 def test_a_retract_that_was_asked_for_may_be_under_way_until_it_is_done():
     reach = Reach(SETTINGS)
     reach.sent(AT_M - 1e-4, SEEN_S)
-    reach.asked_back(2e-3)
+    reach.requested_back(2e-3)
     assert reach.after(sample()) == pytest.approx((-2.1e-3, 0.0))
     reach.arrived()
     assert reach.after(sample()) == (0.0, 0.0)

@@ -19,7 +19,7 @@ from stepload_drivers.ur.state import PLAYING
 WATCHDOG_S = 0.1
 
 
-def asked(remote):
+def requested(remote):
     """Remote control as the dashboard tells it."""
     return SimpleNamespace(
         done=lambda: True, poll=lambda: None, end_program=lambda: None, remote=remote
@@ -62,7 +62,7 @@ def test_without_a_target_the_watchdog_is_fed_in_time(make_loop, ur, step_for):
 
 
 def test_the_last_target_is_repeated_while_the_run_lives(make_loop, ur, link, step_for):
-    loop = make_loop(leash=0.1)
+    loop = make_loop(travel_limit=0.1)
     link.arrives(0.0, wire.pack_target(1e-3))
     for tick in range(1, 20):
         link.arrives(0.05 * tick, wire.BEAT)
@@ -75,15 +75,15 @@ def test_the_last_target_is_repeated_while_the_run_lives(make_loop, ur, link, st
 def test_a_silent_run_leaves_an_arm_under_way_to_the_controllers_watchdog(
     make_loop, ur, link, clock, step_for
 ):
-    loop = make_loop(leash=0.1)
+    loop = make_loop(travel_limit=0.1)
     link.arrives(0.0, wire.pack_target(1e-3))
-    heard_s = clock.now_s
+    received_s = clock.now_s
     step_for(loop, 1.0)
-    assert ur.inputs[-1][2] <= heard_s + 0.1 + 2 * PERIOD_S
+    assert ur.inputs[-1][2] <= received_s + 0.1 + 2 * PERIOD_S
 
 
 def test_a_silent_run_that_follows_no_target_keeps_its_program(make_loop, ur, clock, step_for):
-    step_for(make_loop(leash=0.1), 1.0)
+    step_for(make_loop(travel_limit=0.1), 1.0)
     assert clock.now_s - ur.inputs[-1][2] < WATCHDOG_S
 
 
@@ -220,7 +220,7 @@ def test_a_program_that_ended_in_half_the_watchdogs_time_may_have_been_ended_by_
 def test_local_control_is_told_apart_from_a_program_that_ended(
     make_loop, ur, link, step_for, monkeypatch
 ):
-    monkeypatch.setattr(watch_module, "RemoteCheck", lambda host: asked(remote=False))
+    monkeypatch.setattr(watch_module, "RemoteCheck", lambda host: requested(remote=False))
     loop = make_loop()
     ur.fields["runtime_state"] = 1
     step_for(loop, 0.01)
@@ -291,7 +291,7 @@ def test_a_setting_that_is_changed_is_a_fault_from_what_to_what_and_mutes(
 def test_local_control_is_a_fault_although_the_program_goes_on(
     make_loop, link, step_for, monkeypatch
 ):
-    check = asked(remote=True)
+    check = requested(remote=True)
     monkeypatch.setattr(watch_module, "RemoteCheck", lambda host: check)
     loop = connected(make_loop)
     step_for(loop, 0.2)

@@ -12,9 +12,9 @@ import pytest
 from long_ones import long
 
 from stepload.errors import BadInputError, RefusedError
+from stepload.jobs.store import Store
 from stepload.plan.load import load_plan
 from stepload.rig.world import WorldFault
-from stepload.runner.store import Store
 from stepload_verify.campaign import campaign as campaigns
 from stepload_verify.campaign import mishaps
 from stepload_verify.campaign.ablation import LAYERS, Ablation
@@ -60,7 +60,7 @@ def with_kind(kind: str, seed: int = 1, base: Scenario | None = None) -> Scenari
     """A run with a fault of this kind on the same rig."""
     base = base or healthy()
     chance = random.Random(seed)
-    return scenario_of("one", 0, base.envelope, None, (kind,), (chance,), chance)
+    return scenario_of("one", 0, base.preflight, None, (kind,), (chance,), chance)
 
 
 def result(**changes: object) -> Result:
@@ -146,7 +146,7 @@ def test_a_plan_of_a_lab_is_a_healthy_run_and_seldom_refused() -> None:
     for run in runs:
         assert run.healthy
         assert (run.truth.mount is not None) <= (run.series == "six")
-        assert run.envelope.duration_s > 10.0
+        assert run.preflight.duration_s > 10.0
 
 
 def test_a_healthy_run_has_nothing_wrong_and_completes() -> None:

@@ -11,7 +11,7 @@ from random import Random
 import numpy as np
 import pytest
 
-from stepload.envelope.bounds import stuck_ratio
+from stepload.feasibility.bounds import stuck_ratio
 from stepload.plan.load import load_plan
 from stepload.plan.model import Structure
 from stepload.rig.world import WorldFault
@@ -76,7 +76,7 @@ def test_the_plan_bounds_what_a_sound_rig_is(index: int) -> None:
 def test_what_is_wrong_on_purpose_is_beyond_the_plan(kind: str) -> None:
     base = sound(2)
     scenario = scenario_of(
-        "six", 2, base.envelope, stance_of(5, 2), (kind,), (Random(3),), Random(4)
+        "six", 2, base.preflight, stance_of(5, 2), (kind,), (Random(3),), Random(4)
     )
     mount = scenario.truth.mount
     assert mount is not None
@@ -110,7 +110,7 @@ def test_a_rig_that_is_dragged_beyond_the_plan_is_stopped_by_r12() -> None:
     scenario = sound(2)
     stance = replace(draw_stance(Random(4), True), dry_ratio=1.0, tilt_rad=0.0)
     anomalies = (Anomaly("dragged_aside", 0.6),)
-    truth = mounted(scenario.truth, scenario.envelope, stance, anomalies)
+    truth = mounted(scenario.truth, scenario.preflight, stance, anomalies)
     found, _ = run_scenario(
         replace(scenario, truth=truth, wrong=("dragged_aside",), anomalies=anomalies)
     )

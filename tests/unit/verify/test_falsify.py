@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from long_ones import long
 
 from stepload.errors import DomainError, RefusedError
+from stepload.jobs.pool import Pool
 from stepload.plan.load import load_plan
 from stepload.rig.world import WorldFault
-from stepload.runner.pool import Pool
 from stepload_verify.campaign.mishaps import FOR_GOOD_S
 from stepload_verify.campaign.scenario import Scenario
 from stepload_verify.falsify.falsify import FILES, TABLE, Search, falsify, stored_from
@@ -101,7 +101,7 @@ def test_a_point_is_one_run_and_its_parts_move_alone(stratum: Stratum) -> None:
     assert found == Bench(TEMPLATE, stratum).scenario(found.index, point)
     other = [*point[: rig_length(stratum)], *(0.5 * x for x in point[rig_length(stratum) :])]
     moved = Bench(TEMPLATE, stratum).scenario(0, other)
-    assert moved is None or moved.envelope == found.envelope
+    assert moved is None or moved.preflight == found.preflight
     with pytest.raises(DomainError):
         Bench(TEMPLATE, stratum).scenario(0, point[:10])
 

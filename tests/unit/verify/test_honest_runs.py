@@ -10,7 +10,7 @@ from long_ones import long
 
 from stepload.errors import BadInputError
 from stepload.record.rows import Phase
-from stepload.results.press_data import LOADING
+from stepload.report.press_data import LOADING
 from stepload_verify.trials.honest.answer import Answer, Outcome, Scored, answer, judged
 from stepload_verify.trials.honest.contact import Creep, nothing, press, settled
 from stepload_verify.trials.honest.course import HOLDS, course
@@ -203,9 +203,9 @@ def test_a_contact_that_has_settled_follows_its_settled_law(of_force):
 def test_what_leaves_no_trace_counts_in_the_total_alone():
     good = [outcome(True, (0.9, 1.1, "identified", 1.0)) for _ in range(200)]
     bad = [
-        replace(outcome(False, (0.9, 1.1, "identified", 2.0)), world="b", unseen=True)
+        replace(outcome(False, (0.9, 1.1, "identified", 2.0)), world="b", undetected=True)
         for _ in range(8)
     ]
     assert verdict([*good, *bad], "chord").met
-    assert not verdict([*good, *[replace(each, unseen=False) for each in bad]], "chord").met
+    assert not verdict([*good, *[replace(each, undetected=False) for each in bad]], "chord").met
     assert not verdict([*good, *bad, *bad], "chord").met

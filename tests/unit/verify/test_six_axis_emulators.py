@@ -68,10 +68,10 @@ class Told(FreeAirAxis):
     def __init__(self, state):
         super().__init__()
         self.told = state
-        self.asked = []
+        self.requested = []
 
     def command_shift(self, x_m, y_m):
-        self.asked.append((x_m, y_m))
+        self.requested.append((x_m, y_m))
 
     def state(self):
         return self.told
@@ -103,10 +103,10 @@ def test_the_pose_follows_the_drives_across_and_not_the_command():
     target = (HOME[0] - 5e-3, HOME[1] + 6e-3, HOME[2] - 0.02, *HOME[3:])
     robot.servo(target)
     robot.tick()
-    assert axis.asked[-1] == pytest.approx((5e-3, 6e-3))
+    assert axis.requested[-1] == pytest.approx((5e-3, 6e-3))
     assert robot.pose[:3] == pytest.approx((HOME[0] - 1e-3, HOME[1] - 2e-3, HOME[2] - 0.01))
     robot.halt()
-    assert axis.asked[-1] == pytest.approx((1e-3, -2e-3))
+    assert axis.requested[-1] == pytest.approx((1e-3, -2e-3))
     assert robot.target[:3] == pytest.approx(robot.pose[:3])
 
 

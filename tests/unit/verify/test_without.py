@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from stepload.runner.jobs import Job
+from stepload.jobs.jobs import Job
 from stepload_verify.campaign.ablation import jobs_without, without
 from stepload_verify.campaign.result import Result
 

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from stepload.engine.rehearse import world_for
-from stepload.envelope.envelope import envelope_of
+from stepload.feasibility.preflight import preflight_of
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan, SecondForce
 from stepload_verify.emulators.rig_process import RigProcess
@@ -88,7 +88,7 @@ def emulated_run() -> Iterator[Callable[..., EmulatedRun]]:
             rig=replace(plan.rig, arm=arm, force=force),
         )
         surface_m = plan.procedure.surface_distance_m
-        spec = replace(world_for(envelope_of(plan)), **{"surface_m": surface_m, **(world or {})})
+        spec = replace(world_for(preflight_of(plan)), **{"surface_m": surface_m, **(world or {})})
         if own := sensor == "ur_force":  # in the base frame the plate pushes upwards
             force = replace(force, axis="+fz")
             spec = replace(spec, arm_force_noise_n=force.noise_n)

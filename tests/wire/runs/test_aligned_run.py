@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from stepload.envelope.envelope import envelope_of
+from stepload.feasibility.preflight import preflight_of
 from stepload.plan.model import Alignment
 from stepload.record.outcome import RunStatus
 from stepload.record.reader import read_recording
@@ -35,9 +35,9 @@ def test_a_tilted_plate_is_told_on_the_wire(emulated_run, tmp_path, tilt_deg):
         elastic_limit_n=600.0, alignment=ALIGNMENT, surface_distance_m=1.2e-3,
         surface_uncertainty_m=1e-4, search_distance_m=1.5e-3,
     )  # fmt: skip
-    envelope = envelope_of(run.plan)
-    assert envelope.verdict != "refused", envelope.reasons
-    finished = run_plan(envelope, dry_run=False, out=tmp_path)
+    preflight = preflight_of(run.plan)
+    assert preflight.verdict != "refused", preflight.reasons
+    finished = run_plan(preflight, dry_run=False, out=tmp_path)
     [tilt] = [e.data for e in read_recording(tmp_path / "run.mcap").events if e.kind == "tilt"]
     found_deg = [math.degrees(part) for part in tilt["about_rad"]]
     assert found_deg == pytest.approx([0.0, tilt_deg], abs=0.6)

@@ -19,8 +19,8 @@ from fault_table import BOTA, HELD, REFUSED, RETRACTED, ROWS, UNHARMED
 
 from stepload.cli.run import exit_code
 from stepload.engine import open_rig, safe_end
-from stepload.envelope.envelope import envelope_of
 from stepload.errors import DeviceError
+from stepload.feasibility.preflight import preflight_of
 from stepload.record.outcome import RunStatus
 from stepload.record.reader import read_recording
 from stepload.record.rows import Phase
@@ -134,7 +134,7 @@ def test_a_fault_in_a_run_ends_safely(emulated_run, tmp_path, health, request, r
             give(run.rig, command)
     if row.end == REFUSED:
         with pytest.raises(DeviceError) as caught:
-            experiment.run_plan(envelope_of(run.plan), dry_run=False, out=tmp_path / "run")
+            experiment.run_plan(preflight_of(run.plan), dry_run=False, out=tmp_path / "run")
         assert re.search(row.says, f"{caught.value.code}: {caught.value}"), caught.value
         assert not (tmp_path / "run").exists()
         truth = run.rig.state()
@@ -145,7 +145,7 @@ def test_a_fault_in_a_run_ends_safely(emulated_run, tmp_path, health, request, r
     commands = () if row.at_start else row.commands
     spoiler = Spoiler(run, lambda: [give(run.rig, command) for command in commands])
     finished = experiment.run_plan(
-        envelope_of(run.plan), dry_run=False, out=tmp_path, on_progress=spoiler
+        preflight_of(run.plan), dry_run=False, out=tmp_path, on_progress=spoiler
     )
     outcome, truth = finished.outcome, at_rest(run.rig)
     cause = outcome.cause
@@ -203,7 +203,7 @@ def test_a_second_program_is_refused_and_the_run_goes_on(emulated_run, tmp_path)
     intruder = threading.Thread(target=intrude)
     spoiler = Spoiler(run, intruder.start)
     finished = experiment.run_plan(
-        envelope_of(run.plan), dry_run=False, out=tmp_path, on_progress=spoiler
+        preflight_of(run.plan), dry_run=False, out=tmp_path, on_progress=spoiler
     )
     intruder.join()
     assert refused == [FaultCode.REFUSED_COMMAND]
@@ -214,7 +214,7 @@ def test_a_second_program_is_refused_and_the_run_goes_on(emulated_run, tmp_path)
 @pytest.mark.long
 def test_a_zero_is_not_taken_where_the_arm_touches_already(emulated_run, tmp_path):
     run = emulated_run(elastic_limit_n=ELASTIC_LIMIT_N, world={"surface_m": -1e-4})
-    finished = experiment.run_plan(envelope_of(run.plan), dry_run=False, out=tmp_path)
+    finished = experiment.run_plan(preflight_of(run.plan), dry_run=False, out=tmp_path)
     assert finished.outcome.status is RunStatus.STOPPED
     assert finished.outcome.cause.rule == "not_free"
     truth = run.rig.state()

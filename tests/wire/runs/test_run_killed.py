@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from stepload.engine.rehearse import world_for
-from stepload.envelope.envelope import envelope_of
+from stepload.feasibility.preflight import preflight_of
 from stepload.plan.load import load_plan
 from stepload_verify.emulators.rig_process import RigProcess
 
@@ -46,7 +46,7 @@ def test_a_killed_run_leaves_no_force_and_no_process(tmp_path, free_host):
     path = tmp_path / "plan.yaml"
     path.write_text(text)
     plan = load_plan(path)
-    spec = replace(world_for(envelope_of(plan)), surface_m=plan.procedure.surface_distance_m)
+    spec = replace(world_for(preflight_of(plan)), surface_m=plan.procedure.surface_distance_m)
     port = tmp_path / "sensor.tty"
     with RigProcess(spec, ur=free_host, links={"bota_serial": port}) as rig:
         host = rig.options["ur"]["host"]

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from stepload.envelope.envelope import envelope_of
+from stepload.feasibility.preflight import preflight_of
 from stepload.record.outcome import RunStatus
 from stepload.record.reader import read_recording
 from stepload.session.experiment import run_plan
@@ -25,7 +25,7 @@ def test_a_late_force_sensor_is_measured_corrected_and_told(emulated_run, tmp_pa
         faults=(f"bota_serial=late:{LATE_S}",),
         levels_n=(12.0, 24.0, 36.0), top_force_n=36.0, hold_s=0.3,
     )  # fmt: skip
-    finished = run_plan(envelope_of(run.plan), dry_run=False, out=tmp_path)
+    finished = run_plan(preflight_of(run.plan), dry_run=False, out=tmp_path)
     assert finished.outcome.status is RunStatus.COMPLETED, finished.outcome.why
     data = json.loads((tmp_path / "results.json").read_text())
     clocks = {clock["channel"]: clock for clock in data["measured"]["clocks"]}

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from long_ones import long_rows
 
-from stepload.envelope.envelope import envelope_of
+from stepload.feasibility.preflight import preflight_of
 from stepload.record.outcome import RunStatus
 from stepload.session import experiment, files
 
@@ -29,7 +29,7 @@ def test_an_approach_that_is_turned_round_ends_unloaded(
     options = {**rig.arm.options, "approach": (0.0, 0.0, 1.0)}
     arm = replace(rig.arm, options=options)
     plan = replace(run.plan, rig=replace(rig, arm=arm))
-    finished = experiment.run_plan(envelope_of(plan), dry_run=False, out=tmp_path)
+    finished = experiment.run_plan(preflight_of(plan), dry_run=False, out=tmp_path)
     outcome, truth = finished.outcome, run.rig.state()
     assert outcome.status is RunStatus.STOPPED
     assert outcome.cause.rule == rule, outcome.why

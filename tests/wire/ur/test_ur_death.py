@@ -127,7 +127,7 @@ def test_death_of_the_child_is_a_fault_and_the_arm_can_still_be_stopped(
 
 def test_silent_run_trips_the_watchdog_and_is_told_so(start_emulator, make_arm, follow, after):
     emulator = start_emulator()
-    arm = make_arm(emulator.host, leash=0.1)
+    arm = make_arm(emulator.host, travel_limit=0.1)
     arm.open(15.0)
     follow(arm, after(0.2))
     wait_for(lambda: stopped_by_watchdog(emulator))

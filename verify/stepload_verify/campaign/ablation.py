@@ -15,10 +15,10 @@ from stepload.engine.controller import StepController
 from stepload.engine.operator import StopLevel
 from stepload.engine.rules import RULES
 from stepload.engine.tick import Engine
-from stepload.engine.watch import Breach
-from stepload.envelope.limits import RunLimits
+from stepload.engine.watch import Trip
 from stepload.errors import BadInputError
-from stepload.runner.jobs import Job
+from stepload.feasibility.limits import RunLimits
+from stepload.jobs.jobs import Job
 from stepload_verify.campaign.result import Result
 from stepload_verify.campaign.summary import Group, claimed, group
 
@@ -125,18 +125,18 @@ class Ablation:
                 limits, guarded_speed_m_s=FIXED_SPEED_M_S, fast_speed_m_s=FIXED_SPEED_M_S
             )
         if self.name in ("leash", "all-but-R1"):
-            limits = replace(limits, leash_free_m=1.0)
+            limits = replace(limits, travel_limit_free_m=1.0)
         return limits
 
-    def found(self, rule: str, *rest: Any) -> Breach | None:
+    def found(self, rule: str, *rest: Any) -> Trip | None:
         """A breach, unless its rule is disabled; used by the engine in place of `Breach`."""
-        return None if rule in self.rules else Breach(rule, *rest)
+        return None if rule in self.rules else Trip(rule, *rest)
 
     def controller(self, limits: RunLimits) -> StepController:
         """A step controller without the layer; used by the engine in place of the product's."""
         if "CAP" in self.rules:
             limits = replace(limits, contact_n_s_per_m=1e-6)
-        return StepController(limits, leash=self.name not in ("leash", "all-but-R1"))
+        return StepController(limits, travel_limit=self.name not in ("leash", "all-but-R1"))
 
 
 def ends_in_time(engine: Engine, longest_s: float = LONGEST_S) -> None:

@@ -7,9 +7,9 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
-from stepload.runner.jobs import Job, run_all
-from stepload.runner.pool import Pool
-from stepload.runner.store import Store
+from stepload.jobs.jobs import Job, run_all
+from stepload.jobs.pool import Pool
+from stepload.jobs.store import Store
 from stepload_verify.campaign.result import Result
 from stepload_verify.campaign.work import Work
 

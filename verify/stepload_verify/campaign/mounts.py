@@ -10,8 +10,8 @@ import math
 from dataclasses import dataclass, replace
 from random import Random
 
-from stepload.envelope.bounds import stuck_ratio
-from stepload.envelope.envelope import Envelope
+from stepload.feasibility.bounds import stuck_ratio
+from stepload.feasibility.preflight import Preflight
 from stepload.plan.model import Plan, Structure
 from stepload.rig.mount import Matrix3, Matrix6, Mount, SensorMount
 from stepload.rig.world import WorldSpec
@@ -141,26 +141,26 @@ def _needed_torque(plan: Plan, top_n: float) -> float:
     return top_n * (plan.procedure.max_lateral_share * LEVER_M + 3e-3) / 0.8
 
 
-def fits(envelope: Envelope, stance: Stance) -> bool:
+def fits(preflight: Preflight, stance: Stance) -> bool:
     """Whether R12 allows the top force of the plan at the lateral share of this stance.
 
     Preflight does not check that: F_allowed is that of a load along the axis.
     """
-    limits, top_n = envelope.run_limits, envelope.plan.procedure.top_force_n
+    limits, top_n = preflight.run_limits, preflight.plan.procedure.top_force_n
     worse = stance.share * (stance.share + 2.0 * limits.lateral_askew)
     left = 1.0 - limits.lateral_weakening * worse
-    noise_n = 8.0 * envelope.plan.rig.force.noise_n + 0.5
+    noise_n = 8.0 * preflight.plan.rig.force.noise_n + 0.5
     return 1.03 * top_n * math.hypot(1.0, stance.share) + noise_n < left * limits.allowed_n
 
 
 def mounted(
-    truth: WorldSpec, envelope: Envelope, stance: Stance, anomalies: tuple[Anomaly, ...]
+    truth: WorldSpec, preflight: Preflight, stance: Stance, anomalies: tuple[Anomaly, ...]
 ) -> WorldSpec:
     """The truth with six axes; `anomalies` of `SIX_MISTAKES` change the stance."""
-    plan = envelope.plan
+    plan = preflight.plan
     values = {anomaly.kind: anomaly.value for anomaly in anomalies}
-    believed, _ = stuck_ratio(plan.rig)
-    stance = _changed(stance, values, believed)
+    expected, _ = stuck_ratio(plan.rig)
+    stance = _changed(stance, values, expected)
     k_s = truth.system_stiffness_n_per_m / stance.dry_ratio
     return replace(
         truth,

@@ -13,8 +13,8 @@ from random import Random
 
 from stepload.contact.elastic import equivalent_modulus, law_for, profile_constant
 from stepload.contact.materials import FlatPunch, Geometry, Material, PowerProfile
-from stepload.envelope.envelope import Envelope, derive
 from stepload.errors import RefusedError
+from stepload.feasibility.preflight import Preflight, derive
 from stepload.plan.model import (
     ArmSpec,
     DisplacementSpec,
@@ -234,8 +234,8 @@ def draw_plan(
     arm_class: str,
     two_channels: bool,
     told: Callable[[Plan], Plan] = lambda plan: plan,
-    fits: Callable[[Envelope], bool] = lambda _: True,
-) -> Envelope:
+    fits: Callable[[Preflight], bool] = lambda _: True,
+) -> Preflight:
     """The envelope of a plan that leaves room to press.
 
     Args:
@@ -252,7 +252,7 @@ def draw_plan(
         plan = plan_from(chance, template, arm_class, source)
         if plan is None:
             continue
-        envelope = derive(told(plan))
-        if envelope.limits is not None and fits(envelope):
-            return envelope
+        preflight = derive(told(plan))
+        if preflight.limits is not None and fits(preflight):
+            return preflight
     raise RefusedError("no plant with room to press was found", hint="look at the template plan")

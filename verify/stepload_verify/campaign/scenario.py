@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from functools import cache
 from random import Random
 
-from stepload.envelope.envelope import Envelope
-from stepload.envelope.lateral import believed_tilt_rad
-from stepload.envelope.limits import RunLimits
 from stepload.errors import BadInputError
+from stepload.feasibility.lateral import expected_tilt_rad
+from stepload.feasibility.limits import RunLimits
+from stepload.feasibility.preflight import Preflight
 from stepload.plan.model import Plan, SecondForceSource
 from stepload.rig.world import WorldFault, WorldSpec, load_world
 from stepload_verify.campaign.mishaps import (
@@ -75,7 +75,7 @@ class Scenario:
 
     series: str
     index: int
-    envelope: Envelope
+    preflight: Preflight
     truth: WorldSpec
     wrong: tuple[str, ...]
     anomalies: tuple[Anomaly, ...]
@@ -90,12 +90,12 @@ class Scenario:
     @property
     def plan(self) -> Plan:
         """The plan."""
-        return self.envelope.plan
+        return self.preflight.plan
 
     @property
     def limits(self) -> RunLimits:
         """The thresholds of the run."""
-        return self.envelope.run_limits
+        return self.preflight.run_limits
 
     @property
     def faults(self) -> tuple[WorldFault, ...]:
@@ -154,17 +154,17 @@ def draw(
     arm_class = ARM_CLASSES[index % len(ARM_CLASSES)]
     two_channels = index // len(ARM_CLASSES) % ONE_CHANNEL_EVERY != ONE_CHANNEL_EVERY - 1
     stance = stance_of(seed, index) if series == SIX_AXES else None
-    envelope = _draw_short(chance, template, arm_class, two_channels, stance)
+    preflight = _draw_short(chance, template, arm_class, two_channels, stance)
     there = set(known_kinds(six=stance is not None))
-    possible = applicable((kind for kind in kinds if kind in there), envelope.plan)
+    possible = applicable((kind for kind in kinds if kind in there), preflight.plan)
     wrong = chance.sample(possible, min(count, len(possible)))
-    return scenario_of(series, index, envelope, stance, wrong, [chance] * len(wrong), chance)
+    return scenario_of(series, index, preflight, stance, wrong, [chance] * len(wrong), chance)
 
 
 def scenario_of(
     series: str,
     index: int,
-    envelope: Envelope,
+    preflight: Preflight,
     stance: Stance | None,
     wrong: Sequence[str],
     chances: Sequence[Random],
@@ -180,7 +180,7 @@ def scenario_of(
         chances: random source of each of them.
         chance: of the truth, and of what accompanies the faults.
     """
-    plan, limits = envelope.plan, envelope.run_limits
+    plan, limits = preflight.plan, preflight.run_limits
     drawn = list(zip(wrong, chances, strict=True))
     anomalies = tuple(
         mistake_of(kind, source, plan)
@@ -188,9 +188,9 @@ def scenario_of(
         if kind in MISTAKES or kind in SIX_MISTAKES
     )
     anomalies += draw_beside(chance) if wrong else ()
-    truth = draw_truth(chance, envelope, anomalies, chance.getrandbits(32))
+    truth = draw_truth(chance, preflight, anomalies, chance.getrandbits(32))
     if stance is not None:
-        truth = mounted(truth, envelope, stance, anomalies)
+        truth = mounted(truth, preflight, stance, anomalies)
     times = expected_times(plan, limits, truth.surface_m)
     faults: list[WorldFault] = []
     incidents: tuple[Incident, ...] = ()
@@ -198,11 +198,11 @@ def scenario_of(
         if kind in INCIDENTS:
             incidents += incidents_of(kind, source, times)
         elif kind not in MISTAKES and kind not in SIX_MISTAKES:
-            faults += faults_of(kind, source, times, plan, limits.counted_limit_n)
+            faults += faults_of(kind, source, times, plan, limits.used_limit_n)
     return Scenario(
         series=series,
         index=index,
-        envelope=envelope,
+        preflight=preflight,
         truth=replace(truth, faults=tuple(faults)),
         wrong=tuple(wrong),
         anomalies=anomalies,
@@ -232,7 +232,7 @@ def hazard_of(
         return lies
     if PLATE_MOVES in kinds:
         return PLATE_MOVES
-    if values.get("plate_tilted", 0.0) > believed_tilt_rad(plan):
+    if values.get("plate_tilted", 0.0) > expected_tilt_rad(plan):
         return TILTED
     if RIGID_STOP in values or "stuck_stiffer" in values:
         if kinds.intersection(("command_latency", "command_jitter")):
@@ -246,7 +246,7 @@ def hazard_of(
 
 def _draw_short(
     chance: Random, template: Plan, arm_class: str, two_channels: bool, stance: Stance | None
-) -> Envelope:
+) -> Preflight:
     """A plan of short duration, if the template allows: slow rigs are safe, and cost time.
 
     Raises:
@@ -254,11 +254,11 @@ def _draw_short(
     """
     six = (lambda plan: told(plan, stance), lambda drawn: fits(drawn, stance)) if stance else ()
     for _ in range(_SHORT_DRAWS):
-        envelope = draw_plan(chance, template, arm_class, two_channels, *six)
-        plan, limits = envelope.plan, envelope.run_limits
+        preflight = draw_plan(chance, template, arm_class, two_channels, *six)
+        plan, limits = preflight.plan, preflight.run_limits
         if expected_times(plan, limits, plan.procedure.surface_distance_m).end_s <= LONGEST_RUN_S:
             break
-    return envelope
+    return preflight
 
 
 def expected_times(plan: Plan, limits: RunLimits, surface_m: float) -> Times:

@@ -10,10 +10,10 @@ from stepload.engine.loop import run_loop
 from stepload.engine.operator import Operator
 from stepload.engine.tick import Engine
 from stepload.errors import DeviceError
+from stepload.jobs.pool import interruptible
 from stepload.record.outcome import RunOutcome
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.world import SimulatedRig, WorldView, load_world
-from stepload.runner.pool import interruptible
 from stepload_verify.campaign.ablation import Ablation, ends_in_time
 from stepload_verify.campaign.incidents import FailingOperator, Killed, NullRecorder, install
 from stepload_verify.campaign.result import KILLED, NOT_OPENED, Result
@@ -78,10 +78,10 @@ def _engine(
     scenario: Scenario, ablation: Ablation | None, operator: Operator
 ) -> tuple[Engine, Callable[[Engine], None] | None]:
     """The engine of a run, without the omitted layer; such a run has a time limit."""
-    envelope = scenario.envelope
+    preflight = scenario.preflight
     if ablation is None:
-        return Engine(envelope, operator), None
-    reduced = replace(envelope, limits=ablation.limits(scenario.limits))
+        return Engine(preflight, operator), None
+    reduced = replace(preflight, limits=ablation.limits(scenario.limits))
     engine = Engine(reduced, operator, found=ablation.found, controller=ablation.controller)
     return engine, ends_in_time
 
@@ -125,7 +125,7 @@ def _result(
         detection_s=None if detection_s is None else round(detection_s, 6),
         end_s=round(end_s, 6),
         peak_n=rig.world.true_peak_equivalent_n if six else rig.world.true_peak_force_n,
-        elastic_limit_n=scenario.limits.counted_limit_n,
+        elastic_limit_n=scenario.limits.used_limit_n,
         top_n=scenario.plan.procedure.top_force_n,
         resultant_n=rig.world.true_peak_force_n if six else None,
     )

@@ -7,8 +7,8 @@ from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated, Any
 
-from stepload.results.model import NOTHING
-from stepload.results.rows import Cell, Row, figure, form
+from stepload.report.model import NOTHING
+from stepload.report.rows import Cell, Row, figure, form
 from stepload_verify.campaign.result import REFUSED, Result
 
 CONFIDENCE = 0.95

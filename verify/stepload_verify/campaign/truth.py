@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from random import Random
 
 from stepload.engine.rehearse import world_for
-from stepload.envelope.envelope import Envelope
+from stepload.feasibility.preflight import Preflight
 from stepload.plan.model import Plan
 from stepload.rig.world import WorldSpec
 from stepload_verify.campaign.plants import log_uniform
@@ -98,14 +98,14 @@ def draw_beside(chance: Random) -> tuple[Anomaly, ...]:
 
 
 def draw_truth(
-    chance: Random, envelope: Envelope, anomalies: tuple[Anomaly, ...], seed: int
+    chance: Random, preflight: Preflight, anomalies: tuple[Anomaly, ...], seed: int
 ) -> WorldSpec:
     """The hidden truth of a plant, without faults.
 
     A sound plant has its K_s within two standard uncertainties, its K within a factor of two, its
     surface within its uncertainty; and hysteresis, plastic flow below F_c, position errors, drift.
     """
-    plan = envelope.plan
+    plan = preflight.plan
     arm, stiffness = plan.rig.arm, plan.rig.system_stiffness
     sigma = stiffness.sigma_n_per_m / stiffness.stiffness_n_per_m
     values = {anomaly.kind: anomaly.value for anomaly in anomalies}
@@ -123,8 +123,8 @@ def draw_truth(
         kinematic_length_n=log_uniform(chance, 10.0, 50.0),
         force_drift_n_per_s=chance.uniform(-1.0, 1.0) * plan.rig.force.drift_n_per_s,
     )
-    believed = replace(plan, rig=replace(plan.rig, simulation=simulation))
-    spec = world_for(replace(envelope, plan=believed), seed=seed)
+    expected = replace(plan, rig=replace(plan.rig, simulation=simulation))
+    spec = world_for(replace(preflight, plan=expected), seed=seed)
     late_s = values.get("delays_not_stated", 0.0)
     spec = replace(
         spec,

@@ -11,12 +11,12 @@ from random import Random
 from typing import NamedTuple
 
 import stepload
-from stepload.envelope.bounds import stuck_ratio
-from stepload.envelope.envelope import Envelope, derive
-from stepload.envelope.reason import PlanVerdict, Severity
+from stepload.feasibility.bounds import stuck_ratio
+from stepload.feasibility.preflight import Preflight, derive
+from stepload.feasibility.reason import PlanVerdict, Severity
+from stepload.jobs.jobs import Job
 from stepload.plan.model import Plan
 from stepload.rig.world import WorldSpec, load_world
-from stepload.runner.jobs import Job
 from stepload_verify.campaign.ablation import Ablation
 from stepload_verify.campaign.lab_plans import lab_plan
 from stepload_verify.campaign.mounts import draw_stance, fits, mounted
@@ -65,27 +65,27 @@ def healthy(seed: int, series: str, index: int) -> Scenario | Result:
     """The healthy run `index` of a series; its result where its plan is refused."""
     chance = Random(f"stepload {seed} {series} {index} healthy")
     six = series == SIX_AXES
-    envelope = derive(lab_plan(chance, six))
-    if envelope.verdict is PlanVerdict.REFUSED or envelope.limits is None:
-        reason = next(r for r in envelope.reasons if r.severity is Severity.REFUSE)
+    preflight = derive(lab_plan(chance, six))
+    if preflight.verdict is PlanVerdict.REFUSED or preflight.limits is None:
+        reason = next(r for r in preflight.reasons if r.severity is Severity.REFUSE)
         return _refused(series, index, reason.code, reason.message)
-    truth = draw_truth(chance, envelope, (), chance.getrandbits(32))
+    truth = draw_truth(chance, preflight, (), chance.getrandbits(32))
     if chance.random() < CREEP_SHARE:
         creep = chance.uniform(0.0, MOST_CREEP)
         payload = replace(truth.payload, creep=creep, creep_time_s=0.3, creep_decades=2)
         truth = replace(truth, payload=payload)
     if six:
-        truth = _held(chance, envelope, truth)
-    return Scenario(series, index, envelope, truth, (), (), (), "")
+        truth = _held(chance, preflight, truth)
+    return Scenario(series, index, preflight, truth, (), (), (), "")
 
 
-def _held(chance: Random, envelope: Envelope, truth: WorldSpec) -> WorldSpec:
+def _held(chance: Random, preflight: Preflight, truth: WorldSpec) -> WorldSpec:
     """An arm whose tip gives way to the side no more than the plan says."""
-    largest, _ = stuck_ratio(envelope.plan.rig)
+    largest, _ = stuck_ratio(preflight.plan.rig)
     for _ in range(STANCES):
         stance = replace(draw_stance(chance, ur=True), dry_ratio=1.0)
-        if stance.stuck_ratio <= largest and fits(envelope, stance):
-            return mounted(truth, envelope, stance, ())
+        if stance.stuck_ratio <= largest and fits(preflight, stance):
+            return mounted(truth, preflight, stance, ())
     return truth
 
 

@@ -91,10 +91,10 @@ class NetBox:
         return f'<?xml version="1.0"?><netft>{body}</netft>'
 
     def receive(self, data: bytes, now_s: float) -> list[list[bytes]]:
-        asked = requested(data[:REQUEST_BYTES])
-        if asked is None or self._board.on("deaf"):
+        found = requested(data[:REQUEST_BYTES])
+        if found is None or self._board.on("deaf"):
             return []
-        command, _ = asked
+        command, _ = found
         if command == Command.START:
             self._streams, self._sent = True, 0
         elif command == Command.STOP:

@@ -164,8 +164,8 @@ def gauge(
     until_eof: UntilEof = False,
 ) -> None:
     """Digital gauge on a pseudo-terminal; it feels 1 µm per newton."""
-    asked = request.replace("\\r", "\r").replace("\\n", "\n").encode("ascii")
-    _run("gauge_serial", fault, peak, "+fz", until_eof, rate_hz=rate, request=asked, unit=unit)
+    requested = request.replace("\\r", "\r").replace("\\n", "\n").encode("ascii")
+    _run("gauge_serial", fault, peak, "+fz", until_eof, rate_hz=rate, request=requested, unit=unit)
 
 
 @app.command()

@@ -40,8 +40,8 @@ class GaugeDevice:
     def receive(self, data: bytes, now_s: float) -> list[list[bytes]]:
         if not self._request or self._board.on("deaf"):
             return []
-        *asked, self._input = (self._input + data).split(self._request)
-        return [self.sample(now_s) for _ in asked]
+        *requested, self._input = (self._input + data).split(self._request)
+        return [self.sample(now_s) for _ in requested]
 
     def restart(self, now_s: float) -> list[list[bytes]]:
         self._input = b""

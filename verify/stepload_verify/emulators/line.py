@@ -63,8 +63,8 @@ class LineCell:
             self._zero_n = self._force_n(now_s)
         if not self._request:
             return []
-        *asked, self._input = self._input.split(self._request)
-        return [self.sample(now_s) for _ in asked]
+        *requested, self._input = self._input.split(self._request)
+        return [self.sample(now_s) for _ in requested]
 
     def restart(self, now_s: float) -> list[list[bytes]]:
         self._input, self._zero_n = b"", 0.0

@@ -144,8 +144,8 @@ class Robot:
         missing_m = self._position_m - self.travel_of(self.target)
         there = [t + missing_m * d for t, d in zip(self.target, self.direction, strict=False)]
         if (shift_m := self.axis.state().shift_m) is not None:
-            asked = self._across(self.target)
-            aside = (shift_m[0] - asked[0], shift_m[1] - asked[1], 0.0)
+            requested = self._across(self.target)
+            aside = (shift_m[0] - requested[0], shift_m[1] - requested[1], 0.0)
             there = [t + m for t, m in zip(there, self._frame.to_base(aside), strict=True)]
         return (*there, *self.target[3:])
 
@@ -157,7 +157,7 @@ class Robot:
         """A pose of the TCP as it is set, from one of the TCP of offset zero."""
         return (*(p + s for p, s in zip(pose[:3], self._shift, strict=True)), *pose[3:])
 
-    def asked(self, pose: Vector) -> Vector:
+    def requested(self, pose: Vector) -> Vector:
         """Inverse of `told`."""
         return (*(p - s for p, s in zip(pose[:3], self._shift, strict=True)), *pose[3:])
 
@@ -189,7 +189,7 @@ class Robot:
         """Follow one target for ever."""
 
         def follow() -> bool:
-            goal = self.asked(pose)
+            goal = self.requested(pose)
             self.target = tuple(
                 t + self.slider * (g - t) for t, g in zip(self.target, goal, strict=True)
             )
@@ -210,7 +210,7 @@ class Robot:
 
     def move(self, pose: Vector, speed_m_s: float) -> None:
         """Straight line to `pose` at `speed_m_s`; ends by itself."""
-        pose = self.asked(pose)
+        pose = self.requested(pose)
 
         def approach() -> bool:
             left = [goal - t for goal, t in zip(pose[:3], self.target, strict=False)]

@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stepload.errors import BadInputError
+from stepload.jobs.jobs import run_all
+from stepload.jobs.pool import Pool
+from stepload.jobs.store import Store
 from stepload.plan.model import Plan
-from stepload.runner.jobs import run_all
-from stepload.runner.pool import Pool
-from stepload.runner.store import Store
 from stepload_verify.campaign.work import loaded
 from stepload_verify.falsify.hunt import Hunt, Row
 from stepload_verify.falsify.scene import Bench

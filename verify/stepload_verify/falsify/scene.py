@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from stepload.envelope.envelope import Envelope, derive
+from stepload.feasibility.preflight import Preflight, derive
 from stepload.plan.model import Plan, SecondForceSource
 from stepload_verify.campaign.mounts import Stance, any_stance, fits, told
 from stepload_verify.campaign.plants import ARM_CLASSES, plan_from
@@ -45,7 +45,7 @@ class Bench:
     template: Plan
     stratum: Stratum
     _rig: tuple[float, ...] = ()
-    _envelope: Envelope | None = None
+    _preflight: Preflight | None = None
     _look: Look | None = None
 
     def scenario(self, index: int, point: Sequence[float]) -> Scenario | None:
@@ -58,9 +58,9 @@ class Bench:
         rig = tuple(point[:count])
         if rig != self._rig:
             self._rig, self._look = rig, None
-            self._envelope = believed(self.template, stratum, rig)
-        envelope = self._envelope
-        if envelope is None:
+            self._preflight = expected(self.template, stratum, rig)
+        preflight = self._preflight
+        if preflight is None:
             return None
         parts = [
             point[count + (WRONG + NUMBERS) * i : count + (WRONG + NUMBERS) * (i + 1)]
@@ -69,7 +69,7 @@ class Bench:
         tapes = [Tape(part[:WRONG], kind) for part, kind in zip(parts, stratum.wrong, strict=True)]
         truth = Tape(rig[RIG : RIG + TRUTH], "truth")
         stance = _stance(stratum, rig)
-        scenario = scenario_of(stratum.name, index, envelope, stance, stratum.wrong, tapes, truth)
+        scenario = scenario_of(stratum.name, index, preflight, stance, stratum.wrong, tapes, truth)
         times = expected_times(scenario.plan, scenario.limits, scenario.truth.surface_m)
         if times.end_s > LONGEST_S:
             return None
@@ -91,7 +91,7 @@ class Bench:
         return placed(scenario, moved)
 
 
-def believed(template: Plan, stratum: Stratum, rig: Sequence[float]) -> Envelope | None:
+def expected(template: Plan, stratum: Stratum, rig: Sequence[float]) -> Preflight | None:
     """The rig at a point, with what follows from it; None where it cannot press, or takes long."""
     stance = _stance(stratum, rig)
     if stance is not None and not stance.sound:
@@ -100,12 +100,12 @@ def believed(template: Plan, stratum: Stratum, rig: Sequence[float]) -> Envelope
     plan = plan_from(tape, template, tape.choice(ARM_CLASSES), _source(stratum))
     if plan is None:
         return None
-    envelope = derive(told(plan, stance) if stance else plan)
-    if envelope.limits is None or (stance is not None and not fits(envelope, stance)):
+    preflight = derive(told(plan, stance) if stance else plan)
+    if preflight.limits is None or (stance is not None and not fits(preflight, stance)):
         return None
     nearest_m = plan.procedure.surface_distance_m - plan.procedure.surface_uncertainty_m
-    times = expected_times(envelope.plan, envelope.limits, nearest_m)
-    return envelope if times.end_s <= LONGEST_S else None
+    times = expected_times(preflight.plan, preflight.limits, nearest_m)
+    return preflight if times.end_s <= LONGEST_S else None
 
 
 def _source(stratum: Stratum) -> SecondForceSource | None:

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from stepload.contact.materials import Geometry
-from stepload.envelope.envelope import derive
 from stepload.errors import BadInputError, RefusedError
+from stepload.feasibility.preflight import derive
 from stepload.plan.model import Plan
 from stepload.plan.source import read_source
 from stepload.rig.world import WorldSpec
@@ -84,15 +84,15 @@ def read_scene(path: Path) -> tuple[Scenario, Mapping[str, float]]:
         file: SceneFile = _converter().structure(data, SceneFile)
         if file.truth.seed < 0:
             raise ValueError(f"truth.seed = {file.truth.seed} is below zero")
-        envelope = derive(file.plan)
+        preflight = derive(file.plan)
     except (BaseValidationError, TypeError, ValueError, ArithmeticError) as error:
         raise BadInputError(f"{path}: {_first(error)}", hint="it was changed by hand?") from error
-    if envelope.limits is None:
+    if preflight.limits is None:
         raise RefusedError(f"{path}: preflight sees no room to press in this plan any more")
     scenario = Scenario(
         series=file.series,
         index=file.index,
-        envelope=envelope,
+        preflight=preflight,
         truth=file.truth,
         wrong=file.wrong,
         anomalies=file.anomalies,

@@ -31,7 +31,7 @@ class Trial:
 
     j: float
     peak_ratio: float
-    unseen: float
+    undetected: float
     hazard: str
     status: str
     rule: str
@@ -40,7 +40,7 @@ class Trial:
     @property
     def score(self) -> float:
         """The score that the search maximises."""
-        return self.j + UNSEEN_WEIGHT * self.unseen
+        return self.j + UNSEEN_WEIGHT * self.undetected
 
     @property
     def ended_by(self) -> str:
@@ -55,7 +55,7 @@ def judge(scenario: Scenario) -> Trial:
     return Trial(
         j=result.j,
         peak_ratio=result.peak_ratio,
-        unseen=look.unseen_n / result.elastic_limit_n,
+        undetected=look.undetected_n / result.elastic_limit_n,
         hazard=result.hazard,
         status=result.status,
         rule=result.rule,
@@ -67,7 +67,7 @@ class _Unseen:
     """Observes the force that no channel shows."""
 
     def __init__(self) -> None:
-        self.unseen_n = 0.0
+        self.undetected_n = 0.0
         self._world: WorldView | None = None
 
     def at_begin(self, _engine: Engine, world: WorldView) -> None:
@@ -82,5 +82,5 @@ class _Unseen:
             shown_n = row.force_n
             if row.second_force_n > shown_n:
                 shown_n = row.second_force_n
-            if true_n - shown_n > self.unseen_n:
-                self.unseen_n = true_n - shown_n
+            if true_n - shown_n > self.undetected_n:
+                self.undetected_n = true_n - shown_n

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import cycle
 
-from stepload.results.figures import figure_of, svg_of
+from stepload.report.figures import figure_of, svg_of
 from stepload_verify.paper.step_load import FloatArray
 
 COLOURS = ("#1b6ca8", "#c0392b", "#2e8b57", "#8e44ad", "#d68910", "#555555")

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stepload.contact.power_law import secant_stiffness
-from stepload.envelope.draft_plan import plan_of
+from stepload.feasibility.draft_plan import plan_of
 from stepload.identification.identifiability import identifiability
 from stepload.plan.shipped import payload_folder
 from stepload_verify.paper.chart import COLOURS, Line, chart

@@ -100,8 +100,8 @@ def press(law: Law, rig: StepRig, errors: Errors, rng: np.random.Generator) -> R
     if errors.touch_force_n is not None:
         touch = int(np.argmax(read >= errors.touch_force_n))
         travel = travel - travel[touch]
-    believed = rig.stiffness_n_per_m * (1.0 + errors.stiffness_sigma * rng.standard_normal())
-    return RawRun(np.arange(force.size) / rig.rate_hz, travel, read, touch, believed)
+    expected = rig.stiffness_n_per_m * (1.0 + errors.stiffness_sigma * rng.standard_normal())
+    return RawRun(np.arange(force.size) / rig.rate_hz, travel, read, touch, expected)
 
 
 def smooth_error(force_n: FloatArray, errors: Errors, rng: np.random.Generator) -> FloatArray:

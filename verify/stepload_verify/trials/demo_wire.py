@@ -16,8 +16,8 @@ import sys
 from pathlib import Path
 
 from stepload.engine.rehearse import world_for
-from stepload.envelope.envelope import envelope_of
 from stepload.errors import SteploadError
+from stepload.feasibility.preflight import preflight_of
 from stepload.plan.load import load_plan
 from stepload.plan.shipped import plan_path
 from stepload_verify.emulators.rig_process import RigProcess
@@ -52,7 +52,7 @@ def main() -> int:
     port = Path(str(force.options["port"]))
     try:
         rig = RigProcess(
-            world_for(envelope_of(plan)),
+            world_for(preflight_of(plan)),
             ur=str(arm.options["host"]),
             sensors=(force.driver,),
             links={force.driver: port},

@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from stepload.engine.rehearse import world_for
-from stepload.envelope.envelope import envelope_of
 from stepload.errors import DeviceError, RefusedError, SteploadError
+from stepload.feasibility.preflight import preflight_of
 from stepload.plan.load import load_plan
 from stepload.plan.shipped import plan_path
 from stepload.session.experiment import press
@@ -55,11 +55,11 @@ class Hands:
         """Write a line of the set-up down, and do what it asks for by hand."""
         self._out.write(line + "\n")
         self._out.flush()
-        for asked, does in (
+        for requested, does in (
             ("push the tool AWAY", self._push), ("felt; let go", "push 0 0 0"),
             ("start pose: above", DOWN),
         ):  # fmt: skip
-            if asked in line:
+            if requested in line:
                 self._out.write(f"    [by hand: {does}]\n")
                 self._rig.command(does)
 
@@ -70,7 +70,7 @@ class Hands:
 
 def emulated_rig(host: str, **truth: object) -> RigProcess:
     """A UR5e with a sensor and a tool above the silicone ball, emulated at a loopback address."""
-    spec = world_for(envelope_of(load_plan(plan_path("demo-wire"))))
+    spec = world_for(preflight_of(load_plan(plan_path("demo-wire"))))
     known = {"surface_m": SURFACE_M, "force_noise_n": NOISE_N, **truth}
     return RigProcess(replace(spec, **known), ur=host)  # type: ignore[arg-type]
 

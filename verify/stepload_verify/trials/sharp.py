@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from stepload.envelope.conditions import expected_result
-from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.errors import SteploadError
+from stepload.feasibility.conditions import expected_result
+from stepload.feasibility.preflight import Preflight, preflight_of
 from stepload.identification.conditions import Conditions
 from stepload.identification.expected import SAMPLES_HZ
 from stepload.identification.fit import FloatArray
@@ -27,8 +27,8 @@ from stepload.identification.smooth import NORMAL_95, smooth_correlation
 from stepload.identification.verdict import Judgement, judge
 from stepload.plan.load import load_plan
 from stepload.record.curves import Curve
-from stepload.results.conditions import Stated
-from stepload.results.curve import prepare
+from stepload.report.conditions import Stated
+from stepload.report.curve import prepare
 from stepload_verify.trials.boundary.curves import Contact
 
 Law = Callable[[FloatArray], FloatArray]
@@ -83,9 +83,9 @@ class Score:
 
 def of_plan(path: Path) -> World:
     """A plan's payload by its theory, smooth."""
-    envelope = _smooth(path)
-    law = envelope.theory.stiffest
-    run = expected_result(envelope.plan, envelope.theory, envelope.climbs).run
+    preflight = _smooth(path)
+    law = preflight.theory.stiffest
+    run = expected_result(preflight.plan, preflight.theory, preflight.loading_times).run
 
     def deformation(force_n: FloatArray) -> FloatArray:
         return np.asarray((force_n / law.k) ** (1.0 / law.n))
@@ -96,7 +96,7 @@ def of_plan(path: Path) -> World:
 def of_contacts(path: Path, contacts: Sequence[Contact]) -> Iterator[World]:
     """Bodies in place of a plan's payload; of shape and surface nothing is stated."""
     planned = _smooth(path)
-    run = expected_result(planned.plan, planned.theory, planned.climbs).run
+    run = expected_result(planned.plan, planned.theory, planned.loading_times).run
     told = replace(
         run.conditions, theory_k=None, theory_n=None, modulus_pa=None, elastic_limit_n=None,
         roughness_m=None, rough_length_m=None,
@@ -118,10 +118,10 @@ def _pressed(track: Track, law: Law, told: Conditions) -> Track:
     return replace(track, travel_m=law(track.force_n) + told.bend(track.force_n))
 
 
-def _smooth(path: Path) -> Envelope:
+def _smooth(path: Path) -> Preflight:
     plan = load_plan(path)
     # A surface stated as rough makes the secants those of a rough contact, which this is not.
-    return envelope_of(replace(plan, payload=replace(plan.payload, roughness_m=0.0)))
+    return preflight_of(replace(plan, payload=replace(plan.payload, roughness_m=0.0)))
 
 
 def drawn(run: RunData, rng: np.random.Generator) -> RunData:

@@ -12,9 +12,9 @@ from stepload.identification.chord import chord
 from stepload.identification.conditions import Conditions
 from stepload.identification.quantity import Quantity, ResultVerdict
 from stepload.identification.verdict import judge
-from stepload.results.analyse import identify_payload
-from stepload.results.press_data import PressData
-from stepload.results.run_data import pressed
+from stepload.report.analyse import identify_payload
+from stepload.report.press_data import PressData
+from stepload.report.run_data import pressed
 from stepload_verify.trials.honest.case import Case
 from stepload_verify.trials.honest.laws import Law
 from stepload_verify.trials.honest.measure import record, true_loading
@@ -55,7 +55,7 @@ class Scored:
     settled_n_per_m: float | None = None
 
     @property
-    def believed(self) -> bool:
+    def expected(self) -> bool:
         """Whether it is called IDENTIFIED."""
         return self.answer.verdict == IDENTIFIED
 
@@ -84,7 +84,7 @@ class Outcome:
     world: str
     seed: int
     ideal: bool
-    unseen: bool
+    undetected: bool
     story: str
     family: str
     top_n: float
@@ -164,6 +164,6 @@ def judged(case: Case, ask: Ask = answer) -> Outcome:
         if name in answers
     )
     return Outcome(
-        case.world, case.seed, case.ideal, case.unseen, case.story, case.rig.family,
+        case.world, case.seed, case.ideal, case.undetected, case.story, case.rig.family,
         case.rig.top_n, scored, problem, broken,
     )  # fmt: skip

@@ -131,7 +131,7 @@ class Case:
     world: str
     seed: int
     ideal: bool
-    unseen: bool
+    undetected: bool
     rig: Rig
     procedure: Procedure
     contact: Contact

@@ -12,8 +12,8 @@ from stepload.identification.conditions import ASSUMED_NONLINEARITY, Conditions,
 from stepload.identification.loops import Branch, Track, loops_of
 from stepload.record.align import ChannelClock
 from stepload.record.lag import measure_lag
-from stepload.results.conditions import measured
-from stepload.results.press_data import (
+from stepload.report.conditions import measured
+from stepload.report.press_data import (
     LOADING,
     UNLOADING,
     PressData,

@@ -45,7 +45,7 @@ class Row:
     true: int
     half_width: float
     bias: float
-    unseen: bool = False
+    undetected: bool = False
 
     @property
     def coverage(self) -> float:
@@ -70,18 +70,18 @@ def _median(values: Iterable[float]) -> float:
 def row(name: str, outcomes: Sequence[Outcome], quantity: str) -> Row:
     """Count the answers for one quantity."""
     found = [each for outcome in outcomes for each in outcome.scored if each.quantity == quantity]
-    believed = [each for each in found if each.believed]
+    expected = [each for each in found if each.expected]
     return Row(
         name=name,
         runs=len(outcomes),
         refused=sum(not outcome.scored for outcome in outcomes),
         stated=len(found),
         held=sum(each.true for each in found),
-        identified=len(believed),
-        true=sum(each.true for each in believed),
-        half_width=_median(each.answer.half_width for each in believed),
-        bias=_median(each.off for each in believed if not math.isnan(each.off)),
-        unseen=bool(outcomes) and all(outcome.unseen for outcome in outcomes),
+        identified=len(expected),
+        true=sum(each.true for each in expected),
+        half_width=_median(each.answer.half_width for each in expected),
+        bias=_median(each.off for each in expected if not math.isnan(each.off)),
+        undetected=bool(outcomes) and all(outcome.undetected for outcome in outcomes),
     )
 
 
@@ -98,7 +98,7 @@ def line(counted: Row, least: float | None = None) -> str:
     called = counted.identified / counted.runs if counted.runs else math.nan
     poor = least is not None and counted.identified > 0 and counted.coverage < least
     mark = ("  !!" if counted.less_than(least) else "  !") if poor and least is not None else ""
-    mark += "  (leaves no trace)" if counted.unseen else ""
+    mark += "  (leaves no trace)" if counted.undetected else ""
     return (
         f"{counted.name:20s} {counted.runs:5d} {counted.refused:7d} {held:6.3f} {called:7.3f}  "
         f"{counted.true:5d}/{counted.identified:<4d} {counted.coverage:5.3f} "
@@ -113,7 +113,7 @@ def worst(outcomes: Sequence[Outcome], quantity: str) -> list[tuple[Outcome, Sco
         (outcome, each)
         for outcome in outcomes
         for each in outcome.scored
-        if each.quantity == quantity and each.believed and not each.true
+        if each.quantity == quantity and each.expected and not each.true
     ]
 
     def distance(pair: tuple[Outcome, Scored]) -> float:
@@ -140,7 +140,7 @@ class Verdict:
         return (
             not self.overall.less_than(OVERALL if len(self.worlds) > 1 else PER_WORLD)
             and self.ideal.identified >= IDEAL * self.ideal.runs
-            and not any(each.less_than(PER_WORLD) for each in self.worlds if not each.unseen)
+            and not any(each.less_than(PER_WORLD) for each in self.worlds if not each.undetected)
         )
 
 
@@ -154,7 +154,7 @@ def verdict(outcomes: Sequence[Outcome], quantity: str) -> Verdict:
     return Verdict(
         quantity,
         row("all", outcomes, quantity),
-        row("all that can be seen", [each for each in outcomes if not each.unseen], quantity),
+        row("all that can be seen", [each for each in outcomes if not each.undetected], quantity),
         row("ideal", [each for each in outcomes if each.ideal], quantity),
         tuple(worlds),
     )

@@ -90,12 +90,12 @@ def plastic(name: str, seed: int, rng: Rng) -> Case:
     limit_n, limit_m = rig.top_n / over, rig.depth_m / over ** (2.0 / 3.0)
     law = laws.flowing(rig.top_n, limit_n, limit_m)
     case = ideal(name, seed, rng, law, rig)
-    believed = rig.top_n * between(1.1, 4.0, rng) if rng.uniform() < 0.6 else None
+    expected = rig.top_n * between(1.1, 4.0, rng) if rng.uniform() < 0.6 else None
     return spoiled(
         case,
         f"peak {over:.2f} F_c",
         contact={"limit_n": limit_n, "limit_m": limit_m},
-        declared={"elastic_limit_n": believed},
+        declared={"elastic_limit_n": expected},
     )
 
 
@@ -225,7 +225,7 @@ def _soft(name: str, seed: int, rng: Rng) -> Case:
 
 def soft_path(name: str, seed: int, rng: Rng) -> Case:
     """K_s(F) is softer at low force; K_s comes from a line above 40 %, there is no table."""
-    return spoiled(_soft(name, seed, rng), "no table", declared={"table": None}, unseen=True)
+    return spoiled(_soft(name, seed, rng), "no table", declared={"table": None}, undetected=True)
 
 
 def soft_path_table(name: str, seed: int, rng: Rng) -> Case:
@@ -241,7 +241,7 @@ def wrong_stiffness(name: str, seed: int, rng: Rng) -> Case:
     off = rng.uniform(0.04, 0.1) * float(rng.choice([-1.0, 1.0]))
     path = spring(case.rig.stiffness_n_per_m * (1.0 + off))
     return spoiled(
-        case, f"K_s {100 * off:+.1f} %", unseen=True, contact={"system": path},
+        case, f"K_s {100 * off:+.1f} %", undetected=True, contact={"system": path},
         declared={"table": None},
     )  # fmt: skip
 
@@ -252,7 +252,7 @@ def wrong_stiffness_table(name: str, seed: int, rng: Rng) -> Case:
     force = case.rig.top_n * np.linspace(0.0, 1.1, 23)
     error = 1.0 + case.rig.stiffness_sigma * rng.normal()
     measured = force, error * case.contact.system(force / (1.0 + case.faults.gain))
-    return spoiled(case, "with a table", unseen=False, declared={"table": measured})
+    return spoiled(case, "with a table", undetected=False, declared={"table": measured})
 
 
 def lateral(name: str, seed: int, rng: Rng) -> Case:
@@ -267,7 +267,7 @@ def lateral(name: str, seed: int, rng: Rng) -> Case:
 
     return spoiled(
         case, f"share {share:.3f}, coupling {coupling:.2f}, six axes {case.six_axes}",
-        lateral=share, unseen=not case.six_axes, contact={"system": path},
+        lateral=share, undetected=not case.six_axes, contact={"system": path},
     )  # fmt: skip
 
 
@@ -290,7 +290,7 @@ def wrong_gain(name: str, seed: int, rng: Rng) -> Case:
     path = spring(true_stiffness(case.rig, gain if always else 0.0, rng))
     when = "always" if always else "since the calibration"
     return spoiled(
-        case, f"gain {gain:+.3f} {when}", unseen=True, faults={"gain": gain},
+        case, f"gain {gain:+.3f} {when}", undetected=True, faults={"gain": gain},
         contact={"system": path},
     )  # fmt: skip
 
@@ -307,7 +307,7 @@ def bent_sensor(name: str, seed: int, rng: Rng) -> Case:
         return np.asarray(size * top_n * shape)
 
     form = "cubic" if cubic else "bow"
-    return spoiled(case, f"{form} {size:+.4f}", unseen=True, faults={"bend": path})
+    return spoiled(case, f"{form} {size:+.4f}", undetected=True, faults={"bend": path})
 
 
 def noisy(name: str, seed: int, rng: Rng) -> Case:

@@ -1,0 +1,212 @@
+"""A run against a curve from elsewhere: another machine, finite elements."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stepload.errors import BadInputError, DomainError
+from stepload.identification.difference import (
+    SAME_FORCE,
+    Agreement,
+    Difference,
+    Measured,
+    difference,
+)
+from stepload.identification.fit import FloatArray
+from stepload.identification.origin import Origin
+from stepload.identification.quantity import Line, Quantity
+from stepload.identification.verdict import judge
+from stepload.record.curves import Curve
+from stepload.report.comparison_runs import ComparedRun
+
+CHORD_SHARE = 0.1
+"""A chord begins at this share of its highest force."""
+NEAR, FEWEST = 0.1, 4
+"""The deformation at a force is a mean of the points within this share of it, if there are so
+many."""
+EXACT = Line("imported curve", "taken as exact", 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class CurveGiven:
+    """A curve from another machine or finite elements, and its modulus.
+
+    `modulus_pa` is its equivalent modulus (4); `plate_pa` E/(1 − ν²) of its counter body, where
+    that alone differs from the run's. Both None: it needs no correction.
+    """
+
+    curve: Curve
+    modulus_pa: float | None = None
+    plate_pa: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class AgainstCurve:
+    """The curve against one run, at forces that both have reached; the curve counts as exact.
+
+    Attributes:
+        run: name of the run.
+        estimator: the selected fit, whose misfits are given.
+        from_n, to_n: the forces of the chord; secants are at `to_n`, the run's secant force or the
+            highest that the curve has.
+        chord: of the curve against that of the run, which needs no zero; None where one of them
+            has none there.
+        secant: the same from the curve's own zero and the fitted one of the run.
+        secant_n_per_m: of the curve; None where it has no point as low.
+        force_rms_n, deformation_rms_m: rms difference of curve and selected fit, at equal
+            deformation and at equal force.
+        deformation_m, force_n: (N,) points of the curve that were compared.
+        left_out: points of the curve at forces that the run has not reached.
+        correction: the ratio of the equivalent moduli (V-A) that the forces were multiplied by; 1
+            where none was given.
+    """
+
+    run: str
+    estimator: str
+    from_n: float
+    to_n: float
+    chord: Difference | None
+    secant: Difference | None
+    secant_n_per_m: float | None
+    force_rms_n: float
+    deformation_rms_m: float
+    deformation_m: FloatArray
+    force_n: FloatArray
+    left_out: int
+    correction: float
+
+    @property
+    def judged(self) -> Difference | None:
+        """The difference that the verdict is taken from: the chord's, else the secant's."""
+        return self.chord or self.secant
+
+    @property
+    def verdict(self) -> Agreement:
+        """Whether the two agree."""
+        return Agreement.CANNOT_TELL if self.judged is None else self.judged.verdict
+
+
+def against_curve(each: ComparedRun, given: CurveGiven, tolerance: float) -> AgainstCurve:
+    """Compare a run with a curve.
+
+    Raises:
+        BadInputError: the curve has fewer than three usable points, or its modulus cannot be
+            corrected for.
+    """
+    curve, correction = given.curve, _correction(each, given)
+    assert curve.displacement_m is not None  # see `deformation_curve`
+    peak = int(np.argmax(curve.force_n)) + 1
+    deformation_m, force_n = curve.displacement_m[:peak], curve.force_n[:peak]
+    usable = (force_n > 0.0) & (deformation_m > 0.0)
+    deformation_m = deformation_m[usable]
+    force_n = correction * force_n[usable]
+    keep = force_n <= each.found.peak_force_n * (1.0 + SAME_FORCE)
+    if np.count_nonzero(keep) < 3:
+        raise BadInputError(
+            f"{np.count_nonzero(keep)} points of the curve are usable, 3 are needed",
+            hint="deformation and force must be positive, and the force one that the run has "
+            "reached; check the columns and units of the file",
+        )
+    fit = each.found.fit
+    to_n = min(fit.secant_force_n, float(force_n.max()))
+    from_n = CHORD_SHARE * to_n
+    run = replace(
+        each.found.run,
+        between_n=(from_n, to_n),
+        conditions=replace(each.found.conditions, secant_force_n=to_n, branch="loading"),
+    )
+    try:
+        figures = judge(run).quantities
+    except DomainError:
+        figures = {}
+    own = {
+        kind: _against(each, figures.get(kind), deformation_m, force_n, tolerance)
+        for kind in ("chord", "secant_from_touch")
+    }
+    kept_m, kept_n = deformation_m[keep], force_n[keep]
+    lowest_n = float(force_n.min())
+    return AgainstCurve(
+        run=each.run.name,
+        estimator=each.found.selected,
+        from_n=from_n,
+        to_n=to_n,
+        chord=own["chord"],
+        secant=own["secant_from_touch"],
+        secant_n_per_m=to_n / _deformation_at(to_n, deformation_m, force_n)
+        if lowest_n <= to_n
+        else None,
+        force_rms_n=_rms(fit.k * kept_m**fit.n - kept_n),
+        deformation_rms_m=_rms((kept_n / fit.k) ** (1.0 / fit.n) - kept_m),
+        deformation_m=kept_m,
+        force_n=kept_n,
+        left_out=int(np.count_nonzero(~keep)),
+        correction=correction,
+    )
+
+
+def _correction(each: ComparedRun, given: CurveGiven) -> float:
+    """The ratio of the equivalent moduli of run and curve (V-A).
+
+    For one geometry K = g E_eq, with g and n of the geometry alone (3), (5), (7): F(δ) scales with
+    E_eq (4) below F_c, where roughness is small against δ.
+    """
+    conditions = each.found.conditions
+    own_pa, other_pa = conditions.modulus_pa, given.modulus_pa
+    if other_pa is None and given.plate_pa is None:
+        return 1.0
+    if own_pa is None or (other_pa is None and conditions.plate_pa is None):
+        raise BadInputError(
+            f"{each.run.path}: the record does not tell its materials",
+            hint="compare the curve as it is, or give its equivalent modulus: --curve-modulus",
+        )
+    if other_pa is None and given.plate_pa is not None and conditions.plate_pa is not None:
+        other_pa = 1.0 / (1.0 / own_pa - 1.0 / conditions.plate_pa + 1.0 / given.plate_pa)
+    assert other_pa is not None
+    return own_pa / other_pa
+
+
+def _against(
+    each: ComparedRun,
+    figure: Quantity | None,
+    deformation_m: FloatArray,
+    force_n: FloatArray,
+    tolerance: float,
+) -> Difference | None:
+    """The curve against a figure of the run, between the same forces."""
+    if figure is None or not math.isfinite(figure.value_n_per_m):
+        return None
+    low_n, top_n = figure.from_n, figure.to_n
+    lowest_n = float(force_n.min())
+    if lowest_n > (1.0 + SAME_FORCE) * (low_n or top_n):
+        return None
+    span_m = _deformation_at(top_n, deformation_m, force_n)
+    if low_n > 0.0:
+        span_m -= _deformation_at(low_n, deformation_m, force_n)
+    if not span_m > 0.0:
+        return None
+    imported = replace(figure, value_n_per_m=(top_n - low_n) / span_m, lines=(EXACT,))
+    return difference(
+        [each.measured(figure)],
+        [Measured(EXACT.source, imported, Origin())],
+        tolerance=tolerance,
+    )
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _deformation_at(at_n: float, deformation_m: FloatArray, force_n: FloatArray) -> float:
+    """Deformation of a curve at a force: the mean of the points near it, each carried there by the
+    power that they follow, so that noise averages out; between neighbours where there are few."""
+    log_force, log_deformation = np.log(force_n), np.log(deformation_m)
+    near = np.abs(force_n - at_n) <= NEAR * at_n
+    if np.count_nonzero(near) >= FEWEST and np.ptp(log_force[near]) > 0.0:
+        x = log_force[near] - log_force[near].mean()
+        power = float(x @ log_deformation[near] / (x @ x))
+        return float(np.mean(deformation_m[near] * (at_n / force_n[near]) ** power))
+    order = np.argsort(force_n, kind="stable")
+    return math.exp(float(np.interp(math.log(at_n), log_force[order], log_deformation[order])))
