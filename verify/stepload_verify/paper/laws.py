@@ -8,15 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from enum import StrEnum
+from functools import cache
 
 import numpy as np
 
+from stepload.contact.curve_factors import rough_factor, yield_factor
 from stepload.contact.elastic import equivalent_modulus, equivalent_radius, law_for
 from stepload.contact.limit import ElasticLimit, elastic_limit
 from stepload.contact.materials import Material
-from stepload.contact.plastic import ElasticPlasticSphere
 from stepload.contact.power_law import ContactLaw
-from stepload.contact.rough import RoughSphere, roughness_number
 from stepload_verify.paper import mesh, printed
 from stepload_verify.paper.printed import ALUMINIUM, METAL, ROUGHNESS_M, SECANT_FORCE_N, Payload
 from stepload_verify.paper.step_load import FloatArray, Law
@@ -48,21 +48,6 @@ def limit(payload: Payload) -> ElasticLimit:
     return found
 
 
-def rough(payload: Payload, hardness_pa: float = printed.MICRO_HARDNESS_PA) -> RoughSphere:
-    """The rough sphere (10) with the σ_eq of the paper on the aluminium plate."""
-    radius = equivalent_radius(payload.geometry)
-    assert radius is not None
-    modulus = equivalent_modulus(payload.material, ALUMINIUM)
-    kappa = roughness_number(modulus, hardness_pa, radius, ROUGHNESS_M)
-    return RoughSphere(smooth(payload).k, ROUGHNESS_M, kappa)
-
-
-def plastic(payload: Payload) -> ElasticPlasticSphere:
-    """The elastic–plastic sphere (15) of the payload."""
-    found = limit(payload)
-    return ElasticPlasticSphere(found.force_n, found.deformation_m)
-
-
 def elements(payload: Payload, force_n: FloatArray) -> FloatArray:
     """Deformation (N,) in m by finite elements: Hertz times a ratio that is smooth in the cube root
     of force, that is in the contact radius, and 1 at no force."""
@@ -83,18 +68,19 @@ def with_factors(
 ) -> FloatArray:
     """The finite-element deformation (N,) in m times the factors (10) and (15), each with a share
     of what it adds; forces are positive."""
-    smooth_m = (force_n / smooth(payload).k) ** (1.0 / smooth(payload).n)
+    radius = equivalent_radius(payload.geometry)
+    assert radius is not None
+    bodies = radius, payload.material, ALUMINIUM
     factor = np.ones_like(force_n)
-    for share, law in (
-        (roughness, rough(payload, hardness_pa).deformation),
-        (yields, plastic(payload).deformation),
-    ):
-        if share:
-            added = np.array([law(float(force)) for force in force_n]) / smooth_m - 1.0
-            factor *= 1.0 + share * added
+    if roughness:
+        added = rough_factor(force_n, *bodies, ROUGHNESS_M, hardness_pa) - 1.0
+        factor += roughness * added
+    if yields:
+        factor *= 1.0 + yields * (yield_factor(force_n, *bodies) - 1.0)
     return elements(payload, force_n) * factor
 
 
+@cache
 def measured(payload: Payload, test: Test) -> Law:
     """What a test to 300 N meets; on the Instron the force is that of the steel platen."""
     tip = not payload.name.endswith("sphere")
@@ -118,7 +104,7 @@ def counter_body(payload: Payload) -> float:
 def tabulated(deformation: Callable[[FloatArray], FloatArray], top_n: float) -> Law:
     """A law by interpolation in the logarithm; it passes through (0, 0) below a hundred thousandth
     of `top_n`."""
-    knots = np.geomspace(1e-5 * top_n, 1.01 * top_n, 1000)
+    knots = np.geomspace(1e-5 * top_n, 1.01 * top_n, 500)
     values = deformation(knots)
 
     def law(force_n: FloatArray) -> FloatArray:

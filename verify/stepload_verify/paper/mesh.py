@@ -1,29 +1,102 @@
-"""The paper's payloads by finite elements. The curves are kept beside this module.
+"""The paper's payloads by finite elements. What they give is kept beside this module.
 
-The command `python -m stepload_verify.paper.mesh` writes them anew; it needs `stepload[fem]`.
+The command `python -m stepload_verify.paper.mesh` writes it anew; it needs `stepload[fem]`.
 """
 
 from __future__ import annotations
 
 import csv
+import math
+import time
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 
-from stepload_verify.paper.printed import FORCE_GRID_N
+from stepload.contact.materials import Geometry, RoundedCone, RoundedPyramid
+from stepload.identification.ls import rs_btls
+from stepload_verify.paper.printed import (
+    ALUMINIUM,
+    CONE,
+    FORCE_GRID_N,
+    PAYLOADS,
+    PYRAMID,
+    SECANT_FORCE_N,
+    Payload,
+)
 from stepload_verify.paper.step_load import FloatArray
 
-FILE = Path(__file__).with_name("finite_elements.csv")
+CURVES, MESHES = (Path(__file__).with_name(f"{name}.csv") for name in ("curves", "meshes"))
 FORCES_N = (3.0, 10.0, *FORCE_GRID_N)
+CONE_HALF_ANGLE, PYRAMID_HALF_ANGLE, BASE_M = math.radians(36.0), math.radians(34.0), 0.025
+"""Not printed. The base is chosen, the half-angles then for the printed secants."""
+BODIES: dict[str, Geometry] = {
+    CONE.name: RoundedCone(0.0033, CONE_HALF_ANGLE, BASE_M),
+    PYRAMID.name: RoundedPyramid(0.00115, PYRAMID_HALF_ANGLE, BASE_M),
+}
+"""Bodies of the tips; of the spheres the half is meshed, held at its equator."""
+FINENESS = {PYRAMID.name: (3.0, 4.0, 5.0)}
+"""Elements per contact radius that are tried; the last gives the curve. Others: `_FINENESS`."""
+_FINENESS = (6.0, 12.0, 24.0)
 
 
 @cache
 def kept() -> dict[str, tuple[FloatArray, FloatArray]]:
     """Force in N and deformation in m (N,) of each payload on the aluminium plate."""
     found: dict[str, list[tuple[float, float]]] = {}
-    with FILE.open(encoding="utf-8") as file:
-        for row in csv.DictReader(file):
-            pair = float(row["force_n"]), float(row["deformation_m"])
-            found.setdefault(row["payload"], []).append(pair)
+    for row in _rows(CURVES):
+        pair = float(row["force_n"]), float(row["deformation_m"])
+        found.setdefault(row["payload"], []).append(pair)
     return {name: (np.array(pairs)[:, 0], np.array(pairs)[:, 1]) for name, pairs in found.items()}
+
+
+def meshes() -> list[dict[str, str]]:
+    """Every mesh that was tried: payload, per_radius, nodes, seconds, k, n, secant, yield_n."""
+    return _rows(MESHES)
+
+
+def computed(payload: Payload, per_radius: float) -> tuple[FloatArray, FloatArray, int]:
+    """Deformation in m (N,) at `FORCES_N`, largest von Mises stress in Pa (N,), and nodes."""
+    from stepload.contact.finite_elements import contact_curve
+
+    body = BODIES.get(payload.name, payload.geometry)
+    curve = contact_curve(body, payload.material, ALUMINIUM, FORCES_N, per_radius=per_radius)
+    return curve.deformation_m, curve.mises_pa, curve.nodes
+
+
+def main() -> None:
+    """Mesh all payloads, and write both files."""
+    from stepload.contact.finite_elements import yield_force
+
+    curves, tried = [], []
+    for payload in PAYLOADS:
+        body = BODIES.get(payload.name, payload.geometry)
+        for per_radius in FINENESS.get(payload.name, _FINENESS):
+            began = time.perf_counter()
+            deformation, _, nodes = computed(payload, per_radius)
+            seconds = time.perf_counter() - began
+            fit = rs_btls(deformation[2:], np.array(FORCE_GRID_N), secant_force_n=SECANT_FORCE_N)
+            tried.append((payload.name, f"{per_radius:g}", nodes, f"{seconds:.1f}", f"{fit.k:.4g}",
+                          f"{fit.n:.4g}", f"{fit.secant_n_per_m:.4g}"))  # fmt: skip
+        onset = yield_force(body, payload.material, ALUMINIUM, near_n=SECANT_FORCE_N)
+        tried[-1] = (*tried[-1], f"{onset:.3g}" if onset else "")
+        curves += [(payload.name, f"{f:g}", f"{d:.6e}")
+                   for f, d in zip(FORCES_N, deformation, strict=True)]  # fmt: skip
+    _write(CURVES, ("payload", "force_n", "deformation_m"), curves)
+    _write(MESHES, ("payload", "per_radius", "nodes", "seconds", "k", "n", "secant", "yield_n"),
+           tried)  # fmt: skip
+
+
+def _rows(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8") as file:
+        return list(csv.DictReader(file, restval=""))
+
+
+def _write(path: Path, head: Iterable[str], rows: Iterable[Iterable[object]]) -> None:
+    with path.open("w", encoding="utf-8") as file:
+        csv.writer(file, lineterminator="\n").writerows([head, *rows])
+
+
+if __name__ == "__main__":
+    main()

@@ -88,6 +88,11 @@ def csv_of(kept: Kept) -> str:
     return out.getvalue()
 
 
+def seed_of(payload: Payload, test: Test) -> int:
+    """Another draw for every test of every payload."""
+    return SEED + 10 * PAYLOADS.index(payload) + list(Test).index(test)
+
+
 def rig_of(test: Test) -> tuple[StepRig, Errors]:
     """The rig of a test and its errors."""
     return RIGS["Instron" if test is Test.INSTRON else "STVF"]
@@ -101,17 +106,18 @@ def points(run: RawRun, payload: Payload, test: Test) -> tuple[FloatArray, Float
 
 def batch(deformation_m: FloatArray, force_n: FloatArray) -> Fit:
     """RS-BTLS of a run."""
-    chosen = select(deformation_m, force_n).samples(select(deformation_m, force_n).batch)
+    selected = select(deformation_m, force_n)
+    chosen = selected.samples(selected.batch)
     return rs_btls(chosen.deformation_m, chosen.force_n, secant_force_n=SECANT_FORCE_N)
 
 
 def _payloads(runs: int) -> Iterator[tuple[Key, Scatter]]:
-    for index, payload in enumerate(PAYLOADS):
-        for order, test in enumerate(Test):
+    for payload in PAYLOADS:
+        for test in Test:
             rig, errors = rig_of(test)
             law = laws.measured(payload, test)
             for zero, touch_n in ((TOUCH, errors.touch_force_n), (KNOWN, None)):
-                rng = np.random.default_rng(SEED + 10 * index + order)
+                rng = np.random.default_rng(seed_of(payload, test))
                 these = replace(errors, touch_force_n=touch_n)
                 fits = [_fits(press(law, rig, these, rng), payload, test) for _ in range(runs)]
                 for name in fits[0]:

@@ -70,7 +70,7 @@ def table_one(kept: Kept) -> Section:
             "",
             *_pairs_that_fit(),
         ),
-        tuple(row for row, _ in pairs),
+        *_unzipped(pairs),
     )
 
 
@@ -117,8 +117,8 @@ def table_two(kept: Kept) -> Section:
             for h in _HARDNESS_PA
         ),
     ]
-    rows = [row for row, _ in tests] + meshes
-    return Section("Table II", tuple(lines), tuple(rows))
+    rows, beside = _unzipped(tests)
+    return Section("Table II", tuple(lines), (*rows, *meshes), beside)
 
 
 def prose(kept: Kept) -> Section:
@@ -288,6 +288,10 @@ def _near(quantity: str, texts: Estimate) -> float:
     if quantity != "K̂":
         return NEAR
     return math.expm1(NEAR * float(texts.n) * math.log(float(texts.secant) / SECANT_FORCE_N))
+
+
+def _unzipped(pairs: list[tuple[Row, Row]]) -> tuple[tuple[Row, ...], tuple[Row, ...]]:
+    return tuple(touch for touch, _ in pairs), tuple(known for _, known in pairs)
 
 
 def _both_zeros(pairs: Iterable[tuple[Row, Row]]) -> list[str]:
