@@ -14,6 +14,9 @@ from stepload.contact.materials import (
     Geometry,
     Material,
     PowerProfile,
+    Profile,
+    RoundedCone,
+    RoundedPyramid,
     SharpCone,
     Sphere,
 )
@@ -59,11 +62,15 @@ def equivalent_radius(geometry: Geometry) -> float | None:
     match geometry:
         case Sphere(radius_m=radius, counter_radius_m=None) | BluntTip(radius_m=radius):
             return require_positive(radius, "radius", "m")
+        case RoundedCone(radius_m=radius) | RoundedPyramid(radius_m=radius):
+            return require_positive(radius, "radius", "m")
         case Sphere(radius_m=radius, counter_radius_m=counter) if counter is not None:
             require_positive(radius, "radius", "m")
             require_positive(counter, "radius of the counter sphere", "m")
             return 1.0 / (1.0 / radius + 1.0 / counter)
         case PowerProfile(exponent=2.0, coefficient=coefficient):
+            return 0.5 / require_positive(coefficient, "profile coefficient b", "m^(1-m)")
+        case Profile(exponents=(2.0, *_), coefficients=(coefficient, *_)):
             return 0.5 / require_positive(coefficient, "profile coefficient b", "m^(1-m)")
         case _:
             return None
