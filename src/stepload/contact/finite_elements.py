@@ -386,7 +386,9 @@ def _section(skfem: Any, gmsh: Any, gap: Gap, body: Body, reach_m: float, per_ra
     corners.append((0.0, body.height_m, last))
     with meshing(gmsh) as model:
         points = [model.geo.addPoint(x, z, 0.0, size) for x, z, size in corners]
-        lines = [model.geo.addLine(*ends) for ends in zip(points, points[1:] + points[:1])]
+        lines = [
+            model.geo.addLine(*ends) for ends in zip(points, points[1:] + points[:1], strict=True)
+        ]
         model.geo.addPlaneSurface([model.geo.addCurveLoop(lines)])
         model.geo.synchronize()
         for line in lines[: len(r) - 1]:

@@ -181,6 +181,11 @@ def radius_at(geometry: Geometry, deformation_m: float) -> float:
     return end_m if short_m(end_m) <= 0.0 else float(brentq(short_m, 0.0, end_m, rtol=1e-12))
 
 
+def slope_at(geometry: Geometry, radius_m: float) -> float:
+    """Slope dz/dr of the gap at a radius in m."""
+    return float(gap_of(geometry).slope(np.array(radius_m)))
+
+
 def power_fit(force_n: FloatArray, deformation_m: FloatArray) -> tuple[float, float]:
     """K in N/m^n and n of the power law nearest to a curve, by least squares in logarithms."""
     n, log_k = np.polyfit(np.log(deformation_m), np.log(force_n), 1)
