@@ -73,7 +73,7 @@ def parts(kept: Kept, *, figures: bool = True) -> list[Part]:
         Part(
             "How it was computed",
             "",
-            (discussion.elements(), discussion.sequence(), intervals.section(counted, SEED),
+            (discussion.finite_elements(), discussion.sequence(), intervals.section(counted, SEED),
              rigs.shares()),
         ),
         Part("As commands", "", (commands.other_means(), commands.robot_rig())),

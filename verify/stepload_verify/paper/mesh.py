@@ -79,7 +79,9 @@ def main() -> None:
             fit = rs_btls(deformation[2:], np.array(FORCE_GRID_N), secant_force_n=SECANT_FORCE_N)
             tried.append((payload.name, f"{per_radius:g}", nodes, f"{seconds:.1f}", f"{fit.k:.4g}",
                           f"{fit.n:.4g}", f"{fit.secant_n_per_m:.4g}"))  # fmt: skip
-        onset = yield_force(body, payload.material, ALUMINIUM, near_n=SECANT_FORCE_N)
+        onset = None
+        if payload is not PYRAMID:  # at 1.2 N its mesh would take gigabytes
+            onset = yield_force(body, payload.material, ALUMINIUM, near_n=SECANT_FORCE_N)
         tried[-1] = (*tried[-1], f"{onset:.3g}" if onset else "")
         curves += [(payload.name, f"{f:g}", f"{d:.6e}")
                    for f, d in zip(FORCES_N, deformation, strict=True)]  # fmt: skip

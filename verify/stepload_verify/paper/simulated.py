@@ -66,8 +66,9 @@ class Scatter(NamedTuple):
 Kept = dict[Key, Scatter]
 
 
-def simulate(runs: int = RUNS) -> Kept:
-    """Everything that is simulated."""
+def simulate(runs: int | None = None) -> Kept:
+    """Everything that is simulated; `RUNS` of each unless told."""
+    runs = runs or RUNS
     return {key: scatter for part in (_payloads(runs), _systems(runs), _intervals(runs))
             for key, scatter in part}  # fmt: skip
 
@@ -102,6 +103,12 @@ def points(run: RawRun, payload: Payload, test: Test) -> tuple[FloatArray, Float
     """Deformation in m and force in N (N,); that of the Instron for an aluminium plate (V-A)."""
     scale = laws.counter_body(payload) if test is Test.INSTRON else 1.0
     return run.deformation_m(), scale * run.loaded_n()
+
+
+def curve_csv(deformation_m: FloatArray, force_n: FloatArray) -> str:
+    """A curve as `stepload identify` and `stepload compare --curve` read it."""
+    rows = (f"{d:.6e},{f:g}\n" for d, f in zip(deformation_m, force_n, strict=True))
+    return "displacement_m,force_n\n" + "".join(rows)
 
 
 def batch(deformation_m: FloatArray, force_n: FloatArray) -> Fit:
