@@ -121,8 +121,9 @@ def summary(made: list[Part]) -> list[str]:
         "| evidence | numbers | agree | near | show nothing | differ | what it rests on |",
         "|---|---|---|---|---|---|---|",
     ]
-    for kind in Kind:
-        lines.append(_counts(kind, [row for row in once if row.kind is kind], SHOWS[kind]))
+    lines += [
+        _counts(kind, [row for row in once if row.kind is kind], SHOWS[kind]) for kind in Kind
+    ]
     known = [row for section in sections_of(made) for row in section.beside if not row.repeats]
     lines += [
         _counts("**all**", once, ""),
@@ -142,5 +143,3 @@ def _counts(name: str, rows: list[Row], shows: str) -> str:
     found = Counter(row.verdict for row in rows)
     cells = " | ".join(str(found[verdict]) for verdict in Verdict)
     return f"| {name} | {len(rows)} | {cells} | {shows} |"
-
-

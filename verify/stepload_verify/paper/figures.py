@@ -104,8 +104,12 @@ def recursion() -> str:
     printed = SPHERE.rs_rtls[0]
     with _figure(7.0, 3) as (figure, axes):
         for ax, name, value, end, text in zip(
-            axes, ("K̂, N/m^n", "n̂", "secant, N/m"), values,
-            (whole.k, whole.n, whole.secant_n_per_m), printed, strict=True,
+            axes,
+            ("K̂, N/m^n", "n̂", "secant, N/m"),
+            values,
+            (whole.k, whole.n, whole.secant_n_per_m),
+            printed,
+            strict=True,
         ):
             ax.plot(time, value, color=BLUE, label="RS-RTLS, 100 Hz")
             ax.axhline(end, color=INK, ls="-", lw=0.8, label="RS-BTLS of the whole run")

@@ -95,7 +95,7 @@ def measured(payload: Payload, test: Test) -> Law:
 
 
 def counter_body(payload: Payload) -> float:
-    """E_eq on aluminium over E_eq on steel (4): force at equal δ on the one over the other (V-A)."""
+    """E_eq on aluminium over E_eq on steel (4), and so their forces at equal δ (V-A)."""
     return equivalent_modulus(payload.material, ALUMINIUM) / equivalent_modulus(
         payload.material, printed.STEEL
     )

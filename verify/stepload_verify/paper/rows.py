@@ -7,7 +7,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
-
 NEAR = 0.05
 """Relative deviation that counts as near."""
 
@@ -24,7 +23,7 @@ class Kind(StrEnum):
 
 SHOWS = {
     Kind.ARITHMETIC: "equations on printed dimensions, materials and tables",
-    Kind.ELEMENTS: "half-angle and base of cone and pyramid chosen; nothing of the spheres",
+    Kind.ELEMENTS: "half-angles for two secants, and what holds the spheres for Hertz, chosen",
     Kind.FITTED: "the same, and one hardness chosen for all",
     Kind.SIMULATED: "measured on those curves with the errors of the rig; what runs in is chosen",
     Kind.RETURNED: "that (26) gives back what was simulated; no more",
