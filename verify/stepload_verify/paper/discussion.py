@@ -120,9 +120,9 @@ def finite_elements() -> Section:
         "`stepload predict` computes such curves. Quadratic elements; the plate is a half-space. "
         "What is not printed is chosen: half-angles of cone "
         f"({_degrees(cone)}) and pyramid ({_degrees(pyramid)}) on a base of {1e3 * base:.0f} mm "
-        f"for the printed secants; spheres held at {mesh.BALL_HELD:g} radii, on a cylinder below the "
-        "equator, for Hertz within 0.2 %. Held at the equator the plastic one is 3 % off. "
-        "The last mesh of each gives the curve; "
+        f"for the printed secants; spheres held at {mesh.BALL_HELD:g} radii, on a cylinder "
+        "below the equator, for Hertz within 0.2 %. Held at the equator the plastic one is 3 % "
+        "off. The last mesh of each gives the curve; "
         "`python -m stepload_verify.paper.mesh` makes them. With six elements a contact radius n̂ "
         f"of sphere and cone comes near the printed {SPHERE.smooth.n} and {CONE.smooth.n}: the "
         "printed meshes may have been as coarse.",

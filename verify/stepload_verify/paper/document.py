@@ -61,7 +61,7 @@ class Part:
 
 def parts(kept: Kept, *, figures: bool = True) -> list[Part]:
     """The whole page from what is kept; every number in it follows from that and equations."""
-    counted = {key[-1]: tuple(found) for key, found in kept.items() if key[1] == "intervals"}
+    counted = {key[-1]: found for key, found in kept.items() if key[1] == "intervals"}
     return [
         Part(
             "The printed numbers",

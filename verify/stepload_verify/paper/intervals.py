@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -77,7 +77,7 @@ def fits(run: RawRun) -> tuple[Fit, Fit, Judgement]:
     )
 
 
-def section(counted: Mapping[str, tuple[float, float, float, float]], seed: int) -> Section:
+def section(counted: Mapping[str, Sequence[float]], seed: int) -> Section:
     """One run identified, and `counted`: what its intervals hold over many, by `HELD`."""
     paper, free, stated = fits(one_run_of(seed))
     secant, n = stated.quantities["secant_from_touch"], stated.exponent

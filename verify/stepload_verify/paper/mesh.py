@@ -84,20 +84,20 @@ def main() -> None:
     """Mesh all payloads, and write both files."""
     from stepload.contact.finite_elements import yield_force
 
-    curves, tried = [], []
+    curves, tried = [], list[list[object]]()
     for payload in PAYLOADS:
         for per_radius in FINENESS.get(payload.name, _FINENESS):
             began = time.perf_counter()
             deformation, _, nodes = computed(payload, per_radius)
             seconds = time.perf_counter() - began
             fit = rs_btls(deformation[2:], np.array(FORCE_GRID_N), secant_force_n=SECANT_FORCE_N)
-            tried.append((payload.name, f"{per_radius:g}", nodes, f"{seconds:.1f}", f"{fit.k:.4g}",
-                          f"{fit.n:.4g}", f"{fit.secant_n_per_m:.4g}"))  # fmt: skip
+            tried.append([payload.name, f"{per_radius:g}", nodes, f"{seconds:.1f}", f"{fit.k:.4g}",
+                          f"{fit.n:.4g}", f"{fit.secant_n_per_m:.4g}"])  # fmt: skip
         onset = None
         if payload is not PYRAMID:  # at 1.2 N its mesh would take gigabytes
             near_n = float(payload.force_c)
             onset = yield_force(BODIES[payload.name], payload.material, ALUMINIUM, near_n=near_n)
-        tried[-1] = (*tried[-1], f"{onset:.3g}" if onset else "")
+        tried[-1].append(f"{onset:.3g}" if onset else "")
         curves += [(payload.name, f"{f:g}", f"{d:.6e}")
                    for f, d in zip(FORCES_N, deformation, strict=True)]  # fmt: skip
     _write(CURVES, ("payload", "force_n", "deformation_m"), curves)
