@@ -102,7 +102,7 @@ def law_for(
 
         top_n = require_positive(1.0 if to_n is None else to_n, "highest force", "N")
         curve = half_space(geometry, modulus, [share * top_n for share in SHARES])
-        return ContactLaw(*power_fit(curve.force_n, curve.deformation_m), "half-space, Sneddon")
+        return ContactLaw(*power_fit(curve.force_n, curve.deformation_m), "half-space")
     radius = equivalent_radius(geometry)
     if radius is not None:
         return ContactLaw(4.0 / 3.0 * modulus * math.sqrt(radius), 1.5, "(7)")
