@@ -257,7 +257,7 @@ class RunSequence:
         course.tell(
             "until",
             {"verdict": verdict.value, "level_n": needs[index].level_n,
-             "deformation_m": deformation_m, "needed_m": needs[index].needed_m, "asked": requested,
+             "deformation_m": deformation_m, "needed_m": needs[index].needed_m, "requested": requested,
              "top_force_n": course.plan.top_force_n},
         )  # fmt: skip
         reach = nearest(needs, index, deformation_m)
