@@ -257,8 +257,8 @@ class RunSequence:
         course.tell(
             "until",
             {"verdict": verdict.value, "level_n": needs[index].level_n,
-             "deformation_m": deformation_m, "needed_m": needs[index].needed_m, "asked": requested,
-             "top_force_n": course.procedure.top_force_n},
+             "deformation_m": deformation_m, "needed_m": needs[index].needed_m,
+             "requested": requested, "top_force_n": course.procedure.top_force_n},
         )  # fmt: skip
         reach = nearest(needs, index, deformation_m)
         if verdict is Verdict.ENOUGH:
