@@ -41,7 +41,8 @@ $ stepload identify test-1/run.mcap
 
 _ELEMENTS = """\
 ```console
-$ stepload identify paper/elements-plastic-cone.csv --secant-force "300 N"
+$ stepload predict payloads/plastic-sphere.yaml --to "300 N" --rough --csv elements.csv
+$ stepload identify elements.csv --secant-force "300 N"
 $ stepload compare test-1 --curve paper/elements-plastic-sphere.csv --curve-modulus "{modulus}"
 ```"""
 
@@ -105,8 +106,9 @@ def other_means() -> Section:
         "",
         _RUN,
         "",
-        "Finite elements: a curve as CSV, here with (10). Its zero is the mean plane, that of a "
-        "run is its touch: `compare` finds other secants and the same chord.",
+        "Finite elements with (10) and the product's own hardness; then the curve of this page. "
+        "Its zero is the mean plane, that of a run is its touch: `compare` finds other secants and "
+        "the same chord.",
         "",
         _ELEMENTS.format(modulus=f"{modulus / 1e9:.2f} GPa"),
         "",
