@@ -135,6 +135,7 @@ def finite_elements() -> Section:
         (payload,) = (p for p in PAYLOADS if p.name == tried["payload"])
         onset = tried["yield_n"]
         limit = number(laws.limit(payload).force_n) if onset else ""
+        tried |= {name: number(float(tried[name])) for name in ("k", "n", "secant")}
         lines.append(f"| {' | '.join(tried.values())} | {limit} |")
     lines += [
         "",
