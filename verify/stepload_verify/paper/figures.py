@@ -153,14 +153,14 @@ def two_tests(payload: Payload) -> str:
 
 def identifiable() -> str:
     """Fig. 14: K_max (34) over K_s and K_r = F_max / δ_Δ."""
-    stiffness, resolution = np.geomspace(1e4, 1e9, 61), np.geomspace(1e5, 1e10, 61)
+    stiffness, resolution = np.geomspace(1e5, 1e9, 61), np.geomspace(1e6, 1e10, 61)
     k_max = np.array([
         [identifiability(SECANT_FORCE_N, SECANT_FORCE_N / r, s).k_max_n_per_m for s in stiffness]
         for r in resolution
     ])  # fmt: skip
     levels = sorted(secants(SECANT_FORCE_N).items(), key=lambda item: item[1])
     with _figure(5.4) as (figure, (axes,)):
-        grey = axes.contour(stiffness, resolution, np.log10(k_max), range(4, 10), colors=GREY,
+        grey = axes.contour(stiffness, resolution, np.log10(k_max), range(5, 9), colors=GREY,
                             linewidths=0.8)  # fmt: skip
         axes.clabel(grey, fmt=lambda level: f"10^{level:.0f}", fontsize=8)
         colours = (GREEN, BLUE, ORANGE, RED, INK)
