@@ -361,7 +361,7 @@ def _section(skfem: Any, gmsh: Any, gap: Gap, body: Body, reach_m: float, per_ra
     radii, finest_m = [0.0], reach_m / per_radius
     while radii[-1] < end_m:
         r = radii[-1]
-        step_m = max(finest_m, r / 12.0) if r < _MARGIN * reach_m else 1.25 * (r - radii[-2])
+        step_m = max(finest_m, r / per_radius) if r < _MARGIN * reach_m else 1.25 * (r - radii[-2])
         radii.append(r + step_m)
     radii[-1] = end_m
     if len(radii) > 3 and radii[-1] - radii[-2] < 0.3 * (radii[-2] - radii[-3]):
