@@ -60,6 +60,7 @@ def test_a_rounded_cone_is_its_tip_first_and_its_flank_at_last() -> None:
     assert half_space(cone, E, 1e7).deformation_m[0] == pytest.approx(flank, rel=4e-3)
     law = law_for(cone, ACETAL, ALUMINIUM, 1e5)
     assert 1.5 < law.n < 2.0
+    assert law_for(cone, ACETAL, ALUMINIUM, 1.0) == law_for(Sphere(1e-3), ACETAL, ALUMINIUM)
     assert edge_slope(cone, 1e-2) == pytest.approx(1.0 / math.tan(angle))
 
 
