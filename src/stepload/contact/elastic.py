@@ -130,8 +130,8 @@ def _beyond_tip(geometry: Geometry, modulus_pa: float, to_n: float | None) -> bo
     """Whether the contact of a rounded cone reaches its flank, by Hertz."""
     if to_n is None or not isinstance(geometry, RoundedCone):
         return False
-    contact_m = (0.75 * to_n * geometry.radius_m / modulus_pa) ** (1.0 / 3.0)
-    return contact_m > geometry.radius_m * math.cos(geometry.half_angle_rad)
+    end_m = geometry.radius_m * math.cos(geometry.half_angle_rad)
+    return 0.75 * to_n * geometry.radius_m / modulus_pa > end_m**3
 
 
 def contact_radius(geometry: Geometry, deformation_m: float) -> float:
