@@ -149,7 +149,8 @@ def contact_curve(
         deformation_m, pressure = surface.pressed(force)
         touched_m = float(surface.radius_m[pressure > 0.0].max())
         rows.append((deformation_m, touched_m, surface.mises(pressure)))
-    return MeshCurve(forces, *np.array(rows).T, nodes=surface.nodes)
+    deformations, touched, stresses = np.array(rows).T
+    return MeshCurve(forces, deformations, touched, stresses, surface.nodes)
 
 
 def yield_force(
@@ -360,9 +361,10 @@ def _section(skfem: Any, gmsh: Any, gap: Gap, body: Body, reach_m: float, per_ra
     end_m = min(gap.end_m, body.radius_m)
     radii, finest_m = [0.0], reach_m / per_radius
     while radii[-1] < end_m:
-        r = radii[-1]
-        step_m = max(finest_m, r / 12.0) if r < _MARGIN * reach_m else 1.25 * (r - radii[-2])
-        radii.append(r + step_m)
+        last = radii[-1]
+        inside = last < _MARGIN * reach_m
+        step_m = max(finest_m, last / per_radius) if inside else 1.25 * (last - radii[-2])
+        radii.append(last + step_m)
     radii[-1] = end_m
     if len(radii) > 3 and radii[-1] - radii[-2] < 0.3 * (radii[-2] - radii[-3]):
         del radii[-2]

@@ -7,11 +7,10 @@ Curves of finite elements are kept by content in the user's cache directory (`XD
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 import time
 from contextlib import suppress
-from dataclasses import asdict, astuple, dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +29,7 @@ from stepload.contact.half_space import SHARES, half_space
 from stepload.contact.material_range import is_range
 from stepload.contact.materials import Profile, RoundedCone, RoundedPyramid, Sphere
 from stepload.contact.power_law import ContactLaw
+from stepload.declaration.sections import adapter
 from stepload.errors import BadInputError, DomainError
 from stepload.identification.fit import Fit, FloatArray
 from stepload.identification.ls import rs_btls
@@ -160,14 +160,17 @@ def meshed(payload: Payload, to_n: float) -> Meshed:
     with suppress(DomainError):  # beyond the profile that is known
         share = (payload.material.yield_strength_pa or 0.0) / fine.mises_pa[-1]
         onset_n = yield_force(*bodies, near_n=to_n * float(share) ** 3) if share else None
-    curves = (fine.force_n, fine.deformation_m, fine.contact_radius_m, fine.mises_pa,
-              coarse.deformation_m)  # fmt: skip
     found = Meshed(
-        *(tuple(map(float, each)) for each in curves), fine.nodes, coarse.nodes, onset_n,
+        _listed(force_n), _listed(fine.deformation_m), _listed(fine.contact_radius_m),
+        _listed(fine.mises_pa), _listed(coarse.deformation_m), fine.nodes, coarse.nodes, onset_n,
         time.perf_counter() - started_s,
     )  # fmt: skip
     _keep(_file_of(payload, to_n), found)
     return found
+
+
+def _listed(numbers: FloatArray) -> tuple[float, ...]:
+    return tuple(numbers.tolist())
 
 
 def meshed_law(payload: Payload, to_n: float) -> ContactLaw | None:
@@ -203,11 +206,10 @@ def _file_of(payload: Payload, to_n: float) -> Path:
 
 
 def _kept(payload: Payload, to_n: float) -> Meshed | None:
-    with suppress(OSError, ValueError, TypeError):
-        data = json.loads(_file_of(payload, to_n).read_bytes())
-        found = Meshed(**{k: tuple(v) if isinstance(v, list) else v for k, v in data.items()})
-        if len(found.force_n) == len(found.deformation_m) == len(SHARES):
-            return found
+    with suppress(OSError, ValueError):
+        found = adapter(Meshed).validate_json(_file_of(payload, to_n).read_bytes())
+        assert isinstance(found, Meshed)
+        return found
     return None
 
 
@@ -215,5 +217,5 @@ def _keep(path: Path, found: Meshed) -> None:
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         new = path.with_suffix(f".{os.getpid()}")
-        new.write_text(json.dumps(asdict(found)), encoding="utf-8")
+        new.write_bytes(adapter(Meshed).dump_json(found))
         new.replace(path)
