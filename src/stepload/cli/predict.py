@@ -70,9 +70,9 @@ def _asked(path: Path, to_n: float | None) -> tuple[Payload, float]:
     root = tree_of(path)
     if isinstance(root, Mapping) and "procedure" in root.entries:
         plan = load_plan(path)
-        return plan.payload, to_n or plan.procedure.top_force_n
+        return plan.payload, plan.procedure.top_force_n if to_n is None else to_n
     payload = load_payload(path)
-    return payload, to_n or theory_of(payload).elastic_limit_n
+    return payload, theory_of(payload).elastic_limit_n if to_n is None else to_n
 
 
 def _curve(found: Prediction) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from stepload.contact.checks import require_positive
 from stepload.contact.curve_factors import rough_factor, yield_factor
 from stepload.contact.elastic import equivalent_modulus, equivalent_radius, law_for
 from stepload.contact.finite_elements import (
@@ -36,6 +37,8 @@ from stepload.identification.ls import rs_btls
 from stepload.plan.model import Payload
 
 MESHED = "finite elements"
+MOST_OFF = 5.0
+"""Factor from the half-space in the secant beyond which a kept curve is not believed."""
 COARSER = 0.7
 """Elements per contact radius of the second mesh, over those of the first."""
 
@@ -97,6 +100,7 @@ def predict(
         BadInputError: roughness or tip radius is not known, or scikit-fem or gmsh not installed.
         DomainError: a number outside the domain of the theory.
     """
+    require_positive(to_n, "highest force", "N")
     geometry, material, plate = bodies = (payload.geometry, payload.material, payload.plate)
     force_n, radius_m = to_n * np.array(SHARES), equivalent_radius(geometry)
     found = meshed(payload, to_n) if mesh and has_size(payload) else None
@@ -176,7 +180,8 @@ def _listed(numbers: FloatArray) -> tuple[float, ...]:
 def meshed_law(payload: Payload, to_n: float) -> ContactLaw | None:
     """The power law (25) of the curve that is kept for a payload up to a force; never meshes.
 
-    None where there is none, or a material is known as a range only. A whole sphere is not its half
+    None where there is none, one that is off the half-space by more than `MOST_OFF`, or a material
+    is known as a range only. A whole sphere is not its half
     held at the equator, so it keeps Hertz.
     """
     sized = not isinstance(payload.geometry, Sphere) and has_size(payload)
@@ -185,7 +190,9 @@ def meshed_law(payload: Payload, to_n: float) -> ContactLaw | None:
     if (kept := _kept(payload, to_n)) is None:
         return None
     fit = rs_btls(kept.deformation_m, kept.force_n, secant_force_n=to_n)
-    return ContactLaw(fit.k, fit.n, MESHED)
+    theory = law_for(payload.geometry, payload.material, payload.plate, to_n)
+    off = fit.secant_n_per_m / theory.secant(to_n)
+    return ContactLaw(fit.k, fit.n, MESHED) if 1.0 / MOST_OFF < off < MOST_OFF else None
 
 
 def cache_directory() -> Path:

@@ -98,7 +98,7 @@ def theory_of(payload: Payload, to_n: float | None = None) -> Theory:
         )
     limit_n, limit = min(known, key=lambda each: each[0])
     counted = min((counted for _, counted in known), key=lambda counted: counted.lower_n)
-    to_n = min(to_n or limit_n, limit_n)
+    to_n = limit_n if to_n is None else min(to_n, limit_n)
     if (meshed := meshed_law(payload, to_n)) is not None:
         laws = [meshed] * 3
     else:

@@ -178,27 +178,39 @@ class BodySection:
         return Body(self.height_m, self.radius_m)
 
 
-HalfAngle = Annotated[float, q.Quantity("rad", radians(1.0), radians(89.0))]
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class _Rounded:
+    radius_m: u.UncertainLength
+    """Radius of the tip, of a pyramid of its edges too."""
+    half_angle_rad: Annotated[float, q.Quantity("rad", radians(1.0), radians(89.0))]
+    """Angle between axis and flank or face."""
+    body: Annotated[Body | None, Made(BodySection)] = None
+    """What is behind the base, a cylinder or a square block; none: held at the base."""
+
+    def _unsound(self, key: str, base_m: float) -> Iterator[Contradiction]:
+        end_m = float(self.radius_m) * cos(self.half_angle_rad)
+        if base_m <= end_m:
+            yield (
+                key,
+                f"the base {q.metre(base_m)} is not above {q.metre(end_m)}, where the tip ends",
+                "give a larger base or a smaller radius",
+            )
+        if self.body is not None and self.body.radius_m < base_m:
+            yield "body", "the body is narrower than the base", "give its radius or half width"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
-class RoundedConeSection:
+class RoundedConeSection(_Rounded):
     """A cone with a spherical tip, of which the contact may reach the flank."""
 
     shape: Literal["rounded_cone"]
-    radius_m: u.UncertainLength
-    """Radius of the tip."""
-    half_angle_rad: HalfAngle
-    """Angle between axis and flank."""
     base_radius_m: q.Length
     """Radius at which the flank ends."""
-    body: Annotated[Body | None, Made(BodySection)] = None
-    """Cylinder behind the base; none: the cone is held at its base."""
 
     sound = CHECKED
 
     def contradictions(self) -> Iterator[Contradiction]:
-        yield from _base("base_radius", self.base_radius_m, self)
+        return self._unsound("base_radius", self.base_radius_m)
 
     def made(self) -> RoundedCone:
         return RoundedCone(
@@ -208,43 +220,23 @@ class RoundedConeSection:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
-class RoundedPyramidSection:
+class RoundedPyramidSection(_Rounded):
     """A square pyramid with round tip and edges; theory of its tip, or finite elements."""
 
     shape: Literal["rounded_pyramid"]
-    radius_m: u.UncertainLength
-    """Radius of tip and edges."""
-    half_angle_rad: HalfAngle
-    """Angle between axis and face."""
     base_half_width_m: q.Length
     """Half width at which the faces end."""
-    body: Annotated[Body | None, Made(BodySection)] = None
-    """Square block behind the base; none: the pyramid is held at its base."""
 
     sound = CHECKED
 
     def contradictions(self) -> Iterator[Contradiction]:
-        yield from _base("base_half_width", self.base_half_width_m, self)
+        return self._unsound("base_half_width", self.base_half_width_m)
 
     def made(self) -> RoundedPyramid:
         return RoundedPyramid(
             float(self.radius_m), self.half_angle_rad, self.base_half_width_m,
             u.sigma_of(self.radius_m), self.body,
         )  # fmt: skip
-
-
-def _base(
-    key: str, base_m: float, shape: RoundedConeSection | RoundedPyramidSection
-) -> Iterator[Contradiction]:
-    end_m = float(shape.radius_m) * cos(shape.half_angle_rad)
-    if base_m <= end_m:
-        yield (
-            key,
-            f"the base {q.metre(base_m)} is not above {q.metre(end_m)}, where the round tip ends",
-            "give a larger base or a smaller radius",
-        )
-    if shape.body is not None and shape.body.radius_m < base_m:
-        yield "body", "the body is narrower than the base", "give its radius or half width"
 
 
 def _point(value: object, info: ValidationInfo) -> tuple[float, float]:

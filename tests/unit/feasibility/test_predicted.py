@@ -158,8 +158,11 @@ def test_preflight_uses_the_curve_that_is_kept(
         main([*asked, "--to", "190 N"])
     assert "stepload[fem]" in caught.value.hint
     (kept,) = cache_directory().iterdir()
-    kept.write_text("{}")
-    assert theory_of(payload, 200.0).law == before.law
+    data = json.loads(kept.read_text())
+    data["deformation_m"] = [10.0 * each for each in data["deformation_m"]]
+    for text in (json.dumps(data), "{}"):  # not believed, not readable
+        kept.write_text(text)
+        assert theory_of(payload, 200.0).law == before.law
 
 
 def test_no_mesh_and_factors(tmp_path: Path) -> None:
@@ -172,6 +175,8 @@ def test_no_mesh_and_factors(tmp_path: Path) -> None:
     assert predict(bare, 3000.0, mesh=False, plastic=True).fit.n < smooth.fit.n - 0.03
     assert main(["predict", str(tmp_path / "part.yaml"), "--no-mesh", "--rough"]) == 0
     part(tmp_path, CONE)
+    with pytest.raises(BadInputError, match="highest force"):
+        main(["predict", str(tmp_path / "part.yaml"), "--to", "0 N"])
     with pytest.raises(BadInputError, match="no roughness"):
         main(["predict", str(tmp_path / "part.yaml"), "--no-mesh", "--rough"])
     part(tmp_path, TABLE, "force_limit: 400 N")
