@@ -1,0 +1,203 @@
+"""Runs and curves side by side: Table II of the paper, their bounds, their picture (Figs. 8–13)."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+import numpy as np
+
+from stepload.errors import DomainError
+from stepload.identification.difference import SAME_FORCE
+from stepload.identification.fit import Fit, FloatArray
+from stepload.identification.ls import rs_btls
+from stepload.identification.smooth import NORMAL_95
+from stepload.report import figures
+from stepload.report.comparison import Comparison
+from stepload.report.comparison_curve import Loading, correction_for
+from stepload.report.model import Table
+from stepload.report.rows import Row, data, figure, form, part, table
+from stepload.report.run_figures import law_band
+from stepload.units import change
+from stepload.units import format_quantity as f
+
+
+def power_of_ten(value: float) -> str:
+    """A number as the paper prints it: 4.80e6."""
+    return re.sub(r"e\+?(-?)0*(\d)", r"e\1\2", f"{value:.2e}")
+
+
+Change = Annotated[float | None, change]
+
+
+class ResultRow(Row):
+    """One run or curve by RS-BTLS, as a row of the paper's Table II."""
+
+    name: str = figure("Name of the run or the curve.", "run or curve")
+    payload: str | None = figure("Name of the payload of a run.", "payload")
+    k: Annotated[float | None, part("k"), power_of_ten] = figure(
+        "K̂ in N/m^n.", "K̂ [N/mⁿ]", at="fit"
+    )
+    n: Annotated[float | None, part("n"), form(".2f")] = figure("n̂.", "n̂", at="fit")
+    secant_n_per_m: Annotated[float | None, part("secant_n_per_m"), power_of_ten] = figure(
+        "Secant (28) of this fit.", "secant [N/m]", at="fit"
+    )
+    secant_change: Change = figure("Its change relative to the first row.", "to the first")
+
+
+class BoundsRow(Row):
+    """Bounds of the secant of one run or curve."""
+
+    name: str = figure("Name of the run or the curve.", "run or curve")
+    bound_m: float | None = figure("δ_Δ + √MSDE; null: the curve is exact.", "δ_Δ + √MSDE")
+    bounds_n_per_m: tuple[float, float] | None = figure(
+        "The secant by RS-BTLS with the deformation less and more by that.", "RS-BTLS, by that"
+    )
+    touch_secant_n_per_m: float | None = figure(
+        "Secant from the fitted touch, or from the zero of the curve.", "zero fitted"
+    )
+    interval_n_per_m: tuple[float, float] | None = figure("Its 95 % interval.", "95 %")
+
+
+@dataclass(frozen=True, slots=True)
+class Side:
+    """One run or curve: its RS-BTLS fit, None where the data refuse one, and its bounds.
+
+    `deformation_m`, `force_n` (N,) are points from the touch, `law` the line through
+    them, `ends` the lines between which 95 % lie; empty where no errors are known.
+    """
+
+    name: str
+    payload: str | None
+    fit: Fit | None
+    bound_m: float | None
+    touch_secant_n_per_m: float | None
+    interval_n_per_m: tuple[float, float] | None
+    deformation_m: FloatArray
+    force_n: FloatArray
+    law: Loading
+    ends: tuple[Loading, ...]
+    secant_change: float | None = None
+
+    @property
+    def bounds_n_per_m(self) -> tuple[float, float] | None:
+        """The secant with the deformation less and more by the bound."""
+        if self.fit is None or self.bound_m is None:
+            return None
+        force_n, secant = self.fit.secant_force_n, self.fit.secant_n_per_m
+        least_m = max(force_n / secant - self.bound_m, 0.0)
+        return force_n / (force_n / secant + self.bound_m), (
+            force_n / least_m if least_m else math.inf
+        )
+
+
+def sides(found: Comparison) -> list[Side]:
+    """Every run and curve of a comparison, in this order; curves corrected to the first run."""
+    listed = [*_of_runs(found), *_of_curves(found)]
+    if (first := listed[0].fit) is None:
+        return listed
+    return listed[:1] + [
+        each
+        if each.fit is None
+        else replace(each, secant_change=each.fit.secant_n_per_m / first.secant_n_per_m - 1.0)
+        for each in listed[1:]
+    ]
+
+
+def _of_runs(found: Comparison) -> Iterator[Side]:
+    for each in found.runs:
+        result, conditions = each.found, each.found.conditions
+        fit, own = result.fit, result.quantities.get("secant_from_touch")
+        bound_m = conditions.position_resolution_m + conditions.sources.smooth_error_m
+        law_n = np.linspace(0.0, result.peak_force_n, 121)[1:]
+        law = Loading(fit.zero_m + (law_n / fit.k) ** (1.0 / fit.n), law_n)
+        at_m, *ends_n = law_band(result) or (law_n,)
+        yield Side(
+            each.run.name, each.run.metadata.get("payload") or None, result.fits.get("rs_btls"),
+            bound_m if math.isfinite(bound_m) else None,
+            None if own is None else own.value_n_per_m,
+            None if own is None else own.interval_n_per_m,
+            result.deformation_m, result.force_n, law,
+            tuple(Loading(at_m, end_n) for end_n in ends_n),
+        )  # fmt: skip
+
+
+def _of_curves(found: Comparison) -> Iterator[Side]:
+    at_n = found.secant_force_n
+    for each in found.given:
+        loading = each.loading(correction_for(found.runs[0], each) if found.runs else 1.0)
+        keep = loading.force_n <= (1.0 + SAME_FORCE) * at_n
+        used = Loading(loading.deformation_m[keep], loading.force_n[keep])
+        try:
+            fit = rs_btls(*used, secant_force_n=at_n)
+        except DomainError:
+            fit = None
+        known = bool(used.force_n.size) and used.force_n.max() >= (1.0 - SAME_FORCE) * at_n
+        own_m = used.deformation_at(at_n) if known else math.nan
+        half_m = NORMAL_95 * each.sigma_m
+        interval = at_n / (own_m + half_m), at_n / (own_m - half_m)
+        order = np.argsort(used.force_n, kind="stable")
+        law = Loading(used.deformation_m[order], used.force_n[order])
+        ends_m = (law.deformation_m - half_m, law.deformation_m + half_m) if half_m else ()
+        yield Side(
+            each.name, None, fit, each.resolution_m + each.msde_m if half_m else None,
+            at_n / own_m if known else None, interval if known and 0.0 < half_m < own_m else None,
+            *used, law, tuple(Loading(end_m, law.force_n) for end_m in ends_m),
+        )  # fmt: skip
+
+
+def table_two(listed: list[Side], at_n: float) -> list[Table]:
+    """Table II of these runs and curves, and their bounds."""
+    at = f(at_n, "N")
+    notes = [
+        f"RS-BTLS, secant at {at}. A change is relative to the secant of {listed[0].name}.",
+        "K and n are not to be read apart: K carries the unit of n.",
+    ]
+    bounds = [
+        "RS-BTLS takes the zero of the deformation as given; 95 % holds for the secant beside it."
+    ]
+    return [
+        table("Results side by side, as Table II of the paper", ResultRow, listed,
+              notes),
+        table(f"Bounds of the secant at {at}", BoundsRow, listed, bounds),
+    ]  # fmt: skip
+
+
+def table_two_csv(found: Comparison) -> str:
+    """Table II and the bounds as CSV, one line for each run and curve."""
+    file, listed = io.StringIO(), sides(found)
+    names = [key for kind in (ResultRow, BoundsRow) for key in kind.model_fields]
+    writer = csv.DictWriter(file, list(dict.fromkeys(names)), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(data(ResultRow, each) | data(BoundsRow, each) for each in listed)
+    return file.getvalue()
+
+
+def overlay(listed: list[Side]) -> str:
+    """All runs and curves over each other from the touch, as Figs. 8–13 of the paper.
+
+    Shaded: δ ± (δ_Δ + √MSDE). Dashed: 95 %.
+    """
+    total = sum(each.force_n.size for each in listed)
+    with figures.figure_of(4.2) as (figure, (axes,)):
+        for index, each in enumerate(listed):
+            colour, step = figures.colour(index), max(1, total // figures.MOST_DOTS)
+            axes.plot(each.deformation_m[::step] * 1e6, each.force_n[::step], ".", color=colour,
+                      ms=2.0)  # fmt: skip
+            law_m, law_n = each.law
+            axes.plot(law_m * 1e6, law_n, color=colour, label=figures.plain(each.name))
+            if (bound_m := each.bound_m) is not None:
+                axes.fill_betweenx(law_n, (law_m - bound_m) * 1e6, (law_m + bound_m) * 1e6,
+                                   color=colour, alpha=0.15, lw=0.0)  # fmt: skip
+            for end_m, end_n in each.ends:
+                axes.plot(end_m * 1e6, end_n, "--", color=colour, lw=0.7)
+        axes.set(xlabel="payload deformation from the touch [µm]", ylabel="force [N]")
+        axes.set_ylim(bottom=0.0)
+        if len(listed) <= figures.MOST_NAMES:
+            axes.legend(loc="best", fontsize=8)
+        return figures.svg_of(figure)
