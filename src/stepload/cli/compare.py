@@ -171,7 +171,7 @@ def compare(
     from stepload.report.comparison_table import table_two_csv
     from stepload.report.page import render
     from stepload.report.run_record import saved_run
-    from stepload.report.tip_factors import tip_factors, with_factors
+    from stepload.report.tip_factors import SHAPES, tip_factors, with_factors
     from stepload.session.files import write_file
     from stepload.units import parse_named
 
@@ -198,7 +198,7 @@ def compare(
             name, made,
             modulus_pa=None if modulus is None else parse_named("--curve-modulus", modulus, "Pa"),
             plate_pa=None if plate is None else _plate_modulus("--curve-plate", plate),
-            resolution_m=resolution_m, msde_m=msde_m,
+            resolution_m=resolution_m, msde_m=msde_m, theory=path.suffix.lower() in SHAPES,
         ))  # fmt: skip
     groups = _groups(runs or [])
     found = compare_runs(

@@ -38,7 +38,7 @@ class CurveGiven:
     `modulus_pa` is its equivalent modulus (4); `plate_pa` E/(1 − ν²) of its counter body, where
     that alone differs from the run's. Both None: it needs no correction. `resolution_m` and
     `msde_m` are its position resolution δ_Δ and the root of the MSDE of its machine's K_s; both 0
-    where it counts as exact.
+    where it counts as exact. `theory`: it holds for the materials of the run.
     """
 
     name: str
@@ -47,6 +47,7 @@ class CurveGiven:
     plate_pa: float | None = None
     resolution_m: float = 0.0
     msde_m: float = 0.0
+    theory: bool = False
 
     @property
     def corrects(self) -> bool:
@@ -73,8 +74,17 @@ class Loading(NamedTuple):
     deformation_m: FloatArray
     force_n: FloatArray
 
+    def has(self, force_n: float) -> bool:
+        """Whether its deformation at a force can be read: there, or from several points near it."""
+        if not self.force_n.size:
+            return False
+        near = np.abs(self.force_n - force_n) <= NEAR * force_n
+        least, most = float(self.force_n.min()), float(self.force_n.max())
+        within = least <= force_n <= (1.0 + SAME_FORCE) * most
+        return within or np.count_nonzero(near) >= FEWEST
+
     def deformation_at(self, force_n: float) -> float:
-        """Its deformation at a force within its own."""
+        """Its deformation at a force that it has."""
         return _deformation_at(force_n, *self)
 
 

@@ -54,14 +54,18 @@ class BoundsRow(Row):
     """Bounds of the secant of one run or curve."""
 
     name: str = figure("Name of the run or the curve.", "run or curve")
-    bound_m: float | None = figure("δ_Δ + √MSDE; null: the curve is exact.", "δ_Δ + √MSDE")
+    bound_m: float | None = figure("δ_Δ + √MSDE; null: the curve is exact.")
     bounds_n_per_m: tuple[float, float] | None = figure(
-        "The secant by RS-BTLS with the deformation less and more by that.", "RS-BTLS, by that"
+        "The secant by RS-BTLS with the deformation less and more by that.",
+        "RS-BTLS, δ ± (δ_Δ + √MSDE)",
     )
     touch_secant_n_per_m: float | None = figure(
         "Secant from the fitted touch, or from the zero of the curve.", "zero fitted"
     )
     interval_n_per_m: tuple[float, float] | None = figure("Its 95 % interval.", "95 %")
+    touch_secant_change: Change = figure(
+        "Change of the touch secant relative to the first row.", "to the first"
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +87,7 @@ class Side:
     law: Loading
     ends: tuple[Loading, ...]
     secant_change: float | None = None
+    touch_secant_change: float | None = None
 
     @property
     def bounds_n_per_m(self) -> tuple[float, float] | None:
@@ -99,14 +104,17 @@ class Side:
 def sides(found: Comparison) -> list[Side]:
     """Every run and curve of a comparison, in this order; curves corrected to the first run."""
     listed = [*_of_runs(found), *_of_curves(found)]
-    if (first := listed[0].fit) is None:
-        return listed
-    return listed[:1] + [
-        each
-        if each.fit is None
-        else replace(each, secant_change=each.fit.secant_n_per_m / first.secant_n_per_m - 1.0)
-        for each in listed[1:]
-    ]
+    first = listed[0]
+    return [first, *(replace(
+        each,
+        secant_change=_change(each.fit and each.fit.secant_n_per_m,
+                              first.fit and first.fit.secant_n_per_m),
+        touch_secant_change=_change(each.touch_secant_n_per_m, first.touch_secant_n_per_m),
+    ) for each in listed[1:])]  # fmt: skip
+
+
+def _change(value: float | None, first: float | None) -> float | None:
+    return value / first - 1.0 if value and first else None
 
 
 def _of_runs(found: Comparison) -> Iterator[Side]:
@@ -137,7 +145,7 @@ def _of_curves(found: Comparison) -> Iterator[Side]:
             fit = rs_btls(*used, secant_force_n=at_n)
         except DomainError:
             fit = None
-        known = bool(used.force_n.size) and used.force_n.max() >= (1.0 - SAME_FORCE) * at_n
+        known = used.has(at_n)
         own_m = used.deformation_at(at_n) if known else math.nan
         half_m = NORMAL_95 * each.sigma_m
         interval = at_n / (own_m + half_m), at_n / (own_m - half_m)
@@ -154,27 +162,29 @@ def _of_curves(found: Comparison) -> Iterator[Side]:
 def table_two(listed: list[Side], at_n: float) -> list[Table]:
     """Table II of these runs and curves, and their bounds."""
     at = f(at_n, "N")
+    of = f"A change is relative to {listed[0].name}, the first."
     notes = [
-        f"RS-BTLS, secant at {at}. A change is relative to the secant of {listed[0].name}.",
-        "K and n are not to be read apart: K carries the unit of n.",
-    ]
-    bounds = [
-        "RS-BTLS takes the zero of the deformation as given; 95 % holds for the secant beside it."
+        "RS-BTLS takes the zero of the deformation as given: the touch of a run.",
+        f"{of} K and n are not to be read apart: K carries the unit of n.",
     ]
     return [
-        table("Results side by side, as Table II of the paper", ResultRow, listed,
-              notes),
-        table(f"Bounds of the secant at {at}", BoundsRow, listed, bounds),
-    ]  # fmt: skip
+        table(f"Results at {at}, as Table II of the paper", ResultRow, listed, notes),
+        table(f"Bounds of the secant at {at}", BoundsRow, listed, [of]),
+    ]
 
 
 def table_two_csv(found: Comparison) -> str:
     """Table II and the bounds as CSV, one line for each run and curve."""
-    file, listed = io.StringIO(), sides(found)
-    names = [key for kind in (ResultRow, BoundsRow) for key in kind.model_fields]
-    writer = csv.DictWriter(file, list(dict.fromkeys(names)), lineterminator="\n")
+    rows = []
+    for each in sides(found):
+        row = data(ResultRow, each) | data(BoundsRow, each)
+        for key in ("bounds_n_per_m", "interval_n_per_m"):
+            row[f"{key}_low"], row[f"{key}_high"] = row.pop(key) or (None, None)
+        rows.append(row)
+    file = io.StringIO()
+    writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
     writer.writeheader()
-    writer.writerows(data(ResultRow, each) | data(BoundsRow, each) for each in listed)
+    writer.writerows(rows)
     return file.getvalue()
 
 
