@@ -362,7 +362,7 @@ def _sheet(found: Comparison, listed: list[Side], reasons: Sequence[str]) -> Cer
         tables=[first_rows(each) for each in tables if each.rows],
         figure=Figure(
             "laws", "Force against deformation",
-            "Measured points and curves from the touch, as Figs. 8–13 of the paper. Shaded: "
+            "Runs from their fitted zeros, and curves, as Figs. 8–13 of the paper. Shaded: "
             "position resolution and √MSDE. Dashed: 95 %.",
             "force over deformation of every run and curve with bounds", partial(overlay, listed),
         ),

@@ -72,7 +72,7 @@ class BoundsRow(Row):
 class Side:
     """One run or curve: its RS-BTLS fit, None where the data refuse one, and its bounds.
 
-    `deformation_m`, `force_n` (N,) are points from the touch, `law` the line through
+    `deformation_m`, `force_n` (N,) are points from the fitted zero, `law` the line through
     them, `ends` the lines between which 95 % lie; empty where no errors are known.
     """
 
@@ -123,15 +123,15 @@ def _of_runs(found: Comparison) -> Iterator[Side]:
         fit, own = result.fit, result.quantities.get("secant_from_touch")
         bound_m = conditions.position_resolution_m + conditions.sources.smooth_error_m
         law_n = np.linspace(0.0, result.peak_force_n, 121)[1:]
-        law = Loading(fit.zero_m + (law_n / fit.k) ** (1.0 / fit.n), law_n)
+        law = Loading((law_n / fit.k) ** (1.0 / fit.n), law_n)
         at_m, *ends_n = law_band(result) or (law_n,)
         yield Side(
             each.run.name, each.run.metadata.get("payload") or None, result.fits.get("rs_btls"),
             bound_m if math.isfinite(bound_m) else None,
             None if own is None else own.value_n_per_m,
             None if own is None else own.interval_n_per_m,
-            result.deformation_m, result.force_n, law,
-            tuple(Loading(at_m, end_n) for end_n in ends_n),
+            result.deformation_m - fit.zero_m, result.force_n, law,
+            tuple(Loading(at_m - fit.zero_m, end_n) for end_n in ends_n),
         )  # fmt: skip
 
 
@@ -189,7 +189,7 @@ def table_two_csv(found: Comparison) -> str:
 
 
 def overlay(listed: list[Side]) -> str:
-    """All runs and curves over each other from the touch, as Figs. 8–13 of the paper.
+    """All runs and curves over each other from their zeros, as Figs. 8–13 of the paper.
 
     Shaded: δ ± (δ_Δ + √MSDE). Dashed: 95 %.
     """
@@ -206,7 +206,8 @@ def overlay(listed: list[Side]) -> str:
                                    color=colour, alpha=0.15, lw=0.0)  # fmt: skip
             for end_m, end_n in each.ends:
                 axes.plot(end_m * 1e6, end_n, "--", color=colour, lw=0.7)
-        axes.set(xlabel="payload deformation from the touch [µm]", ylabel="force [N]")
+        axes.set(xlabel="payload deformation from its zero [µm]", ylabel="force [N]")
+        axes.set_xlim(left=0.0)
         axes.set_ylim(bottom=0.0)
         if len(listed) <= figures.MOST_NAMES:
             axes.legend(loc="best", fontsize=8)

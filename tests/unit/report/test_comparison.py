@@ -22,10 +22,11 @@ from stepload.report.comparison import compare
 from stepload.report.comparison_curve import CurveGiven, _deformation_at
 from stepload.report.comparison_document import comparison_data, comparison_document
 from stepload.report.comparison_runs import ComparedRun, origin_of
-from stepload.report.comparison_table import power_of_ten, sides, table_two_csv
+from stepload.report.comparison_table import power_of_ten, sides, table_two, table_two_csv
 from stepload.report.page import render
 from stepload.report.press_data import PressData, TouchPoint
 from stepload.report.run_record import SavedRun
+from stepload.report.terminal import BESIDE, NARROW
 
 K, N, KS = 6.57e8, 1.5, 3.49e6
 SENSOR = "cell: S2 {}, firmware 1.0, calibration 2026-01"
@@ -296,6 +297,9 @@ def test_any_number_of_curves_is_listed_with_bounds_and_changes_relative_to_the_
     lines = [line.split(",") for line in table_two_csv(found).splitlines()]
     assert [line[0] for line in lines] == ["name", "a", "b", "theory", "Instron"]
     assert float(lines[4][lines[0].index("k")]) == pytest.approx(instron.fit.k)
+    for each in table_two(sides(found), found.secant_force_n):
+        widths = [max(map(len, cells)) + BESIDE for cells in zip(*each.rows, strict=True)]
+        assert sum(widths) <= NARROW
     data = comparison_data(found)
     assert [row["name"] for row in data["results"]] == [row["name"] for row in data["bounds"]]
     assert data["results"][3]["secant_change"] == instron.secant_change
