@@ -81,7 +81,7 @@ class Loading(NamedTuple):
         near = np.abs(self.force_n - force_n) <= NEAR * force_n
         least, most = float(self.force_n.min()), float(self.force_n.max())
         within = least <= force_n <= (1.0 + SAME_FORCE) * most
-        return within or np.count_nonzero(near) >= FEWEST
+        return within or int(np.count_nonzero(near)) >= FEWEST
 
     def deformation_at(self, force_n: float) -> float:
         """Its deformation at a force that it has."""

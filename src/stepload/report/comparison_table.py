@@ -44,8 +44,8 @@ class ResultRow(Row):
         "K̂ in N/m^n.", "K̂ [N/mⁿ]", at="fit"
     )
     n: Annotated[float | None, part("n"), form(".2f")] = figure("n̂.", "n̂", at="fit")
-    secant_n_per_m: Annotated[float | None, part("secant_n_per_m"), power_of_ten] = figure(
-        "Secant (28) of this fit.", "secant [N/m]", at="fit"
+    secant_n_per_m: Annotated[float | None, power_of_ten] = figure(
+        "Secant (28) of this fit.", "secant [N/m]"
     )
     secant_change: Change = figure("Its change relative to the first row.", "to the first")
 
@@ -90,15 +90,19 @@ class Side:
     touch_secant_change: float | None = None
 
     @property
+    def secant_n_per_m(self) -> float | None:
+        """The secant (28) of the fit."""
+        return None if self.fit is None else self.fit.secant_n_per_m
+
+    @property
     def bounds_n_per_m(self) -> tuple[float, float] | None:
         """The secant with the deformation less and more by the bound."""
         if self.fit is None or self.bound_m is None:
             return None
         force_n, secant = self.fit.secant_force_n, self.fit.secant_n_per_m
         least_m = max(force_n / secant - self.bound_m, 0.0)
-        return force_n / (force_n / secant + self.bound_m), (
-            force_n / least_m if least_m else math.inf
-        )
+        high = force_n / least_m if least_m else math.inf
+        return force_n / (force_n / secant + self.bound_m), high
 
 
 def sides(found: Comparison) -> list[Side]:
@@ -107,8 +111,7 @@ def sides(found: Comparison) -> list[Side]:
     first = listed[0]
     return [first, *(replace(
         each,
-        secant_change=_change(each.fit and each.fit.secant_n_per_m,
-                              first.fit and first.fit.secant_n_per_m),
+        secant_change=_change(each.secant_n_per_m, first.secant_n_per_m),
         touch_secant_change=_change(each.touch_secant_n_per_m, first.touch_secant_n_per_m),
     ) for each in listed[1:])]  # fmt: skip
 
