@@ -47,7 +47,7 @@ class Identified:
 def preflight(plan: Plan | str | Path) -> Preflight:
     """Compute before a run what a plan allows: limits, schedule, verdict and its reasons.
 
-    A plan that is refused is a result, not an error: see `Envelope.verdict`.
+    A plan that is refused is a result, not an error: see `Preflight.verdict`.
 
     Raises:
         PlanError: the plan cannot be read.

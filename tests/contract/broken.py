@@ -294,7 +294,7 @@ def goes_on_repeating(healthy):
 def forgets_its_fault(healthy):
     def fault(self):
         found = healthy.fault(self)
-        self._requested = getattr(self, "_asked", 0) + (found is not None)
+        self._requested = getattr(self, "_requested", 0) + (found is not None)
         return found if self._requested < 2 else None
 
     return _variant(healthy, fault=fault)
@@ -530,7 +530,7 @@ def on_a_leash(healthy):
 
         def call(self, *arguments):
             now_s = _now_s(self)
-            silent_s = now_s - getattr(self, "_heard_s", now_s)
+            silent_s = now_s - getattr(self, "_received_s", now_s)
             self._received_s = now_s
             if silent_s > LEASH_S and self._led:
                 self._stream.latch(FaultCode.PROGRAM_STOPPED, f"silent for {silent_s:g} s", now_s)

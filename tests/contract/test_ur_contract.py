@@ -43,7 +43,7 @@ def own() -> Iterator[UrEmulatorProcess]:
 
 
 def arm_trial(emulator: UrEmulatorProcess) -> Trial:
-    options = {"host": emulator.host, "max_age": 0.3, "leash": 2.0, "watchdog": 5.0}
+    options = {"host": emulator.host, "max_age": 0.3, "command_timeout": 2.0, "watchdog": 5.0}
     return Trial(
         *trial_of(UrArm, options),
         open_timeout_s=10.0,

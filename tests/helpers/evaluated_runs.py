@@ -30,7 +30,7 @@ TOLD = {
 }  # fmt: skip
 
 
-def an_envelope() -> Preflight:
+def a_preflight() -> Preflight:
     """Of the paper's plastic sphere."""
     return preflight_of(load_plan(ROOT / "procedures" / "plastic-sphere.yaml"))
 

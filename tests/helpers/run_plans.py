@@ -32,12 +32,12 @@ STEEL = Material("steel", 200e9, 0.29, None)
 SIM = "sim"
 
 
-def envelope_for(
+def preflight_for(
     plan: Plan, elastic_limit_n: float = 727.0, measured: Measured | None = None
 ) -> Preflight:
-    """The envelope of a plan whose payload has this elastic limit, whatever theory says.
+    """The preflight of a plan whose payload has this elastic limit, whatever theory says.
 
-    Its remedies are not tried: that takes several envelopes more, of which a run uses none.
+    Its remedies are not tried: that takes several preflights more, of which a run uses none.
     """
     material = replace(plan.payload.material, yield_strength_pa=None)
     payload = replace(plan.payload, material=material, declared_force_limit_n=elastic_limit_n)
@@ -48,7 +48,7 @@ def limits_for(
     plan: Plan, elastic_limit_n: float = 727.0, measured: Measured | None = None
 ) -> RunLimits:
     """The thresholds of such a plan; RefusedError where it may not be pressed."""
-    return envelope_for(plan, elastic_limit_n, measured).run_limits
+    return preflight_for(plan, elastic_limit_n, measured).run_limits
 
 
 def stvf_plan(**procedure: Any) -> Plan:

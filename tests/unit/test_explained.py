@@ -39,7 +39,7 @@ def codes_of(group: str) -> set[str]:
 
 
 def test_every_reason_of_a_preflight_is_explained() -> None:
-    found = emitted(PREFLIGHT, ("envelope", "contact"))
+    found = emitted(PREFLIGHT, ("feasibility", "contact"))
     assert len(found) > 30
     assert codes_of("preflight") == found
 

@@ -313,7 +313,7 @@ class UrArm(Arm):
                 )
         if self._fault is not None and self._fault.code in CONNECTION_LOST:
             self._kill()
-        elif now_s - self._sent_s > 0.2 * self._settings.travel_limit_s:
+        elif now_s - self._sent_s > 0.2 * self._settings.command_timeout_s:
             self._send(wire.BEAT)
 
     def _take(self, message: bytes) -> None:

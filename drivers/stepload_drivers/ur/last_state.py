@@ -36,7 +36,7 @@ class Reach:
 
     def __init__(self, settings: Settings) -> None:
         self._before_s = settings.lookahead_s + 1.0 / settings.watchdog_hz
-        self._kept_s = self._before_s + settings.max_age_s + settings.travel_limit_s
+        self._kept_s = self._before_s + settings.max_age_s + settings.command_timeout_s
         self._targets: deque[tuple[float, float]] = deque()
         self._back_m = 0.0
 

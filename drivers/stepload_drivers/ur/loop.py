@@ -212,7 +212,10 @@ class Loop:
         if not self.fresh_target:
             if now_s - self.sent_s < RESEND_SHARE / self.settings.watchdog_hz:
                 return
-            if self.target_m is not None and now_s - self.received_s > self.settings.travel_limit_s:
+            if (
+                self.target_m is not None
+                and now_s - self.received_s > self.settings.command_timeout_s
+            ):
                 return
         if self.target_m is None:
             sent = control.kick()

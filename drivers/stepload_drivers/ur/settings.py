@@ -71,7 +71,7 @@ class Settings:
         True
     )
     max_age_s: Annotated[float, Setting("s", 0.01, 2.0), key("older data are a fault")] = 0.02
-    travel_limit_s: Annotated[
+    command_timeout_s: Annotated[
         float,
         Setting("s", 0.02, 2.0),
         key("silence of the run after which the arm is left to its watchdog"),

@@ -115,7 +115,7 @@ def _stopped(state: UrState, remote: bool | None, unsent_s: float, watchdog_s: f
         return Problem(
             FaultCode.WATCHDOG_STOP,
             f"{what}: its watchdog stopped it, nothing was sent for {unsent_s * 1e3:.0f} ms",
-            "check the load of this computer, and the leash; then start anew",
+            "check the load of this computer, and `command_timeout`; then start anew",
         )
     cause = (
         "stopped from the pendant or dashboard, replaced by another program, or stopped by its "

@@ -65,7 +65,7 @@ class Pressed:
         from_n, to_n: lowest and highest force in N that a result uses.
         roughness_m, micro_hardness_pa: σ_eq and H_mic where they are stated.
         height_m: of the payload between tool and plate; 0 where it is not stated.
-        counted_limit_n: the part of F_c that is relied on; None where that is all of it, or
+        used_limit_n: the part of F_c that is relied on; None where that is all of it, or
             nothing.
     """
 

@@ -177,7 +177,7 @@ class Approach:
     def _hold_back(self, from_m: float) -> None:
         """With one force channel: do not go far beyond what its newest reading can show.
 
-        A reading may be `unseen_s` old and still arrive; one that repeats itself shows nothing.
+        A reading may be `undetected_s` old and still arrive; one that repeats itself shows nothing.
         """
         course, limits = self._course, self._course.limits
         end_m = max(from_m, self._received_m + limits.travel_limit_free_m)

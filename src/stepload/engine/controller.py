@@ -127,7 +127,8 @@ class TangentCompliance:
 class StepController:
     """One move from level to level, loading or unloading, never both.
 
-    Without `leash` nothing limits the travel. `begin`, then `step` once per tick until `reached`.
+    Without `travel_limit` nothing limits the travel. `begin`, then `step` once per tick until
+    `reached`.
     `speed_m_s` is the speed of the target, `c_m_per_n` the compliance in use.
     """
 

@@ -32,7 +32,7 @@ def world_for(
     """The simulated rig for a plan, as its `simulation` section says.
 
     Args:
-        envelope: of the plan, with what is believed of rig and payload.
+        preflight: of the plan, with what is believed of rig and payload.
         seed: for all random numbers; the plan's own if None. It decides the surface within its
             uncertainty, unless the plan gives a surface error other than 0.
         faults: faults to inject.

@@ -14,7 +14,6 @@ import numpy as np
 
 from stepload.engine.supervisor import Supervisor
 from stepload.errors import BadInputError, DomainError, printable
-from stepload.feasibility.lateral import SIDEWAYS
 from stepload.feasibility.limits import RunLimits
 from stepload.record.outcome import Cause
 from stepload.record.reader import Event, Recording, read_recording
@@ -183,18 +182,6 @@ def limits_from(attachments: Mapping[str, bytes]) -> RunLimits:
     try:
         data = json.loads(raw)
         del data["terms"]  # names, units and sources for readers; they follow from the names
-        # Records from before F_c had an uncertainty counted on all of it.
-        data.setdefault("counted_limit_n", data["elastic_limit_n"])
-        # Rules that are newer than the record are off.
-        for name in SIDEWAYS:
-            data.setdefault(name, 0.0)
-        # Records from before a zero was taken anew in an approach; no rule asks for these.
-        data.setdefault("moved_zero_n", data["touch_force_n"])
-        data.setdefault("shown_noise_n", data["noise_n"])
-        # Records from before a zero could become too old to count on.
-        data.setdefault("zero_shift_n", data["allowed_n"])
-        data.setdefault("zero_drift_n_per_s", 0.0)
-        data.setdefault("second_zero_n", 0.5 * data["cross_tolerance_n"])
         limits = RunLimits(**data)
         _check_kept(limits)
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError, DomainError) as error:

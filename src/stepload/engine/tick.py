@@ -44,7 +44,7 @@ class Engine:
     open there; "" where all force channels show that it is.
 
     Args:
-        envelope: of the plan.
+        preflight: of the plan.
         operator: where stop and pause requests come in.
         start_cycle, start_level: where the run begins; the level is an index.
         found, controller: parts that tests may replace; see `Found`, `Control`.

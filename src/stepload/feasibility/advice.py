@@ -15,7 +15,7 @@ from stepload.plan.checks import can_be
 from stepload.plan.model import Plan
 
 Judge = Callable[[Plan], tuple[Reason, ...]]
-"""Every reason for and against a plan; raises where there is no envelope at all."""
+"""Every reason for and against a plan; raises where there is no preflight at all."""
 MOST_TRIALS = 200
 """Plans judged in the search for so many changes that lift every refusal."""
 MOST_TOGETHER = 3
@@ -105,7 +105,7 @@ def _fewest(plan: Plan, reasons: tuple[Reason, ...], judge: Judge) -> Way:
 
 
 def _judged(plan: Plan, judge: Judge) -> tuple[Reason, ...] | None:
-    """The reasons of a changed plan; None where it could not be read or has no envelope."""
+    """The reasons of a changed plan; None where it could not be read or has no preflight."""
     try:
         return judge(plan) if can_be(plan) else None
     except (RefusedError, DomainError, ArithmeticError):

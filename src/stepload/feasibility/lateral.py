@@ -29,11 +29,6 @@ OFF_CENTRE_M = 2e-3
 _COMPONENTS = ("fx_n", "fy_n", "fz_n", "tx_n_m", "ty_n_m", "tz_n_m")
 OVERLOADS = tuple(f"overload_{name}" for name in _COMPONENTS)
 SECOND_OVERLOADS = tuple(f"second_overload_{name}" for name in _COMPONENTS)
-SIDEWAYS = (
-    "lateral_share", "lateral_askew", "lateral_weakening", "lateral_from_n",
-    *OVERLOADS, *SECOND_OVERLOADS, "lever_m", "eccentricity_m", "dragged_left",
-)  # fmt: skip
-"""Thresholds that records of earlier versions do not have: their rules were off."""
 COMPONENTS = 2
 """Lateral components; each may err by what R5 allows the axial one to err by."""
 

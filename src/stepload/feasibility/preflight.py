@@ -1,6 +1,6 @@
 """Everything that is known before motion, derived once from a plan and handed down.
 
-Commands print an envelope, the run obeys it, the record keeps it and the report shows it. Only the
+Commands print a preflight, the run obeys it, the record keeps it and the report shows it. Only the
 tare derives it again, with the measured noise and drift of the force sensor.
 """
 
@@ -121,7 +121,7 @@ class Preflight:
 def preflight_of(plan: Plan, measured: Measured | None = None) -> Preflight:
     """Derive everything that is known about a plan before it moves anything.
 
-    Before the run the remedies are tried, each with an envelope of its own; not during a run.
+    Before the run the remedies are tried, each with a preflight of its own; not during a run.
 
     Args:
         measured: noise and drift that the run itself has found, where they are worse than planned.
@@ -159,7 +159,7 @@ def _by_result(preflight: Preflight, reasons: tuple[Reason, ...]) -> tuple[Reaso
 
 
 def derive(plan: Plan, measured: Measured | None = None) -> Preflight:
-    """The envelope of a plan without trying any remedies; otherwise as `envelope_of`.
+    """The preflight of a plan without trying any remedies; otherwise as `preflight_of`.
 
     What each level needs for `procedure.until` is left out: such a run goes up to the top force.
     A `touch_force` that nobody wrote is as low as the force budget needs; a `max_drift` that nobody

@@ -54,11 +54,11 @@ class Pressing:
 
     `zero_shift_n` is the shift of the zero that `forces` leave room for, `zero_drift_n_per_s` the
     drift that only the next look at the zero shows. `reading_noise_n` is the noise (sd) of one
-    reading, quantisation included; `leash_free_m` the travel from the contact threshold that is
-    safe on a rigid surface, `answer_n_per_m` is the least force per travel that counts as an answer
-    at the touch, `answer_top_n_per_m` at the top force, `answers_n` what the softest payload must
-    give of it before its travel limit ends, `unseen_s` how old the readings of an only channel may
-    be; the force that is left divided by `contact_n_s_per_m` is
+    reading, quantisation included; `travel_limit_free_m` the travel from the contact threshold
+    that is safe on a rigid surface, `answer_n_per_m` is the least force per travel that counts as
+    an answer at the touch, `answer_top_n_per_m` at the top force, `answers_n` what the softest
+    payload must give of it before its travel limit ends, `undetected_s` how old the readings of an
+    only channel may be; the force that is left divided by `contact_n_s_per_m` is
     the speed allowed in contact: it holds even if a hidden hard stop takes over from the payload.
     `ahead_m` is how far the target of a guarded approach may run ahead of an arm that does not
     follow, `follow_m` the travel it takes to detect that.

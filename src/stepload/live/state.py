@@ -47,7 +47,7 @@ LIVE_SCHEMA: dict[str, Any] = {
         "predicted_peak_n": _number("as R2 predicts it"),
         "force_limit_n": _number("F_lim"),
         "elastic_limit_n": _number("F_c"),
-        "counted_limit_n": _number("what of F_c is counted on"),
+        "used_limit_n": _number("what of F_c is counted on"),
         "target_um": _number("commanded travel from the start pose"),
         "deformation_um": _number("of the payload since the first touch"),
         "margins": {
@@ -199,7 +199,7 @@ class State:
             "predicted_peak_n": finite(row.predicted_peak_n),
             "force_limit_n": finite(row.limit_n),
             "elastic_limit_n": limits.elastic_limit_n,
-            "counted_limit_n": limits.used_limit_n,
+            "used_limit_n": limits.used_limit_n,
             "target_um": finite(row.target_m * 1e6),
             "deformation_um": self._deformation_um(row.force_n),
             "margins": margins(self._replayer.supervisor, limits, row.time_s, row.phase),

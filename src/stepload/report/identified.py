@@ -223,7 +223,7 @@ class Contact(Row):
     )
     branches: tuple[Branch, ...] | None = figure("The share of every branch.")
     slips: tuple[SlipRow, ...] | None = figure("Slip events in the order of time.")
-    unseen_slip_n: float | None = figure(
+    undetected_slip_n: float | None = figure(
         "Jump at the top force that is certain to be seen; smaller ones may have happened."
     )
     place: Place | None = figure("Where the plate was touched.")
@@ -237,7 +237,7 @@ def contact_of(found: ContactQuality | Missing) -> dict[str, Any]:
     missing = found.place if isinstance(found.place, Missing) else None
     return {
         "missing": "", "branches": found.branches, "slips": found.slips,
-        "unseen_slip_n": found.undetected_n,
+        "undetected_slip_n": found.undetected_n,
         "place": None if missing else found.place, "place_missing": missing.why if missing else "",
     }  # fmt: skip
 

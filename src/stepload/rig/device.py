@@ -212,8 +212,8 @@ class Arm(Device):
         Args:
             position_m: travel from the start pose towards the plate.
             shift_m: travel from the start pose along axes 1 and 2 of the pressing frame. It is only
-                for touches beside the axis and for nulling lateral force, it is leashed like the
-                travel, and a retract keeps it. An arm that cannot shift refuses one.
+                for touches beside the axis and for nulling lateral force, is limited as the travel
+                is, and a retract keeps it. An arm that cannot shift refuses one.
 
         Raises:
             DeviceError: the command could not be handed over, or the shift is no number, beyond

@@ -126,7 +126,7 @@ def run_plan(
     """Run a plan and keep everything that it leaves.
 
     Args:
-        envelope: of the plan.
+        preflight: of the plan.
         dry_run: on the simulated rig in virtual time instead of the plan's devices.
         out: directory for the run's files; made where missing.
         seed: of the simulated rig; the plan's own when None.

@@ -160,7 +160,7 @@ def with_forces(
 def preflight_here(
     values: Mapping[str, Value], path: Path, derived: Callable[[Plan], Preflight] = preflight_of
 ) -> Preflight:
-    """The envelope of a plan that would stand at `path`; nothing is left on the disk.
+    """The preflight of a plan that would stand at `path`; nothing is left on the disk.
 
     Raises:
         PlanError: the plan cannot be used.
@@ -186,7 +186,7 @@ def _called(error: PlanError, name: str, called: str) -> PlanError:
 
 
 def first_plan(answers: Answers, rig: str, path: Path) -> tuple[str, Preflight]:
-    """The text of a plan that preflight does not refuse, and its envelope.
+    """The text of a plan that preflight does not refuse, and its preflight.
 
     Raises:
         RefusedError: preflight refuses it, with its reasons.

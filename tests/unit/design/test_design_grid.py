@@ -19,14 +19,14 @@ from stepload.units import rounded_down
 PAYLOADS = payload_folder()
 SPHERE = PAYLOADS / "plastic-sphere.yaml"
 FINE = "profile: stvf\nsystem_stiffness: {msde: 10 nm}\n"
-"""The measured position of this rig takes next to nothing of the leash."""
+"""The measured position of this rig takes next to nothing of the travel limit."""
 SLIDING_ARM = """\
 profile: ur5e
 arm: {driver: sim, options: {}}
 force: {driver: sim, options: {}}
 system_stiffness: {stuck_ratio: 1}
 """
-"""A UR5e of which nothing holds the tip sideways: the leash is longer."""
+"""A UR5e of which nothing holds the tip sideways: the travel limit is longer."""
 FINE_ARM = "position_resolution: 0.2 um"
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from run_plans import envelope_for
+from run_plans import preflight_for
 
 from stepload.engine.operator import Operator
 from stepload.engine.rehearse import world_for
@@ -43,7 +43,7 @@ def bench_for(
 ) -> Bench:
     operator = Operator()
     rig = load_world()(spec or spec_for(plan))
-    preflight = envelope_for(plan, elastic_limit_n)
+    preflight = preflight_for(plan, elastic_limit_n)
     return Bench(plan, preflight.run_limits, rig, Engine(preflight, operator, **engine), operator)
 
 

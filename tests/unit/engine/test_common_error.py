@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from long_ones import long_rows
 from run_bench import bench_for, run, run_to, spec_for
-from run_plans import envelope_for, stvf_plan
+from run_plans import preflight_for, stvf_plan
 
 from stepload.plan.model import Plan
 from stepload.record.rows import Phase
@@ -26,7 +26,7 @@ def plan_at_the_limit(common: float) -> Plan:
     plan = stvf_plan(**NEAR, levels_n=(100.0, 200.0), top_force_n=200.0)
     second = replace(plan.rig.second_force, tolerance_n=5.0, tolerance_relative=0.0)
     plan = replace(plan, rig=replace(plan.rig, second_force=second, common_force_error=common))
-    top_n = envelope_for(plan, F_C).largest_safe_force_n - 0.1
+    top_n = preflight_for(plan, F_C).largest_safe_force_n - 0.1
     procedure = replace(plan.procedure, levels_n=(0.5 * top_n, top_n), top_force_n=top_n)
     return replace(plan, procedure=procedure)
 
@@ -62,7 +62,7 @@ def test_what_the_cross_check_lets_pass_comes_on_top_of_what_the_second_channel_
     force = replace(plan.rig.force, noise_n=0.02)
     rig = replace(plan.rig, second_force=second, force=force, common_force_error=common)
     plan = replace(plan, rig=rig)
-    top_n = envelope_for(plan, F_C).largest_safe_force_n - 0.1
+    top_n = preflight_for(plan, F_C).largest_safe_force_n - 0.1
     procedure = replace(
         plan.procedure, levels_n=(top_n - 5.0, top_n), top_force_n=top_n, step_n=5.0
     )

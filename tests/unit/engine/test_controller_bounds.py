@@ -25,7 +25,7 @@ FREE: dict[str, Any] = {
     "answer_n_per_m": 1.0,
     "answer_top_n_per_m": 1.0, "answers_n": 1e-9, "cross_check": "",
 }  # fmt: skip
-"""Limits under which nothing but the ramp and the leash bounds the target."""
+"""Limits under which nothing but the ramp and the travel limit bounds the target."""
 
 
 def limits(**changes: Any) -> RunLimits:
@@ -177,7 +177,7 @@ def test_an_answer_proves_the_one_before_and_not_itself() -> None:
 
 
 def test_an_answer_is_looked_for_where_no_reading_is_from_before_the_arm_stood() -> None:
-    """A reading of an only channel may be `unseen_s` old, and the loop's delays come on top."""
+    """A reading of an only channel may be `undetected_s` old, and the loop's delays come on top."""
     for undetected_s in (0.0, 0.2):
         controller, target_m, ticks = begun(1e4, undetected_s=undetected_s), 0.0, 0
         assert len(controller._targets_m) == 1 + math.ceil((undetected_s + PLANNED.reaction_s) / DT)

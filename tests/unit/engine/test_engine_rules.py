@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from rule_feed import PERIOD_S, arm_sample, force_sample
-from run_plans import envelope_for, stvf_plan
+from run_plans import preflight_for, stvf_plan
 
 from stepload.engine.operator import Operator, StopLevel
 from stepload.engine.safing import Action, make_safe
@@ -20,7 +20,7 @@ from stepload.feasibility.zero_drift import under_load_s
 from stepload.record.outcome import Cause
 from stepload.record.rows import Phase
 
-ENVELOPE = envelope_for(stvf_plan())
+ENVELOPE = preflight_for(stvf_plan())
 PLANNED = ENVELOPE.run_limits
 RETRACT_M = ENVELOPE.plan.procedure.retract_m
 

@@ -18,7 +18,7 @@ LIMIT_N, NOISE_N, REACTION_S = PLANNED.force_limit_n, PLANNED.noise_n, PLANNED.r
 CALM = {"jump_n": 1e9, "cross_tolerance_n": 1e9, "answer_n_per_m": 1.0, "answer_top_n_per_m": 1.0,
         "second_limit_n": 1e9, "answers_n": 1e-9}  # fmt: skip
 """Limits under which forces may jump and channels differ."""
-ONE = CALM | {"cross_check": "", "leash_time_s": 1.5}
+ONE = CALM | {"cross_check": "", "travel_limit_time_s": 1.5}
 """The same with one force channel."""
 ALPHA, TAU_S = PERIOD_S / (0.25 * REACTION_S), 0.25 * REACTION_S
 SLOPE_NOISE = 1.5 * NOISE_N * math.sqrt(ALPHA) / (TAU_S * (1.0 - ALPHA))
@@ -405,7 +405,7 @@ def test_r6_trips_after_its_time_at_the_end_of_the_leash_and_not_short_of_it() -
             assert feed.supervisor.cause is None
             continue
         passed_s = feed.until("R6", 2.0, phase=Phase.LOAD)
-        assert passed_s == pytest.approx(ONE["leash_time_s"], abs=0.3)
+        assert passed_s == pytest.approx(ONE["travel_limit_time_s"], abs=0.3)
         cause = feed.supervisor.cause
         assert cause is not None
         assert cause.unit == "m"
@@ -469,7 +469,7 @@ def test_r6_counts_the_travel_that_the_force_must_have_answered_by_now() -> None
 
 
 def test_r6_begins_from_the_mean_of_the_hold_and_not_from_its_last_sample() -> None:
-    """A payload as soft as the leash allows answers with little more than noise."""
+    """A payload as soft as the travel limit allows answers with little more than noise."""
     feed = Feed(**ONE, at_n=100.0)
     feed.ticks(1000, 100.0)
     feed.tick(100.0 + 6.0 * NOISE_N)
@@ -486,7 +486,7 @@ def test_r6_waits_its_whole_time_after_an_answer() -> None:
     feed.tick()
     feed.ticks(2000, 4.0 * NOISE_N, phase=Phase.LOAD)
     feed.moving(200, 5.0 * LEASH_M, 4.0 * NOISE_N, phase=Phase.LOAD)
-    assert feed.until("R6", 3.0, 4.0 * NOISE_N, phase=Phase.LOAD) > 0.9 * ONE["leash_time_s"]
+    assert feed.until("R6", 3.0, 4.0 * NOISE_N, phase=Phase.LOAD) > 0.9 * ONE["travel_limit_time_s"]
 
 
 def test_r6_noise_is_no_answer() -> None:
@@ -520,7 +520,7 @@ def test_r6_begins_from_the_mean_of_the_dwell_after_a_touch() -> None:
 
 
 def test_r6_waits_where_the_arm_stands_and_beyond_a_leash() -> None:
-    """Time on the way is none; more way than the leash allows is not waited for."""
+    """Time on the way is none; more way than the travel limit allows is not waited for."""
     for share, found in ((0.95, False), (1.5, True)):
         feed = Feed(**ONE)
         feed.tick()

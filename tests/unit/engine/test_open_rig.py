@@ -51,7 +51,7 @@ def test_an_arm_that_does_not_tell_where_it_is_held_is_not_used(
         pass
 
 
-@pytest.mark.parametrize("asked", [{"alignment": Alignment()}, {"nulling": Nulling()}])
+@pytest.mark.parametrize("requested", [{"alignment": Alignment()}, {"nulling": Nulling()}])
 @pytest.mark.parametrize("dry_run", [True, False])
 def test_an_arm_that_cannot_go_sideways_is_known_before_it_moves(
     requested: dict[str, Any], dry_run: bool

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from long_ones import long
 from run_bench import bench_for, run, spec_for
-from run_plans import STEEL, envelope_for, limits_for, stvf_plan, ur_plan
+from run_plans import STEEL, limits_for, preflight_for, stvf_plan, ur_plan
 
 from stepload.engine.controller import Lead
 from stepload.engine.loop import run_loop
@@ -48,7 +48,7 @@ def test_an_approach_too_slow_to_see_between_two_looks_is_progress() -> None:
     plan = ur_plan(**QUICK, touch_force_n=2.0)
     arm = replace(plan.rig.arm, position_resolution_m=30e-6)
     plan = replace(plan, rig=replace(plan.rig, arm=arm))
-    preflight = envelope_for(plan)
+    preflight = preflight_for(plan)
     bench = bench_for(plan, 727.0, spec_for(plan, 3))
     slow = replace(preflight.run_limits, guarded_speed_m_s=40e-6)
     bench.engine = Engine(replace(preflight, limits=slow), bench.operator)

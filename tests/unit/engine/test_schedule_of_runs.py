@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from long_ones import long
 from run_bench import Bench, bench_for, run, spec_for
-from run_plans import envelope_for, stvf_plan, ur_plan
+from run_plans import preflight_for, stvf_plan, ur_plan
 
 from stepload.engine.operator import Operator
 from stepload.engine.tick import Engine
@@ -43,14 +43,14 @@ def test_a_dry_run_takes_the_time_that_was_told(procedure: dict[str, Any]) -> No
     engine = run(bench)
     assert engine.course.done
     took_s = bench.ticks * bench.rig.arm.period_s
-    assert took_s == pytest.approx(envelope_for(plan, 727.0).duration_s, rel=WITHIN)
+    assert took_s == pytest.approx(preflight_for(plan, 727.0).duration_s, rel=WITHIN)
 
 
 @pytest.mark.parametrize("touches", [1, *long([3])])
 def test_a_short_free_way_costs_a_way_back_and_a_touch_that_are_counted(touches: int) -> None:
     short = {"surface_distance_m": 2e-5, "surface_uncertainty_m": 1e-5, "retract_m": 0.02}
     plan = ur_plan(**(QUICK | short | {"touches": touches, "search_distance_m": 2e-2}))
-    bench, preflight = bench_for(plan, 727.0), envelope_for(plan, 727.0)
+    bench, preflight = bench_for(plan, 727.0), preflight_for(plan, 727.0)
     stages = preflight.stages
     assert preflight.limits is not None
     way_m = preflight.limits.shows_m(0.02)

@@ -23,7 +23,7 @@ from stepload.record.rows import Phase
 
 NEAR_M = PLAN.surface_distance_m - PLAN.surface_uncertainty_m
 RUN_OUT_M = 2.0 * PLANNED.fast_speed_m_s * PLANNED.reaction_s
-WIDE = {"leash_free_m": 1.0, "ahead_m": 1.0}
+WIDE = {"travel_limit_free_m": 1.0, "ahead_m": 1.0}
 
 
 def approach(
@@ -90,12 +90,12 @@ def test_the_fast_approach_does_not_run_ahead_of_an_arm_that_does_not_follow() -
     assert 0.99 * most_m < stage.course.target_m < 1.2 * most_m
 
 
-ONE = {"cross_check": "", "unseen_s": 0.5, "ahead_m": 1.0, "leash_free_m": 1e-4}
+ONE = {"cross_check": "", "undetected_s": 0.5, "ahead_m": 1.0, "travel_limit_free_m": 1e-4}
 LATE_S = (1 + math.ceil((0.5 + PLANNED.reaction_s) / PLANNED.period_s)) * PERIOD_S
 
 
 def test_an_only_channel_that_repeats_itself_holds_the_guarded_approach_back() -> None:
-    """What it read last was of the target of `unseen_s` ago."""
+    """What it read last was of the target of `undetected_s` ago."""
     stage = guarded(WIDE | ONE)
     from_m = stage.course.target_m
     stage.ticks(2000)
@@ -138,7 +138,7 @@ def test_r6_an_only_channel_that_feels_no_known_surface_ends_the_approach(
 
 def test_the_target_does_not_run_ahead_of_an_arm_that_does_not_follow() -> None:
     ahead_m = 2e-5
-    stage = guarded({"ahead_m": ahead_m, "leash_free_m": 1.0})
+    stage = guarded({"ahead_m": ahead_m, "travel_limit_free_m": 1.0})
     stage.position_m = stage.course.target_m
     stage.ticks(3000)
     ahead = stage.course.target_m - stage.position_m

@@ -18,7 +18,7 @@ from stepload.engine.travel_limit import DRIFT_SHARE
 from stepload.feasibility.limits import RunLimits
 from stepload.feasibility.press import OLD_S
 
-ONE: dict[str, Any] = {"cross_check": "", "unseen_s": OLD_S, "answers_n": 1e-9}
+ONE: dict[str, Any] = {"cross_check": "", "undetected_s": OLD_S, "answers_n": 1e-9}
 """With one force channel, the travel is limited; as on a rigid surface."""
 LIMITS = {
     # Payloads of four decades on the limits of one: what is no answer of that one is not asked.

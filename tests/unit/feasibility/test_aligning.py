@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from run_plans import envelope_for
+from run_plans import preflight_for
 from tilted_plans import tilted_plan
 
 from stepload.feasibility.aligning import NULL_ROOM_SHARE, aligning_of, nulling_of
@@ -17,7 +17,7 @@ from stepload.rig.device import Arm
 
 
 def codes(plan: Plan) -> dict[str, Severity]:
-    return {reason.code: reason.severity for reason in envelope_for(plan).reasons}
+    return {reason.code: reason.severity for reason in preflight_for(plan).reasons}
 
 
 def test_an_arm_that_cannot_shift_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -51,11 +51,11 @@ def test_nulling_needs_a_sensor_that_measures_across_and_a_slow_loop() -> None:
 def test_a_slow_loop_gets_a_slow_nulling_where_the_plan_does_not_say() -> None:
     plan = tilted_plan(alignment=None, nulling=Nulling())
     slow = replace(plan, rig=replace(plan.rig, loop_delay_s=0.08))
-    law = envelope_for(slow).nulling
+    law = preflight_for(slow).nulling
     assert law is not None
     assert law.time_constant_s == pytest.approx(3.0 * (0.08 + 10.0 * 0.002))
     assert "nulling_too_fast" not in codes(slow)
-    quick = envelope_for(plan).nulling
+    quick = preflight_for(plan).nulling
     assert quick is not None
     assert quick.time_constant_s == 0.2
 
@@ -64,7 +64,7 @@ def test_the_touch_error_is_at_least_what_resolution_and_speed_say() -> None:
     plan = tilted_plan()
     arm = replace(plan.rig.arm, lost_motion_m=40e-6)
     worse = replace(plan, rig=replace(plan.rig, arm=arm))
-    limits = envelope_for(plan).run_limits
+    limits = preflight_for(plan).run_limits
     aligning, more = aligning_of(plan, limits), aligning_of(worse, limits)
     assert aligning is not None
     assert more is not None
@@ -75,7 +75,7 @@ def test_the_touch_error_is_at_least_what_resolution_and_speed_say() -> None:
 
 def test_a_shift_that_hits_something_stays_below_the_force_limit() -> None:
     plan = tilted_plan()
-    preflight = envelope_for(plan)
+    preflight = preflight_for(plan)
     limits, aligning, press = preflight.run_limits, preflight.aligning, preflight.bounds
     assert aligning is not None
     for stiffness in (1e5, 1e6, 1e8):
@@ -92,7 +92,7 @@ def test_a_shift_that_hits_something_stays_below_the_force_limit() -> None:
 
 def test_nulling_leaves_room_below_the_force_limit() -> None:
     plan = tilted_plan(nulling=Nulling(), lateral_stiffness_n_per_m=1e7)
-    limits, law = envelope_for(plan).run_limits, envelope_for(plan).nulling
+    limits, law = preflight_for(plan).run_limits, preflight_for(plan).nulling
     assert law is not None
     grows_n = law.fastest_m_s * law.stiffness_n_per_m * limits.reaction_s
     assert grows_n <= NULL_ROOM_SHARE * (limits.force_limit_n - limits.top_force_n) * 1.0001
@@ -100,5 +100,5 @@ def test_nulling_leaves_room_below_the_force_limit() -> None:
 
 
 def test_the_schedule_has_the_touches() -> None:
-    with_them, without = envelope_for(tilted_plan()), envelope_for(tilted_plan(alignment=None))
+    with_them, without = preflight_for(tilted_plan()), preflight_for(tilted_plan(alignment=None))
     assert with_them.duration_s > without.duration_s + 20.0

@@ -1,4 +1,4 @@
-"""Every bound of the envelope from the numbers of a plan, term by term."""
+"""Every bound of the preflight from the numbers of a plan, term by term."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from run_plans import envelope_for, limits_for, stvf_plan, ur_plan
+from run_plans import limits_for, preflight_for, stvf_plan, ur_plan
 
 from stepload.contact.power_law import ContactLaw
 from stepload.errors import DomainError, RefusedError
@@ -485,14 +485,14 @@ def test_each_reason_is_given_where_it_holds_and_nowhere_else(
 
 
 def test_a_refused_plan_is_shown_at_the_largest_safe_force() -> None:
-    preflight = envelope_for(stvf_plan(), 250.0)
+    preflight = preflight_for(stvf_plan(), 250.0)
     assert preflight.limits is None
     assert preflight.verdict == "refused"
     assert 0.0 < preflight.force_limit_n < 250.0
     assert preflight.guarded_speed_m_s > 0.0
     with pytest.raises(RefusedError):
         _ = preflight.run_limits
-    hopeless = envelope_for(stvf_plan(), 5.0)
+    hopeless = preflight_for(stvf_plan(), 5.0)
     assert hopeless.guarded_speed_m_s == hopeless.force_limit_n == 0.0
     assert hopeless.stages == ()
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from run_plans import envelope_for, stvf_plan
+from run_plans import preflight_for, stvf_plan
 
 from stepload.feasibility.bounds import LEAST_CLASS_RATIO
 from stepload.feasibility.conditions import (
@@ -31,7 +31,7 @@ def plan_with(structure: Structure = Structure.ARM, **stiffness: Any) -> Plan:
 
 
 def said(plan: Plan) -> dict[str, Severity]:
-    return {r.code: r.severity for r in envelope_for(plan).reasons if r.code in CODES}
+    return {r.code: r.severity for r in preflight_for(plan).reasons if r.code in CODES}
 
 
 def test_of_an_arm_whose_record_knows_no_friction_the_result_is_doubted() -> None:
@@ -64,11 +64,11 @@ def test_a_stuck_ratio_of_one_pose_beside_a_guess_is_warned_of(
     plan = plan_with()
     system = replace(plan.rig.system_stiffness, **stiffness)
     plan = replace(plan, rig=replace(plan.rig, system_stiffness=system))
-    told = [r for r in envelope_for(plan).reasons if r.code == "stuck_ratio_of_a_guess"]
+    told = [r for r in preflight_for(plan).reasons if r.code == "stuck_ratio_of_a_guess"]
     assert [r.severity for r in told] == [Severity.WARN] * warned
     guided = replace(plan.rig.arm, structure=Structure.MACHINE)
     plan = replace(plan, rig=replace(plan.rig, arm=guided))
-    assert "stuck_ratio_of_a_guess" not in {r.code for r in envelope_for(plan).reasons}
+    assert "stuck_ratio_of_a_guess" not in {r.code for r in preflight_for(plan).reasons}
 
 
 def with_gauge(structure: Structure, offset_m: float | None) -> Plan:
@@ -81,11 +81,11 @@ def with_gauge(structure: Structure, offset_m: float | None) -> Plan:
 
 def test_a_gauge_on_an_arm_counts_as_beside_the_contact_until_its_offset_is_stated() -> None:
     def notes(plan: Plan) -> list[float]:
-        return [r.value for r in envelope_for(plan).reasons if r.code == "gauge_offset"]
+        return [r.value for r in preflight_for(plan).reasons if r.code == "gauge_offset"]
 
     unknown = with_gauge(Structure.ARM, None)
     assert gauge_offset_of(unknown.rig) == UNKNOWN_OFFSET_M
-    preflight = envelope_for(unknown)
+    preflight = preflight_for(unknown)
     secant = preflight.theory.law.secant(preflight.plan.procedure.top_force_n)
     expected = UNKNOWN_OFFSET_M * TURN_RAD_PER_N * secant
     assert notes(unknown) == [pytest.approx(expected)]
@@ -103,7 +103,7 @@ def test_a_sensor_counts_as_askew_on_an_arm_until_its_angle_is_stated() -> None:
     square = replace(plan.rig.force, misalignment_rad=0.004)
     rig = replace(plan.rig, force=square)
     assert misalignment_of(rig) == 0.004
-    told = conditions_of(replace(plan, rig=rig), envelope_for(plan).theory)
+    told = conditions_of(replace(plan, rig=rig), preflight_for(plan).theory)
     assert told.misalignment_rad == 0.004
     assert told.yields_m_per_n == pytest.approx(1.0 / rig.system_stiffness.stiffness_n_per_m)
 

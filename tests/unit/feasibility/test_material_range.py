@@ -73,7 +73,7 @@ def test_the_ends_are_those_of_modulus_and_poissons_ratio_together(planned_for: 
 
 
 def test_no_body_of_the_range_is_hit_harder_than_the_budget_says(planned_for: Planned) -> None:
-    """The envelope of each body between the ends allows at least as much as that of the range."""
+    """The preflight of each body between the ends allows at least as much as that of the range."""
     preflight = preflight_of(planned_for())
     limits = preflight.run_limits
     stiff = preflight.theory.stiffest

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from run_plans import envelope_for, stvf_plan
+from run_plans import preflight_for, stvf_plan
 
 from stepload.feasibility.reason import Severity
 from stepload.feasibility.schedule import LOAD_STEP, Stage
@@ -72,7 +72,7 @@ def test_what_moves_both_zeros_alike_is_counted_as_the_second_sensor_states_it()
 
 
 def test_what_the_zero_may_move_is_taken_off_the_force_that_is_allowed() -> None:
-    steady, drifting = envelope_for(one_channel()), envelope_for(one_channel(0.2))
+    steady, drifting = preflight_for(one_channel()), preflight_for(one_channel(0.2))
     assert steady.limits is not None
     loop_s = steady.bounds.loop_s
     moved_n = counted_shift_n(drifting.plan, loop_s) - steady.plan.procedure.max_drift_n
@@ -83,7 +83,7 @@ def test_what_the_zero_may_move_is_taken_off_the_force_that_is_allowed() -> None
 
 def test_a_reading_that_is_too_low_and_has_moved_leaves_the_true_force_below_f_c() -> None:
     """The gain as low as it may be, and the zero by all that is counted on."""
-    found = envelope_for(one_channel(0.5, max_drift_n=3.0))
+    found = preflight_for(one_channel(0.5, max_drift_n=3.0))
     assert found.limits is not None
     rig, limits = found.plan.rig, found.limits
     reads_of_true = (1.0 - rig.common_force_error) * (1.0 - 3.0 * rig.force.gain_uncertainty)
@@ -93,8 +93,8 @@ def test_a_reading_that_is_too_low_and_has_moved_leaves_the_true_force_below_f_c
 
 
 def test_a_drift_that_would_carry_the_payload_beyond_its_limit_is_refused() -> None:
-    preflight = envelope_for(one_channel(0.25, hold_s=20.0, cycles=7, lift_off=False), 450.0)
-    calm = envelope_for(one_channel(0.01, hold_s=20.0, cycles=7, lift_off=False), 450.0)
+    preflight = preflight_for(one_channel(0.25, hold_s=20.0, cycles=7, lift_off=False), 450.0)
+    calm = preflight_for(one_channel(0.01, hold_s=20.0, cycles=7, lift_off=False), 450.0)
     refusing = {r.code for r in preflight.reasons if r.severity is Severity.REFUSE}
     assert "top_force_above_safe_limit" in refusing
     assert calm.largest_safe_force_n > preflight.largest_safe_force_n
@@ -119,7 +119,7 @@ def test_r5_leaves_room_for_the_stated_drift_and_f_allowed_counts_it() -> None:
     drifting = replace(
         steady, rig=replace(steady.rig, force=replace(steady.rig.force, drift_n_per_s=0.2))
     )
-    calm, found = envelope_for(steady), envelope_for(drifting)
+    calm, found = preflight_for(steady), preflight_for(drifting)
     assert calm.run_limits.cross_tolerance_n == 2.0
     moved_n = found.plan.procedure.max_drift_n
     assert moved_n > 1.2 * 0.2 * under_load_s(steady.procedure, found.bounds.loop_s)
@@ -128,4 +128,4 @@ def test_r5_leaves_room_for_the_stated_drift_and_f_allowed_counts_it() -> None:
     less_n = calm.largest_safe_force_n - found.largest_safe_force_n
     assert less_n == pytest.approx(both_n / (1.0 + second.tolerance_relative), rel=1e-6)
     written = replace(drifting, procedure=replace(drifting.procedure, max_drift_n=1.5))
-    assert envelope_for(written).run_limits.cross_tolerance_n == pytest.approx(1.0 + 1.5)
+    assert preflight_for(written).run_limits.cross_tolerance_n == pytest.approx(1.0 + 1.5)

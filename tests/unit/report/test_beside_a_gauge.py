@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from evaluated_runs import an_envelope
+from evaluated_runs import a_preflight
 from evaluated_runs import pressed as made_by_hand
 from run_plans import SIM
 
@@ -19,7 +19,7 @@ from stepload.report.run_data import pressed
 
 
 def with_a_gauge() -> Preflight:
-    plan = an_envelope().plan
+    plan = a_preflight().plan
     gauge = DisplacementSpec(driver=SIM, rate_hz=1000.0, resolution_m=1e-7, noise_m=5e-8)
     return preflight_of(replace(plan, rig=replace(plan.rig, displacement=gauge)))
 
@@ -32,7 +32,7 @@ def gauged(gain: float = 1.0) -> PressData:
 
 def test_the_conditions_of_a_gauge_hold_the_arms_side_and_are_read_back() -> None:
     conditions = planned(with_a_gauge())
-    without = planned(an_envelope())
+    without = planned(a_preflight())
     assert conditions.arm_sources == without.sources
     assert without.arm_sources is None
     assert from_attachments({FILE: to_bytes(conditions)}) == conditions

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from evaluated_runs import an_envelope, evaluated, pressed
+from evaluated_runs import a_preflight, evaluated, pressed
 
 from stepload.feasibility.preflight import Preflight
 from stepload.record.outcome import RunStatus
@@ -22,7 +22,7 @@ from stepload.report.run_document import run_document
 
 @pytest.fixture(scope="module")
 def preflight() -> Preflight:
-    return an_envelope()
+    return a_preflight()
 
 
 @pytest.fixture(scope="module")

@@ -86,7 +86,7 @@ CASES = (
 
 @pytest.fixture(params=[*SHIPPED, *CASES], ids=lambda each: getattr(each, "stem", "") or each.name)
 def planned(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """The envelope of each plan, from the directory of its file."""
+    """The preflight of each plan, from the directory of its file."""
     path = request.param if isinstance(request.param, Path) else request.param.write(tmp_path)
     monkeypatch.chdir(path.parent)
     return preflight_of(load_plan(Path(path.name)))

@@ -72,4 +72,4 @@ def test_objects_hold_what_was_found() -> None:
     assert told.place
     assert told.place_missing == ""
     assert told.place.beside_m == pytest.approx(found.place.beside_m)
-    assert told.unseen_slip_n == found.undetected_n
+    assert told.undetected_slip_n == found.undetected_n

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from evaluated_runs import an_envelope, evaluated, pressed
+from evaluated_runs import a_preflight, evaluated, pressed
 from recorded_runs import recorded
 
 from stepload.record.reader import Event
@@ -60,5 +60,5 @@ def test_every_figure_of_such_a_run_is_marginal_at_best_and_says_why() -> None:
 def test_the_reasons_of_results_and_report_begin_with_it() -> None:
     data, events = pressed(6)
     doubts = doubts_after("R5")
-    run = evaluated(an_envelope(), (replace(data, doubts=doubts), events))
+    run = evaluated(a_preflight(), (replace(data, doubts=doubts), events))
     assert reasons_of(run)[0] == doubts[0]

@@ -25,7 +25,7 @@ def done(monkeypatch):
     """What was done, in order; plans are not read."""
     log = []
     monkeypatch.setattr(acceptance, "load_plan", lambda path: None)
-    monkeypatch.setattr(acceptance, "envelope_of", lambda plan: SimpleNamespace(reasons=()))
+    monkeypatch.setattr(acceptance, "preflight_of", lambda plan: SimpleNamespace(reasons=()))
     monkeypatch.setattr(acceptance, "touch_plan", lambda answers, rig, path: ("a plan", 2.0))
     monkeypatch.setattr(acceptance, "stands_at_start", lambda setup: log.append("at start"))
     return log

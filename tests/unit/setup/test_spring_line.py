@@ -30,7 +30,7 @@ def checked(monkeypatch, status=RunStatus.COMPLETED, lag=None, refused=False):
 
     if refused:
         gentle = SimpleNamespace(verdict=PlanVerdict.REFUSED, reasons=())
-        monkeypatch.setattr(loop_delay, "envelope_of", lambda plan: gentle)
+        monkeypatch.setattr(loop_delay, "preflight_of", lambda plan: gentle)
     monkeypatch.setattr(loop_delay, "run_loop", run_loop)
     monkeypatch.setattr(loop_delay, "Engine", lambda preflight, operator: preflight)
     monkeypatch.setattr(loop_delay, "force_lag", lambda memory, axis: lag)

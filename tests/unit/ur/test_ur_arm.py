@@ -255,7 +255,7 @@ def test_where_it_is_held_is_the_controllers_own_target(opened):
 
 
 def test_the_run_is_heard_by_the_child_well_within_the_leash(opened, clock):
-    arm, child = opened(travel_limit=0.1)
+    arm, child = opened(command_timeout=0.1)
     child.sent.clear()
     for _ in range(100):
         clock.sleep(0.002)

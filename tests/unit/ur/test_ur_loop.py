@@ -62,7 +62,7 @@ def test_without_a_target_the_watchdog_is_fed_in_time(make_loop, ur, step_for):
 
 
 def test_the_last_target_is_repeated_while_the_run_lives(make_loop, ur, link, step_for):
-    loop = make_loop(travel_limit=0.1)
+    loop = make_loop(command_timeout=0.1)
     link.arrives(0.0, wire.pack_target(1e-3))
     for tick in range(1, 20):
         link.arrives(0.05 * tick, wire.BEAT)
@@ -75,7 +75,7 @@ def test_the_last_target_is_repeated_while_the_run_lives(make_loop, ur, link, st
 def test_a_silent_run_leaves_an_arm_under_way_to_the_controllers_watchdog(
     make_loop, ur, link, clock, step_for
 ):
-    loop = make_loop(travel_limit=0.1)
+    loop = make_loop(command_timeout=0.1)
     link.arrives(0.0, wire.pack_target(1e-3))
     received_s = clock.now_s
     step_for(loop, 1.0)
@@ -83,7 +83,7 @@ def test_a_silent_run_leaves_an_arm_under_way_to_the_controllers_watchdog(
 
 
 def test_a_silent_run_that_follows_no_target_keeps_its_program(make_loop, ur, clock, step_for):
-    step_for(make_loop(travel_limit=0.1), 1.0)
+    step_for(make_loop(command_timeout=0.1), 1.0)
     assert clock.now_s - ur.inputs[-1][2] < WATCHDOG_S
 
 

@@ -245,7 +245,7 @@ def test_an_orphan_under_way_unloads(pressing, ur):
 
 
 def test_an_orphan_outwaits_the_leash_while_it_unloads(pressing, ur):
-    loop = pressing(orphan_retract=0.004, travel_limit=0.02)
+    loop = pressing(orphan_retract=0.004, command_timeout=0.02)
     loop.link.closed = True
     procedures.unload(loop)
     assert ur.true_m == pytest.approx(AT_M - 0.004)

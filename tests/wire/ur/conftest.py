@@ -18,7 +18,7 @@ from stepload_verify.emulators.rig_process import UrEmulatorProcess
 
 _COUNT = itertools.count()
 
-PATIENT = {"max_age": 0.3, "leash": 0.3, "watchdog": 5.0, "prove_watchdog": False}
+PATIENT = {"max_age": 0.3, "command_timeout": 0.3, "watchdog": 5.0, "prove_watchdog": False}
 """Limits that a loaded test machine does not break by itself."""
 
 

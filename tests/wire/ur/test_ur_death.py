@@ -17,7 +17,7 @@ from stepload_drivers.ur.settings import Settings
 RUN = """
 import sys, time
 from stepload_drivers.ur.arm import UrArm
-arm = UrArm(host=sys.argv[1], max_age=0.5, leash=0.5, watchdog=5.0, prove_watchdog=False)
+arm = UrArm(host=sys.argv[1], max_age=0.5, command_timeout=0.5, watchdog=5.0, prove_watchdog=False)
 arm.open(15.0)
 target_m = 0.0
 print(arm._child.pid, flush=True)
@@ -127,7 +127,7 @@ def test_death_of_the_child_is_a_fault_and_the_arm_can_still_be_stopped(
 
 def test_silent_run_trips_the_watchdog_and_is_told_so(start_emulator, make_arm, follow, after):
     emulator = start_emulator()
-    arm = make_arm(emulator.host, travel_limit=0.1)
+    arm = make_arm(emulator.host, command_timeout=0.1)
     arm.open(15.0)
     follow(arm, after(0.2))
     wait_for(lambda: stopped_by_watchdog(emulator))

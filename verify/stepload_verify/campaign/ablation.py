@@ -1,4 +1,4 @@
-"""Effect of removing a safety layer: the campaign without one rule, leash or speed limit.
+"""Effect of removing a safety layer: the campaign without one rule, travel limit or speed limit.
 
 The product has no switch for that. The engine of a simulated run gets other parts instead: a
 `Breach` that ignores a rule, a controller without a layer, or other limits.
@@ -72,9 +72,9 @@ def _stopped(row: Result, name: str) -> bool:
 
 
 LAYERS = {code: f"no stop by {code}, {rule.name}" for code, rule in RULES.items()} | {
-    "leash": "the target is not bound to what the force has proved",
+    "travel-limit": "the target is not bound to what the force has proved",
     "approach": "no force budget: approach at 10 mm/s all the way",
-    "all-but-R1": "a bare threshold: R1 only, no leash, no cap, approach at 10 mm/s",
+    "all-but-R1": "a bare threshold: R1 only, no travel limit, no cap, approach at 10 mm/s",
 }
 """What can be switched off, each with one line of help."""
 FIXED_SPEED_M_S = 0.01
@@ -124,7 +124,7 @@ class Ablation:
             limits = replace(
                 limits, guarded_speed_m_s=FIXED_SPEED_M_S, fast_speed_m_s=FIXED_SPEED_M_S
             )
-        if self.name in ("leash", "all-but-R1"):
+        if self.name in ("travel-limit", "all-but-R1"):
             limits = replace(limits, travel_limit_free_m=1.0)
         return limits
 
@@ -136,7 +136,7 @@ class Ablation:
         """A step controller without the layer; used by the engine in place of the product's."""
         if "CAP" in self.rules:
             limits = replace(limits, contact_n_s_per_m=1e-6)
-        return StepController(limits, travel_limit=self.name not in ("leash", "all-but-R1"))
+        return StepController(limits, travel_limit=self.name not in ("travel-limit", "all-but-R1"))
 
 
 def ends_in_time(engine: Engine, longest_s: float = LONGEST_S) -> None:

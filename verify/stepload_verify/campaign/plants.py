@@ -236,13 +236,13 @@ def draw_plan(
     told: Callable[[Plan], Plan] = lambda plan: plan,
     fits: Callable[[Preflight], bool] = lambda _: True,
 ) -> Preflight:
-    """The envelope of a plan that leaves room to press.
+    """The preflight of a plan that leaves room to press.
 
     Args:
         chance, template, arm_class: see `plan_from`.
         two_channels: whether there is a second force channel.
         told: adds further statements of the rig file to the plan.
-        fits: whether an envelope is acceptable.
+        fits: whether a preflight is acceptable.
 
     Raises:
         RefusedError: none was found.

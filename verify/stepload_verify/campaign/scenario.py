@@ -174,7 +174,7 @@ def scenario_of(
 
     Args:
         series, index: its name.
-        envelope: of the plan.
+        preflight: of the plan.
         stance: how a rig with six axes holds its tip.
         wrong: kinds of its faults.
         chances: random source of each of them.

@@ -27,7 +27,7 @@ from stepload_verify.campaign.truth import draw_truth
 
 NOT_DECIDING = ("campaign.py", "replay.py", "summary.py")
 """Files of this package that only order, store and count runs."""
-DECIDING = ("contact", "engine", "envelope", "identification", "plan", "rig")
+DECIDING = ("contact", "engine", "feasibility", "identification", "plan", "rig")
 """Packages of stepload whose code determines the result of a simulated run."""
 
 

@@ -80,7 +80,7 @@ def answers_for(rig: RigProcess) -> dict[str, str]:
     busy = [f"{key}={value}" for key, value in BUSY.items()]
     return {
         "name": "emulated", "host": str(rig.options["ur"]["host"]),
-        "arm_options": "max_age=1.5 s\nleash=1.5 s\nwatchdog=1 Hz\nprove_watchdog=false",
+        "arm_options": "max_age=1.5 s\ncommand_timeout=1.5 s\nwatchdog=1 Hz\nprove_watchdog=false",
         "sensor": "bota-sensone-serial",
         "sensor_options": f"port={rig.options['bota_serial']['port']}\nmax_age=1.5 s",
         "keys": "\n".join(busy), "hazards_read_by": "nobody, this rig is emulated", "back": "2 mm",
