@@ -22,36 +22,40 @@ FIRST_N = 300.0
 """Highest force of a curve by theory where no secant force is stated."""
 
 
-def _plate_modulus(flag: str, text: str) -> float:
-    """E/(1 − ν²) of "200 GPa, 0.29".
+def _pair(flag: str, text: str, units: tuple[str, str], hint: str) -> tuple[float, float]:
+    """Two figures with a comma between them, in these units; "": a plain number.
 
     Raises:
-        BadInputError: it has another form.
+        BadInputError: the text has another form.
     """
     from stepload.units import parse_named
 
-    modulus, comma, ratio = text.partition(",")
+    parts = text.split(",")
     try:
-        poisson = float(ratio)
-    except ValueError:
-        poisson = float("nan")
-    if not comma or not -1.0 < poisson <= 0.5:
-        raise BadInputError(
-            f"{flag} {text!r}", hint='Young\'s modulus and Poisson ratio: "200 GPa, 0.29"'
+        first, second = (
+            parse_named(flag, part, unit) if unit else float(part)
+            for part, unit in zip(parts, units, strict=True)
         )
-    return parse_named(flag, modulus, "Pa") / (1.0 - poisson**2)
+    except ValueError:
+        raise BadInputError(f"{flag} {text!r}", hint=hint) from None
+    return first, second
+
+
+def _plate_modulus(flag: str, text: str) -> float:
+    """E/(1 − ν²) of "200 GPa, 0.29"."""
+    hint = 'Young\'s modulus and Poisson ratio: "200 GPa, 0.29"'
+    modulus_pa, poisson = _pair(flag, text, ("Pa", ""), hint)
+    if not -1.0 < poisson <= 0.5:
+        raise BadInputError(f"{flag} {text!r}", hint=hint)
+    return modulus_pa / (1.0 - poisson**2)
 
 
 def _bounds(flag: str, text: str) -> tuple[float, float]:
     """Position resolution and √MSDE in m of "1 um, 1.31 um"."""
-    from stepload.units import parse_named
-
-    first, comma, second = text.partition(",")
-    if not comma:
-        raise BadInputError(f"{flag} {text!r}", hint='position resolution and √MSDE: "1 um, 1 um"')
-    found = parse_named(flag, first, "m"), parse_named(flag, second, "m")
+    hint = 'position resolution and √MSDE: "1 um, 1.31 um"'
+    found = _pair(flag, text, ("m", "m"), hint)
     if min(found) < 0.0:
-        raise BadInputError(f"{flag} {text!r}: a length below 0")
+        raise BadInputError(f"{flag} {text!r}", hint=hint)
     return found
 
 
@@ -188,10 +192,9 @@ def compare(
     for name, path in files.items():
         made, of = _curve(path, body, secant_force or FIRST_N)
         wanted = {"rough": name in (rough or ()), "plastic": name in (plastic or ())}
-        if any(wanted.values()):
-            made = with_factors(
-                made, tip_factors(of, **wanted, surface=surface, radius_m=tip_radius)
-            )
+        if any(wanted.values()) or not (rough or plastic):
+            factors = tip_factors(of, **wanted, surface=surface, radius_m=tip_radius)
+            made = with_factors(made, factors)
         modulus, plate = moduli.get(name), plates.get(name)
         resolution_m, msde_m = _bounds("--bounds", errors[name]) if name in errors else (0.0, 0.0)
         given.append(CurveGiven(

@@ -16,6 +16,7 @@ from stepload.errors import DomainError
 from stepload.identification.difference import SAME_FORCE
 from stepload.identification.fit import Fit, FloatArray
 from stepload.identification.ls import rs_btls
+from stepload.identification.samples import uniform_in_force
 from stepload.identification.smooth import NORMAL_95
 from stepload.report import figures
 from stepload.report.comparison import Comparison
@@ -99,10 +100,13 @@ class Side:
         """The secant with the deformation less and more by the bound."""
         if self.fit is None or self.bound_m is None:
             return None
-        force_n, secant = self.fit.secant_force_n, self.fit.secant_n_per_m
-        least_m = max(force_n / secant - self.bound_m, 0.0)
-        high = force_n / least_m if least_m else math.inf
-        return force_n / (force_n / secant + self.bound_m), high
+        return _secants(self.fit.secant_force_n, self.fit.secant_n_per_m, self.bound_m)
+
+
+def _secants(force_n: float, secant_n_per_m: float, half_m: float) -> tuple[float, float]:
+    """A secant with its deformation more and less by `half_m`."""
+    own_m = force_n / secant_n_per_m
+    return force_n / (own_m + half_m), force_n / (own_m - half_m) if own_m > half_m else math.inf
 
 
 def sides(found: Comparison) -> list[Side]:
@@ -141,23 +145,21 @@ def _of_runs(found: Comparison) -> Iterator[Side]:
 def _of_curves(found: Comparison) -> Iterator[Side]:
     at_n = found.secant_force_n
     for each in found.given:
-        loading = each.loading(correction_for(found.runs[0], each) if found.runs else 1.0)
-        keep = loading.force_n <= (1.0 + SAME_FORCE) * at_n
-        used = Loading(loading.deformation_m[keep], loading.force_n[keep])
+        all_m, all_n = each.loading(correction_for(found.runs[0], each) if found.runs else 1.0)
+        keep = np.flatnonzero(all_n <= (1.0 + SAME_FORCE) * at_n)
+        keep = keep[uniform_in_force(all_n[keep])]
+        used, half_m = Loading(all_m[keep], all_n[keep]), NORMAL_95 * each.sigma_m
         try:
             fit = rs_btls(*used, secant_force_n=at_n)
         except DomainError:
             fit = None
-        known = used.has(at_n)
-        own_m = used.deformation_at(at_n) if known else math.nan
-        half_m = NORMAL_95 * each.sigma_m
-        interval = at_n / (own_m + half_m), at_n / (own_m - half_m)
+        secant = at_n / used.deformation_at(at_n) if used.has(at_n) else None
         order = np.argsort(used.force_n, kind="stable")
         law = Loading(used.deformation_m[order], used.force_n[order])
         ends_m = (law.deformation_m - half_m, law.deformation_m + half_m) if half_m else ()
         yield Side(
             each.name, None, fit, each.resolution_m + each.msde_m if half_m else None,
-            at_n / own_m if known else None, interval if known and 0.0 < half_m < own_m else None,
+            secant, _secants(at_n, secant, half_m) if secant and half_m else None,
             *used, law, tuple(Loading(end_m, law.force_n) for end_m in ends_m),
         )  # fmt: skip
 

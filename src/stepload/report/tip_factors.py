@@ -43,17 +43,13 @@ class TipFactors:
     @property
     def note(self) -> str:
         """What the deformation was multiplied by, in a sentence."""
-        equations = ["(10)"] * (self.roughness_m is not None) + ["(15)"] * self.plastic
-        hardness = "" if self.micro_hardness_pa is None else (
-            f", H_mic {format_quantity(self.micro_hardness_pa, 'Pa')}"
-        )  # fmt: skip
-        rough = "" if self.roughness_m is None else (
-            f", σ_eq {format_quantity(self.roughness_m, 'm')}{hardness}"
-        )  # fmt: skip
-        return (
-            f"deformation multiplied by the factor of {' and '.join(equations)}: "
-            f"tip radius {format_quantity(self.radius_m, 'm')}{rough}"
-        )
+        said = ["(10)"] * (self.roughness_m is not None) + ["(15)"] * self.plastic
+        figures = [f"tip radius {format_quantity(self.radius_m, 'm')}"]
+        if self.roughness_m is not None:
+            figures.append(f"σ_eq {format_quantity(self.roughness_m, 'm')}")
+            if self.micro_hardness_pa is not None:
+                figures.append(f"H_mic {format_quantity(self.micro_hardness_pa, 'Pa')}")
+        return f"deformation × factor of {' and '.join(said)}: {', '.join(figures)}"
 
 
 def tip_factors(
