@@ -42,6 +42,7 @@ LINES = {
     "reference.explain": "Say what a code, key, threshold or word means and what to do.",
     "design.map": "Say which payloads a rig can measure, and what narrows their intervals.",
     "design.design": "Write the plan with the narrowest interval, below F_c and within a time.",
+    "predict.predict": "Predict force against deformation of a payload; nothing is moved.",
     "design.pose": "Say where to put the plate and how to hold the arm.",
 }
 """The first paragraph of each verb's help, by its module and its name."""

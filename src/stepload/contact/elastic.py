@@ -14,6 +14,9 @@ from stepload.contact.materials import (
     Geometry,
     Material,
     PowerProfile,
+    Profile,
+    RoundedCone,
+    RoundedPyramid,
     SharpCone,
     Sphere,
 )
@@ -59,33 +62,47 @@ def equivalent_radius(geometry: Geometry) -> float | None:
     match geometry:
         case Sphere(radius_m=radius, counter_radius_m=None) | BluntTip(radius_m=radius):
             return require_positive(radius, "radius", "m")
+        case RoundedCone(radius_m=radius) | RoundedPyramid(radius_m=radius):
+            return require_positive(radius, "radius", "m")
         case Sphere(radius_m=radius, counter_radius_m=counter) if counter is not None:
             require_positive(radius, "radius", "m")
             require_positive(counter, "radius of the counter sphere", "m")
             return 1.0 / (1.0 / radius + 1.0 / counter)
         case PowerProfile(exponent=2.0, coefficient=coefficient):
             return 0.5 / require_positive(coefficient, "profile coefficient b", "m^(1-m)")
+        case Profile(exponents=(2.0, *_), coefficients=(coefficient, *_)):
+            return 0.5 / require_positive(coefficient, "profile coefficient b", "m^(1-m)")
         case _:
             return None
 
 
-def law_for(geometry: Geometry, material: Material, plate: Material) -> ContactLaw:
-    """F = K δ^n of a smooth elastic contact (2)–(7).
+def law_for(
+    geometry: Geometry, material: Material, plate: Material, to_n: float | None = None
+) -> ContactLaw:
+    """F = K δ^n of a smooth elastic contact (2)–(7), or nearest to it.
 
     Args:
         geometry: shape of the payload where it touches.
         material: of the payload.
         plate: material of the counter body.
+        to_n: highest force in N that the law is for. The power law of a rounded cone or a profile
+            is fitted from a tenth of it on; None: a cone by its tip (7), a profile up to 1 N.
 
     Raises:
         DomainError: a number outside the domain of the theory.
 
     Notes:
-        Sphere, blunt tip: K = 4/3 E_eq √R_eq, n = 3/2 (7). Sharp cone of slope β:
+        Sphere, blunt tip, tip of a pyramid: K = 4/3 E_eq √R_eq, n = 3/2 (7). Sharp cone of slope β:
         K = 2 E_eq/(π tan β), n = 2. Flat punch: K = 2 R E_eq, n = 1. Any z = b r^m:
         K = 2m/(m+1) E_eq (C_m b)^(-1/m) (3), n = (m+1)/m (5).
     """
     modulus = equivalent_modulus(material, plate)
+    if isinstance(geometry, Profile) or (isinstance(geometry, RoundedCone) and to_n is not None):
+        from stepload.contact.half_space import SHARES, half_space, power_fit
+
+        top_n = require_positive(1.0 if to_n is None else to_n, "highest force", "N")
+        curve = half_space(geometry, modulus, [share * top_n for share in SHARES])
+        return ContactLaw(*power_fit(curve.force_n, curve.deformation_m), "half-space, Sneddon")
     radius = equivalent_radius(geometry)
     if radius is not None:
         return ContactLaw(4.0 / 3.0 * modulus * math.sqrt(radius), 1.5, "(7)")
@@ -115,6 +132,10 @@ def contact_radius(geometry: Geometry, deformation_m: float) -> float:
         DomainError: `deformation_m` is not finite and positive, or there is no law (3).
     """
     require_positive(deformation_m, "deformation", "m")
+    if isinstance(geometry, RoundedCone | Profile):
+        from stepload.contact.half_space import radius_at
+
+        return radius_at(geometry, deformation_m)
     radius = equivalent_radius(geometry)
     if radius is not None:
         return math.sqrt(radius * deformation_m)
@@ -138,6 +159,10 @@ def edge_slope(geometry: Geometry, deformation_m: float) -> float:
     """
     contact = contact_radius(geometry, deformation_m)
     match geometry:
+        case RoundedCone() | Profile():
+            from stepload.contact.half_space import slope_at
+
+            return slope_at(geometry, contact)
         case SharpCone(slope_rad=slope):
             return math.tan(slope)
         case FlatPunch():

@@ -6,9 +6,12 @@ import math
 from dataclasses import dataclass
 
 from stepload.contact.checks import require_material
-from stepload.contact.elastic import equivalent_modulus, equivalent_radius
+from stepload.contact.elastic import equivalent_modulus, equivalent_radius, profile_constant
 from stepload.contact.material_range import is_range
-from stepload.contact.materials import Geometry, Material
+from stepload.contact.materials import Geometry, Material, Profile
+
+LARGEST_OTHERS = 0.02
+"""Share of the largest pressure at F_c by powers above the second at which (13) still holds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +53,9 @@ def no_limit_reason(geometry: Geometry, material: Material, plate: Material) -> 
             "theory gives no elastic limit for this shape: (13) holds for spheres and spherical"
             " tips"
         )
-    if softer_body(material, plate) is not None:
+    if (softer := softer_body(material, plate)) is not None:
+        if onset_in(softer, geometry, material, plate) is None:
+            return "at F_c (13) of the curvature at r = 0, higher powers of the profile count too"
         return ""
     if ranges := [body.name for body in (material, plate) if is_range(body)]:
         return f"{ranges[0]!r} is known as a range only, so (13) cannot be evaluated"
@@ -86,6 +91,13 @@ def onset_in(
         return None
     modulus = equivalent_modulus(material, plate)
     pressure = math.pi * (0.454 + 0.41 * body.poisson_ratio) * 2.8 * body.yield_strength_pa
+    if isinstance(geometry, Profile):
+        _, *others = zip(geometry.exponents, geometry.coefficients, strict=True)
+        # The pressure on the axis of each power (MDR) over that of the second, at a of F_c.
+        at_m = 0.5 * pressure / modulus * radius
+        shares = (profile_constant(m) * b * m * at_m ** (m - 2.0) / (m - 1.0) for m, b in others)
+        if 0.5 * radius * sum(shares) > LARGEST_OTHERS:
+            return None
     return ElasticLimit(
         force_n=pressure**3 * radius**2 / (6.0 * modulus**2),
         deformation_m=(pressure / (2.0 * modulus)) ** 2 * radius,

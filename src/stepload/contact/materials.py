@@ -67,4 +67,57 @@ class PowerProfile:
     coefficient: float
 
 
-Geometry = Sphere | BluntTip | SharpCone | FlatPunch | PowerProfile
+@dataclass(frozen=True, slots=True)
+class Body:
+    """Finite body: a cylinder, of a pyramid a square block, held at `height_m` above the tip.
+
+    `radius_m` is its radius, or half width; the profile ends there at the latest.
+    """
+
+    height_m: float
+    radius_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class RoundedCone:
+    """Cone with a spherical tip; `half_angle_rad` is between axis and flank.
+
+    Without a `body` it is held where its flank reaches `base_radius_m`.
+    """
+
+    radius_m: float
+    half_angle_rad: float
+    base_radius_m: float
+    radius_sigma_m: float | None = None
+    body: Body | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class RoundedPyramid:
+    """Square pyramid rounded by a ball: tip and edges have `radius_m`.
+
+    `half_angle_rad` is between axis and face. Without a `body` it is held where its faces reach
+    `base_half_width_m`.
+    """
+
+    radius_m: float
+    half_angle_rad: float
+    base_half_width_m: float
+    radius_sigma_m: float | None = None
+    body: Body | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """Axisymmetric gap: a table of (r, z) in m, or z = Σ b r^m (1), `coefficients` in m^(1-m)."""
+
+    table_m: tuple[tuple[float, float], ...] = ()
+    exponents: tuple[float, ...] = ()
+    coefficients: tuple[float, ...] = ()
+    body: Body | None = None
+
+
+Geometry = (
+    Sphere | BluntTip | SharpCone | FlatPunch | PowerProfile
+    | RoundedCone | RoundedPyramid | Profile
+)  # fmt: skip

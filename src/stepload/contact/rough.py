@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from stepload.contact.checks import require_not_negative, require_positive
 from stepload.contact.elastic import equivalent_modulus, equivalent_radius, law_for
 from stepload.contact.limit import softer_body
-from stepload.contact.materials import Geometry, Material
+from stepload.contact.materials import Geometry, Material, Sphere
 
 HARDNESS_OVER_YIELD = 5.0
 """Micro-hardness over yield strength where only the latter is known; good to a factor of 2.
@@ -137,4 +137,4 @@ def rough_sphere(
         return None
     modulus_pa = equivalent_modulus(material, plate)
     kappa = roughness_number(modulus_pa, micro_hardness_pa, radius_m, roughness_m)
-    return RoughSphere(law_for(geometry, material, plate).k, roughness_m, kappa)
+    return RoughSphere(law_for(Sphere(radius_m), material, plate).k, roughness_m, kappa)

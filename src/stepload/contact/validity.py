@@ -18,7 +18,15 @@ from stepload.contact.elastic import (
     law_for,
 )
 from stepload.contact.limit import elastic_limit
-from stepload.contact.materials import BluntTip, Geometry, Material, PowerProfile
+from stepload.contact.materials import (
+    BluntTip,
+    Geometry,
+    Material,
+    PowerProfile,
+    Profile,
+    RoundedCone,
+    RoundedPyramid,
+)
 from stepload.contact.power_law import ContactLaw
 from stepload.contact.rough import P0_MIN, rough_sphere
 from stepload.units import percent
@@ -82,7 +90,7 @@ class Pressed:
     @property
     def law(self) -> ContactLaw:
         """The smooth law."""
-        return law_for(self.geometry, self.material, self.plate)
+        return law_for(self.geometry, self.material, self.plate, self.to_n)
 
 
 def domain_doubts(pressed: Pressed) -> tuple[DomainDoubt, ...]:
@@ -105,7 +113,7 @@ def _depth(pressed: Pressed) -> Iterator[DomainDoubt]:
     geometry, to_n = pressed.geometry, pressed.to_n
     deformation_m = pressed.law.deformation(to_n)
     radius_m = equivalent_radius(geometry)
-    if radius_m is not None and not isinstance(geometry, PowerProfile):
+    if radius_m is not None and not isinstance(geometry, PowerProfile | Profile | RoundedCone):
         yield from _deep(pressed, deformation_m, radius_m)
         return
     slope = edge_slope(geometry, deformation_m)
@@ -124,13 +132,13 @@ def _deep(pressed: Pressed, deformation_m: float, radius_m: float) -> Iterator[D
     if depth <= LARGEST_DEPTH:
         return
     force_n = pressed.law.force(LARGEST_DEPTH * radius_m)
-    tip = isinstance(geometry, BluntTip)
-    whose = f"{geometry.kind}'s tip radius" if isinstance(geometry, BluntTip) else "radius"
+    tip = isinstance(geometry, BluntTip | RoundedPyramid)
+    whose = "tip's radius" if tip else "radius"
     yield DomainDoubt(
         "tip_exceeded" if tip else "deep_contact",
         f"At {pressed.to_n:.4g} N the deformation is {deformation_m * 1e3:.3g} mm, {depth:.2g} of"
         f" the {whose}; (7) holds up to {LARGEST_DEPTH:g}.",
-        f"stay below {force_n:.3g} N" + ", or describe the shape in contact (sharp_cone)" * tip,
+        f"stay below {force_n:.3g} N" + ", or describe the shape in contact (rounded_cone)" * tip,
         depth, LARGEST_DEPTH, impossible=depth >= 1.0,
     )  # fmt: skip
 

@@ -208,7 +208,8 @@ def _with_lower_touch(preflight: Preflight, measured: Measured | None) -> Prefli
 
 
 def _derived(plan: Plan, measured: Measured | None) -> Preflight:
-    theory, bounds = theory_of(plan.payload), press_rig(plan.rig, plan.rig.force.noise_n)
+    theory = theory_of(plan.payload, plan.procedure.top_force_n)
+    bounds = press_rig(plan.rig, plan.rig.force.noise_n)
     safe_n = largest_top_force(plan, theory.counted.lower_n)
     pressing, limits, refusal = _pressed(plan, theory, safe_n, measured)
     found = None if plan.identify.kind == "system" else _identifiability_of(plan)

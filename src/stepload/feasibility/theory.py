@@ -17,6 +17,7 @@ from stepload.contact.material_range import is_range, softest, stiffest
 from stepload.contact.materials import Material
 from stepload.contact.power_law import ContactLaw
 from stepload.errors import RefusedError
+from stepload.feasibility.predicted import meshed_law
 from stepload.plan.model import Payload
 
 DECLARED = "declared in the plan"
@@ -67,8 +68,11 @@ class Theory:
         return self.softest != self.stiffest
 
 
-def theory_of(payload: Payload) -> Theory:
+def theory_of(payload: Payload, to_n: float | None = None) -> Theory:
     """Law and elastic limit of a payload; a declared limit counts where it is lower than theory's.
+
+    The law of a shape that has no power law is fitted up to `to_n`, or to the limit where that is
+    lower. A curve that finite elements have computed for these forces (`stepload predict`) rules.
 
     The two are compared twice: as they stand, and less their uncertainties. Where a body is known
     as a range only a limit must be declared; that of the other body counts too, where it is known.
@@ -78,7 +82,6 @@ def theory_of(payload: Payload) -> Theory:
         DomainError: a number outside the domain of contact theory.
     """
     geometry, material, plate = bodies = (payload.geometry, payload.material, payload.plate)
-    law = law_for(*bodies)
     onset = elastic_limit(*bodies)
     declared_n = payload.declared_force_limit_n
     known: list[tuple[float, CountedLimit]] = []
@@ -95,8 +98,13 @@ def theory_of(payload: Payload) -> Theory:
         )
     limit_n, limit = min(known, key=lambda each: each[0])
     counted = min((counted for _, counted in known), key=lambda counted: counted.lower_n)
-    ends = (law_for(geometry, end(payload.material), end(payload.plate)) for end in ENDS)
-    return Theory(law, onset, limit_n, limit.equation, counted, *ends)
+    to_n = min(to_n or limit_n, limit_n)
+    if (meshed := meshed_law(payload, to_n)) is not None:
+        laws = [meshed] * 3
+    else:
+        ends = [(end(material), end(plate)) for end in ENDS]
+        laws = [law_for(geometry, *pair, to_n) for pair in [(material, plate), *ends]]
+    return Theory(laws[0], onset, limit_n, limit.equation, counted, *laws[1:])
 
 
 def _of_body(payload: Payload, body: Material, other: Material) -> CountedLimit | None:

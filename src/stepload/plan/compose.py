@@ -81,7 +81,7 @@ def with_data_sheets(rig: Mapping, sheet: Sheet, problems: list[Problem]) -> Map
                     message = f"this data sheet is of the driver {driver}"
                     problems.append(name.place.problem(message, "leave `driver` or `profile` out"))
                 base = overlay(base, sensor)
-            rig = _with(rig, path, base)
+            rig = replaced(rig, path, base)
     return rig
 
 
@@ -144,12 +144,12 @@ def _place(rig: Node, path: tuple[str, ...]) -> Place:
     return locate(rig, path, rig.place)
 
 
-def _with(rig: Mapping, path: tuple[str, ...], node: Node) -> Mapping:
-    """A copy of `rig` with another node at a path that it has."""
+def replaced(rig: Mapping, path: tuple[str, ...], node: Node) -> Mapping:
+    """A copy of a tree with another node at a path that it has."""
     key, rest = path[0], path[1:]
     inner = rig.entries[key]
     if rest and isinstance(inner, Mapping):
-        node = _with(inner, rest, node)
+        node = replaced(inner, rest, node)
     return Mapping(rig.place, {**rig.entries, key: node}, rig.keys)
 
 

@@ -69,7 +69,7 @@ def load_payload(path: Path) -> Payload:
     """
     loader = _Loader(Disk())
     source = loader.shelf.file(Path(path))
-    root = loader.parse(source)
+    root = loader.payload(loader.parse(source))
     _refuse_whole_plan(root)
     payload = read_section(Payload, root, Place(source, 1, 1), loader.problems)
     loader.raise_problems()
@@ -121,7 +121,7 @@ class _Loader(References):
             source = self.shelf.file(payload)
             entries["payload"], keys["payload"] = self.parse(source), Place(source, 1, 1)
         for name, read in (
-            ("payload", self.section),
+            ("payload", self.payload),
             ("rig", self.rig),
             ("procedure", self.section),
         ):

@@ -1,20 +1,25 @@
 """The declaration of a payload: what is pressed, against which plate."""
 
 from collections.abc import Iterator
-from math import radians
+from itertools import pairwise
+from math import cos, radians
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, WithJsonSchema, model_validator
 from pydantic.dataclasses import dataclass
 
 from stepload.contact.elastic import law_for
 from stepload.contact.limit import no_limit_reason
 from stepload.contact.materials import (
     BluntTip,
+    Body,
     FlatPunch,
     Geometry,
     Material,
     PowerProfile,
+    Profile,
+    RoundedCone,
+    RoundedPyramid,
     SharpCone,
     Sphere,
 )
@@ -160,13 +165,188 @@ class PowerSection:
             raise q.refused(*BEYOND) from None
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class BodySection:
+    """Finite body for `stepload predict`: held at its end away from the plate."""
+
+    height_m: q.Length
+    """Height above the tip at which the body is held."""
+    radius_m: q.Length
+    """Radius of the body; of a pyramid half its width."""
+
+    def made(self) -> Body:
+        return Body(self.height_m, self.radius_m)
+
+
+HalfAngle = Annotated[float, q.Quantity("rad", radians(1.0), radians(89.0))]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class RoundedConeSection:
+    """A cone with a spherical tip, of which the contact may reach the flank."""
+
+    shape: Literal["rounded_cone"]
+    radius_m: u.UncertainLength
+    """Radius of the tip."""
+    half_angle_rad: HalfAngle
+    """Angle between axis and flank."""
+    base_radius_m: q.Length
+    """Radius at which the flank ends."""
+    body: Annotated[Body | None, Made(BodySection)] = None
+    """Cylinder behind the base; none: the cone is held at its base."""
+
+    sound = CHECKED
+
+    def contradictions(self) -> Iterator[Contradiction]:
+        yield from _base("base_radius", self.base_radius_m, self)
+
+    def made(self) -> RoundedCone:
+        return RoundedCone(
+            float(self.radius_m), self.half_angle_rad, self.base_radius_m,
+            u.sigma_of(self.radius_m), self.body,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class RoundedPyramidSection:
+    """A square pyramid with round tip and edges; theory of its tip, or finite elements."""
+
+    shape: Literal["rounded_pyramid"]
+    radius_m: u.UncertainLength
+    """Radius of tip and edges."""
+    half_angle_rad: HalfAngle
+    """Angle between axis and face."""
+    base_half_width_m: q.Length
+    """Half width at which the faces end."""
+    body: Annotated[Body | None, Made(BodySection)] = None
+    """Square block behind the base; none: the pyramid is held at its base."""
+
+    sound = CHECKED
+
+    def contradictions(self) -> Iterator[Contradiction]:
+        yield from _base("base_half_width", self.base_half_width_m, self)
+
+    def made(self) -> RoundedPyramid:
+        return RoundedPyramid(
+            float(self.radius_m), self.half_angle_rad, self.base_half_width_m,
+            u.sigma_of(self.radius_m), self.body,
+        )  # fmt: skip
+
+
+def _base(
+    key: str, base_m: float, shape: RoundedConeSection | RoundedPyramidSection
+) -> Iterator[Contradiction]:
+    end_m = float(shape.radius_m) * cos(shape.half_angle_rad)
+    if base_m <= end_m:
+        yield (
+            key,
+            f"the base {q.metre(base_m)} is not above {q.metre(end_m)}, where the round tip ends",
+            "give a larger base or a smaller radius",
+        )
+    if shape.body is not None and shape.body.radius_m < base_m:
+        yield "body", "the body is narrower than the base", "give its radius or half width"
+
+
+def _point(value: object, info: ValidationInfo) -> tuple[float, float]:
+    """A point [r, z] of a profile."""
+    if not isinstance(value, (list, tuple)) or len(value) != 2:
+        raise q.refused("this is not a point [r, z]", 'expected two lengths, ["1 mm", "0.1 mm"]')
+    read = q.Quantity("m", 0.0, 10.0).read
+    r, z = map(read, value) if info.context == q.WRITTEN else value
+    return r, z
+
+
+Point = Annotated[
+    tuple[float, float],
+    BeforeValidator(_point),
+    WithJsonSchema(
+        {
+            "type": "array",
+            "items": {"type": "string"},
+            "minItems": 2,
+            "maxItems": 2,
+            "x-expected": "a point [r, z] of two lengths",
+        }
+    ),
+]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class ProfileSection:
+    """Any convex body of revolution: a table of points, or z = Σ gap (r/at_radius)^exponent (1)."""
+
+    shape: Literal["profile"]
+    table: tuple[Point, ...] = ()
+    """Points [r, z] from [0 mm, 0 mm] outwards, or a CSV file with the heads `r [mm]`, `z [mm]`."""
+    exponents: tuple[Annotated[float, q.number(1.0, 50.0)], ...] = ()
+    """m of each term (1), rising; in place of `table`."""
+    gaps_m: tuple[q.Length, ...] = ()
+    """Gap of each term at `at_radius`."""
+    at_radius_m: q.Length | None = None
+    """Distance from the axis of `gaps`."""
+    body: Annotated[Body | None, Made(BodySection)] = None
+    """Finite body; none: large against the contact."""
+
+    sound = CHECKED
+
+    def contradictions(self) -> Iterator[Contradiction]:
+        sums = bool(self.exponents), bool(self.gaps_m), self.at_radius_m is not None
+        if bool(self.table) == any(sums) or any(sums) != all(sums):
+            yield (
+                "",
+                "a profile is either a table or a sum of powers",
+                "write `table`, or all of `exponents`, `gaps` and `at_radius`",
+            )
+        elif self.table:
+            yield from _not_convex(self.table)
+        elif len(self.exponents) != len(self.gaps_m):
+            yield "gaps", f"{len(self.gaps_m)} gaps of {len(self.exponents)} terms", "one of each"
+        elif any(a >= b for a, b in pairwise(self.exponents)):
+            yield "exponents", "the exponents do not rise", "write the lowest first, each once"
+
+    def made(self) -> Profile:
+        if self.at_radius_m is None:
+            return Profile(table_m=self.table, body=self.body)
+        terms = zip(self.exponents, self.gaps_m, strict=True)
+        try:
+            coefficients = tuple(gap_m / self.at_radius_m**m for m, gap_m in terms)
+        except ArithmeticError:
+            raise q.refused(*BEYOND) from None
+        return Profile(exponents=self.exponents, coefficients=coefficients, body=self.body)
+
+
+def _not_convex(table: tuple[Point, ...]) -> Iterator[Contradiction]:
+    """Theory takes a profile that touches in one round area: convex, from its tip outwards."""
+    if not 3 <= len(table) <= 2_000 or table[0] != (0.0, 0.0):
+        yield (
+            "table",
+            f"{len(table)} points, the first at {q.metre(table[0][0])}, {q.metre(table[0][1])}",
+            "expected 3 to 2000 points from [0 mm, 0 mm] on",
+        )
+        return
+    last = 0.0
+    for (r, z), (further, higher) in pairwise(table):
+        slope = (higher - z) / (further - r) if further > r else -1.0
+        if slope < last * (1.0 - 1e-6):
+            yield (
+                "table",
+                f"the profile is not convex at r = {q.metre(further)}",
+                "r must rise and the slope must not fall; smooth a measured table",
+            )
+            return
+        last = max(last, slope)
+
+
 Shape = Annotated[
     SphereSection
     | ConeTipSection
     | PyramidTipSection
     | SharpConeSection
     | FlatPunchSection
-    | PowerSection,
+    | PowerSection
+    | RoundedConeSection
+    | RoundedPyramidSection
+    | ProfileSection,
     Field(discriminator="shape"),
 ]
 
@@ -231,7 +411,7 @@ class Payload:
             )
         bodies = self.geometry, self.material, self.plate
         try:
-            law_for(*bodies)
+            law_for(*bodies, self.declared_force_limit_n)
             reason = no_limit_reason(*bodies)
         except DomainError as error:
             yield "geometry", error.message, error.hint

@@ -13,6 +13,7 @@ from stepload.errors import guess, printable
 from stepload.plan.compose import composed, problems_of, with_data_sheets
 from stepload.plan.model import Plan
 from stepload.plan.problems import PlanError, Problem
+from stepload.plan.profile_table import table_file, table_of, with_table
 from stepload.plan.source import PROFILES, SENSORS, Disk, Shelf, Source, read_source, shipped_names
 from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar, parse_tree
 
@@ -71,22 +72,38 @@ class References:
         """`node`, or the content of the file it names."""
         if not (isinstance(node, Scalar) and isinstance(node.value, str)):
             return node
+        source = self._file(node, node.value)
+        return Broken(node.place) if source is None else self.parse(source)
+
+    def payload(self, node: Node) -> Node:
+        """A payload, with the table of its profile read from the file that it names."""
+        node = self.section(node)
+        named = table_file(node)
+        if named is None or (source := self._file(named, str(named.value))) is None:
+            return node if named is None else with_table(node, Broken(named.place))
+        self.sources.append(source)
         try:
-            source = self.shelf.file(node.place.source.beside(path_of(node.value)))
+            return with_table(node, table_of(source))
+        except PlanError as error:
+            self.problems.extend(error.problems)
+            return with_table(node, Broken(named.place))
+
+    def _file(self, node: Node, name: str) -> Source | None:
+        """The file that a node names; None, and reported, where there is none."""
+        try:
+            return self.shelf.file(node.place.source.beside(path_of(name)))
         except PlanError as error:
             for problem in error.problems:
                 if problem.line:
                     self.problems.append(problem)
                 else:
-                    shown = printable(node.value)
                     hint = problem.hint or "paths start at the directory of the file they stand in"
-                    self.problems.append(node.place.problem(f"{shown}: {problem.message}", hint))
-            return Broken(node.place)
+                    message = f"{printable(name)}: {problem.message}"
+                    self.problems.append(node.place.problem(message, hint))
         except PydanticCustomError as error:
             hint = (error.context or {}).get("hint", "")
             self.problems.append(node.place.problem(error.message(), hint))
-            return Broken(node.place)
-        return self.parse(source)
+        return None
 
     def rig(self, node: Node) -> Node:
         """`node`, the content of the file, or the profile it names, overrides laid over it."""

@@ -77,7 +77,7 @@ def press_of(rig: str, payload: Path | None) -> Press:
                 f"{most_n:.4g} N at most",
                 hint="another rig, a plan with a lower top force, or the payload's own file",
             )
-        secant = theory_of(plan.payload).stiffest.secant(top_n)
+        secant = theory_of(plan.payload, top_n).stiffest.secant(top_n)
         requested = plan.identify
         told = replace(
             bench(rig, top_n).conditions, p=requested.resolution_multiple_p,

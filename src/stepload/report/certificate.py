@@ -12,6 +12,9 @@ from stepload.contact.materials import (
     FlatPunch,
     Geometry,
     Material,
+    Profile,
+    RoundedCone,
+    RoundedPyramid,
     SharpCone,
     Sphere,
 )
@@ -172,6 +175,14 @@ def geometry(shape: Geometry) -> str:
     """The shape with its sizes."""
     if isinstance(shape, SharpCone):
         return f"sharp cone, {f(shape.slope_rad, 'rad')} between flank and plate"
+    if isinstance(shape, Profile):
+        points, terms = len(shape.table_m), len(shape.exponents)
+        return f"profile, {points} points" if points else f"profile, {terms} powers of r"
+    if isinstance(shape, RoundedCone | RoundedPyramid):
+        kind = "cone" if isinstance(shape, RoundedCone) else "pyramid"
+        angle = f(shape.half_angle_rad, "rad")
+        tip = _pm(shape.radius_m, shape.radius_sigma_m, "m")
+        return f"rounded {kind}, half angle {angle}, radius of the tip {tip}"
     if not isinstance(shape, Sphere | BluntTip | FlatPunch):
         return f"gap in proportion to r^{shape.exponent:g}"
     radius = _pm(shape.radius_m, shape.radius_sigma_m, "m")

@@ -1,0 +1,216 @@
+"""The curve of a payload before it is pressed: by finite elements, kept once computed, or theory.
+
+Curves of finite elements are kept by content in the user's cache directory (`XDG_CACHE_HOME`, or
+~/.cache), one JSON file each. A file that cannot be read or written is as one that is not there.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import time
+from contextlib import suppress
+from dataclasses import asdict, astuple, dataclass
+from pathlib import Path
+
+import numpy as np
+
+from stepload.contact.curve_factors import rough_factor, yield_factor
+from stepload.contact.elastic import equivalent_modulus, equivalent_radius, law_for
+from stepload.contact.finite_elements import (
+    PER_RADIUS,
+    PER_RADIUS_3D,
+    VERSION,
+    contact_curve,
+    size_of,
+    yield_force,
+)
+from stepload.contact.half_space import SHARES, half_space
+from stepload.contact.material_range import is_range
+from stepload.contact.materials import Profile, RoundedCone, RoundedPyramid, Sphere
+from stepload.contact.power_law import ContactLaw
+from stepload.errors import BadInputError, DomainError
+from stepload.identification.fit import Fit, FloatArray
+from stepload.identification.ls import rs_btls
+from stepload.plan.model import Payload
+
+MESHED = "finite elements"
+COARSER = 0.7
+"""Elements per contact radius of the second mesh, over those of the first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Meshed:
+    """A curve by finite elements, on 10 … 100 % of a highest force.
+
+    Attributes:
+        force_n, deformation_m, contact_radius_m, mises_pa: as `MeshCurve`.
+        coarse_deformation_m: of the second, coarser mesh.
+        nodes, coarse_nodes: of both meshes.
+        yield_force_n: where von Mises reaches Y; None where that is not known or not near.
+        computed_s: time that it took.
+    """
+
+    force_n: tuple[float, ...]
+    deformation_m: tuple[float, ...]
+    contact_radius_m: tuple[float, ...]
+    mises_pa: tuple[float, ...]
+    coarse_deformation_m: tuple[float, ...]
+    nodes: int
+    coarse_nodes: int
+    yield_force_n: float | None
+    computed_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Prediction:
+    """F(δ) of a payload, and what the paper's estimator (25) makes of it.
+
+    `fit` is that of the curve as asked for, `coarse` that of the smooth curve of the coarser mesh
+    and `smooth` of the finer one; `hertz_share` is the largest difference of force from Hertz (7)
+    at the tip, over the highest force. None where there is no mesh, or no tip radius.
+    """
+
+    theory: str
+    force_n: FloatArray
+    deformation_m: FloatArray
+    fit: Fit
+    smooth: Fit
+    coarse: Fit | None
+    hertz_share: float | None
+    mesh: Meshed | None
+
+
+def predict(
+    payload: Payload, to_n: float, *, rough: bool = False, plastic: bool = False, mesh: bool = True
+) -> Prediction:
+    """The curve of a payload on 10 … 100 % of a force.
+
+    Args:
+        to_n: highest force in N.
+        rough: multiply the deformation by (10), with roughness and micro-hardness of the payload.
+        plastic: multiply it by (15).
+        mesh: by finite elements where the shape has a size; else as on a half-space.
+
+    Raises:
+        BadInputError: roughness or tip radius is not known, or scikit-fem or gmsh not installed.
+        DomainError: a number outside the domain of the theory.
+    """
+    geometry, material, plate = bodies = (payload.geometry, payload.material, payload.plate)
+    force_n, radius_m = to_n * np.array(SHARES), equivalent_radius(geometry)
+    found = meshed(payload, to_n) if mesh and has_size(payload) else None
+    if found is not None:
+        smooth_m, theory = np.array(found.deformation_m), MESHED
+    elif isinstance(geometry, RoundedCone | Profile):
+        curve = half_space(geometry, equivalent_modulus(material, plate), force_n)
+        smooth_m, theory = curve.deformation_m, "half-space, Sneddon"
+    else:
+        law = law_for(*bodies)
+        smooth_m, theory = np.array([law.deformation(f) for f in force_n.tolist()]), law.equation
+    hertz_share, deformation_m = None, smooth_m
+    if radius_m is not None:
+        hertz = law_for(Sphere(radius_m), material, plate)
+        hertz_share = float(np.abs(force_n - hertz.k * smooth_m**hertz.n).max() / to_n)
+    elif rough or plastic:
+        raise BadInputError("(10) and (15) hold for spheres; this shape has no tip radius")
+    if rough and radius_m is not None:
+        if payload.roughness_m is None:
+            raise BadInputError("--rough: the payload has no roughness", hint="add `roughness`")
+        deformation_m = deformation_m * rough_factor(
+            force_n, radius_m, material, plate, payload.roughness_m, payload.micro_hardness_pa
+        )
+    if plastic and radius_m is not None:
+        deformation_m = deformation_m * yield_factor(force_n, radius_m, material, plate)
+    return Prediction(
+        theory, force_n, deformation_m,
+        rs_btls(deformation_m, force_n, secant_force_n=to_n),
+        rs_btls(smooth_m, force_n, secant_force_n=to_n),
+        rs_btls(found.coarse_deformation_m, force_n, secant_force_n=to_n) if found else None,
+        hertz_share, found,
+    )  # fmt: skip
+
+
+def has_size(payload: Payload) -> bool:
+    """Whether the payload's shape is one that can be meshed."""
+    with suppress(DomainError):
+        size_of(payload.geometry)
+        return True
+    return False
+
+
+def meshed(payload: Payload, to_n: float) -> Meshed:
+    """The curve by finite elements, computed and kept where it is not there yet.
+
+    Raises:
+        BadInputError: scikit-fem or gmsh is not installed.
+        DomainError: a number outside the domain of the theory.
+    """
+    if (kept := _kept(payload, to_n)) is not None:
+        return kept
+    started_s = time.perf_counter()
+    bodies = payload.geometry, payload.material, payload.plate
+    force_n = to_n * np.array(SHARES)
+    solid = isinstance(payload.geometry, RoundedPyramid)
+    coarse = contact_curve(
+        *bodies, force_n, per_radius=COARSER * (PER_RADIUS_3D if solid else PER_RADIUS)
+    )
+    fine = contact_curve(*bodies, force_n)
+    onset_n = yield_force(*bodies, near_n=to_n)
+    curves = (fine.force_n, fine.deformation_m, fine.contact_radius_m, fine.mises_pa,
+              coarse.deformation_m)  # fmt: skip
+    found = Meshed(
+        *(tuple(map(float, each)) for each in curves), fine.nodes, coarse.nodes, onset_n,
+        time.perf_counter() - started_s,
+    )  # fmt: skip
+    _keep(_file_of(payload, to_n), found)
+    return found
+
+
+def meshed_law(payload: Payload, to_n: float) -> ContactLaw | None:
+    """The power law (25) of the curve that is kept for a payload up to a force; never meshes.
+
+    None where there is none, or a material is known as a range only. A whole sphere is not its half
+    held at the equator, so it keeps Hertz.
+    """
+    sized = not isinstance(payload.geometry, Sphere) and has_size(payload)
+    if not sized or is_range(payload.material) or is_range(payload.plate):
+        return None
+    if (kept := _kept(payload, to_n)) is None:
+        return None
+    fit = rs_btls(kept.deformation_m, kept.force_n, secant_force_n=to_n)
+    return ContactLaw(fit.k, fit.n, MESHED)
+
+
+def cache_directory() -> Path:
+    """Where curves are kept."""
+    home = os.environ.get("XDG_CACHE_HOME")
+    return (Path(home) if home else Path.home() / ".cache") / "stepload" / "mesh"
+
+
+def _file_of(payload: Payload, to_n: float) -> Path:
+    """Named by everything that the curve depends on."""
+    bodies = [
+        (body.youngs_modulus_pa, body.poisson_ratio, body.yield_strength_pa)
+        for body in (payload.material, payload.plate)
+    ]
+    shape = type(payload.geometry).__name__, astuple(payload.geometry)
+    content = (VERSION, PER_RADIUS, PER_RADIUS_3D, shape, bodies, float(f"{to_n:.9g}"))
+    return cache_directory() / f"{hashlib.sha256(repr(content).encode()).hexdigest()[:32]}.json"
+
+
+def _kept(payload: Payload, to_n: float) -> Meshed | None:
+    with suppress(OSError, ValueError, TypeError):
+        data = json.loads(_file_of(payload, to_n).read_bytes())
+        found = Meshed(**{k: tuple(v) if isinstance(v, list) else v for k, v in data.items()})
+        if len(found.force_n) == len(found.deformation_m) == len(SHARES):
+            return found
+    return None
+
+
+def _keep(path: Path, found: Meshed) -> None:
+    with suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        new = path.with_suffix(f".{os.getpid()}")
+        new.write_text(json.dumps(asdict(found)), encoding="utf-8")
+        new.replace(path)
