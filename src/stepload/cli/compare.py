@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 VERSUS = "vs"
 """Separates groups of runs on the command line; a directory of that name is `./vs/run.mcap`."""
 FIRST_N = 300.0
-"""Highest force of a curve by theory where no secant force is stated."""
+"""Highest force of a predicted curve where no secant force is stated."""
 
 
 def _pair(flag: str, text: str, units: tuple[str, str], hint: str) -> tuple[float, float]:
@@ -99,15 +99,15 @@ def _by_curve(flag: str, texts: Sequence[str] | None, curves: Mapping[str, Path]
 
 
 def _curve(path: Path, payload: Payload | None, top_n: float) -> tuple[Curve, Payload | None]:
-    """The curve of a CSV file, or that of a payload's file by theory, and the payload."""
+    """The curve of a CSV file, or the one predicted for a payload's file, and the payload."""
     from stepload.plan.load import load_payload
     from stepload.record.curves import read_curve
     from stepload.report.curve import deformation_curve
-    from stepload.report.tip_factors import SHAPES, theory_curve
+    from stepload.report.tip_factors import SHAPES, predicted_curve
 
     if path.suffix.lower() in SHAPES:
         payload = load_payload(path)
-        return theory_curve(payload, top_n), payload
+        return predicted_curve(payload, top_n), payload
     return deformation_curve(read_curve(path)), payload
 
 
@@ -125,7 +125,7 @@ def compare(
         list[str] | None,
         Option(
             metavar="[NAME=]FILE",
-            help="CSV with displacement_m, force_n, or the YAML of a payload: theory.",
+            help="CSV with displacement_m, force_n, or a payload's YAML: predicted.",
         ),
     ] = None,
     curve_modulus: Annotated[
@@ -201,7 +201,7 @@ def compare(
             name, made,
             modulus_pa=None if modulus is None else parse_named("--curve-modulus", modulus, "Pa"),
             plate_pa=None if plate is None else _plate_modulus("--curve-plate", plate),
-            resolution_m=resolution_m, msde_m=msde_m, theory=path.suffix.lower() in SHAPES,
+            resolution_m=resolution_m, msde_m=msde_m, predicted=path.suffix.lower() in SHAPES,
         ))  # fmt: skip
     groups = _groups(runs or [])
     found = compare_runs(

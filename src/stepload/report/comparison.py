@@ -131,7 +131,7 @@ def _group_notes(groups: Sequence[Sequence[int]], sizes: Sequence[int] | None) -
 def _run_notes(runs: Sequence[ComparedRun], given: Sequence[CurveGiven], at_n: float) -> list[str]:
     """Notes on a comparison of `runs` at the force `at_n`."""
     notes = [f"{each.name}: {'; '.join(each.curve.notes)}" for each in given if each.curve.notes]
-    if uncorrected := [each.name for each in given if not each.corrects and not each.theory]:
+    if uncorrected := [each.name for each in given if not each.corrects and not each.predicted]:
         notes.append(f"compared as it is, without a modulus (V-A): {', '.join(uncorrected)}")
     if not runs:
         return notes

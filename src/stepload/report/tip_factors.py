@@ -7,18 +7,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stepload.contact.curve_factors import rough_factor, yield_factor
-from stepload.contact.elastic import equivalent_radius, law_for
-from stepload.contact.materials import Material
+from stepload.contact.elastic import equivalent_radius
+from stepload.contact.materials import Material, Sphere
 from stepload.errors import BadInputError
+from stepload.feasibility.predicted import predict
 from stepload.identification.fit import FloatArray
 from stepload.plan.model import Payload
 from stepload.record.curves import Curve
 from stepload.units import format_quantity, parse_named
 
 SHAPES = (".yaml", ".yml")
-"""Endings of a payload's file, which stands for its curve by theory."""
-LEVELS = 10
-"""Forces of a curve by theory, evenly spread: the paper's grid is 30, 60 … 300 N."""
+"""Endings of a payload's file, which stands for the curve that `predict` gives."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,13 +110,14 @@ def with_factors(curve: Curve, factors: TipFactors | None) -> Curve:
     )
 
 
-def theory_curve(payload: Payload, top_n: float) -> Curve:
-    """The curve of a payload by theory (3), smooth and elastic, at ten even forces.
+def predicted_curve(payload: Payload, top_n: float) -> Curve:
+    """The smooth elastic curve of a payload by theory or finite elements, at ten even forces.
+
+    A whole sphere is not its half held at the equator, so it keeps Hertz.
 
     Raises:
-        DomainError: a number outside the domain of contact theory.
+        BadInputError, DomainError: as `predict`.
     """
-    law = law_for(payload.geometry, payload.material, payload.plate)
-    force_n = top_n * np.arange(1, LEVELS + 1) / LEVELS
-    note = f"theory {law.equation} of {payload.name}"
-    return Curve(None, None, (force_n / law.k) ** (1.0 / law.n), force_n, notes=(note,))
+    found = predict(payload, top_n, mesh=not isinstance(payload.geometry, Sphere))
+    note = f"{found.theory} of {payload.name}"
+    return Curve(None, None, found.deformation_m, found.force_n, notes=(note,))

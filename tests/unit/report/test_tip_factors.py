@@ -17,7 +17,7 @@ from stepload.plan.load import load_payload
 from stepload.record.curves import Curve
 from stepload.report.conditions import Stated
 from stepload.report.from_file import results_of_file
-from stepload.report.tip_factors import theory_curve, tip_factors, with_factors
+from stepload.report.tip_factors import predicted_curve, tip_factors, with_factors
 
 PAYLOADS = Path(__file__).parents[3] / "procedures" / "payloads"
 SPHERE, CONE = (load_payload(PAYLOADS / f"plastic-{name}.yaml") for name in ("sphere", "cone"))
@@ -26,14 +26,14 @@ SURFACE = "7.5 um, 0.7 GPa"
 
 def test_theory_of_the_plastic_sphere_with_roughness_is_the_row_of_table_two() -> None:
     factors = tip_factors(SPHERE, rough=True, plastic=False, surface=SURFACE)
-    rough = with_factors(theory_curve(SPHERE, 300.0), factors)
+    rough = with_factors(predicted_curve(SPHERE, 300.0), factors)
     fit = rs_btls(rough.displacement_m, rough.force_n)
     assert (f"{fit.k:.2e}", f"{fit.n:.2f}") == ("1.82e+10", "1.85")
     assert fit.secant_n_per_m == pytest.approx(4.81e6, rel=3e-3)
 
 
 def test_the_factor_of_yield_turns_the_tip_of_a_cone_into_the_elastic_plastic_one() -> None:
-    made = with_factors(theory_curve(CONE, 300.0), tip_factors(CONE, rough=False, plastic=True))
+    made = with_factors(predicted_curve(CONE, 300.0), tip_factors(CONE, rough=False, plastic=True))
     onset = elastic_limit(CONE.geometry, CONE.material, CONE.plate)
     assert onset is not None
     law = ElasticPlasticSphere(onset.force_n, onset.deformation_m)
