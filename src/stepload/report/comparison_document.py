@@ -223,10 +223,17 @@ def _difference_table(each: Difference) -> Table:
 
 
 def _reasons(found: Comparison) -> list[str]:
-    """Every difference as a sentence, if there is more than one."""
+    """Every difference as a sentence, if there is more than one; the curves that differ."""
+    differ = [
+        f"{each.curve} from {each.run}"
+        for each in found.curve
+        if each.verdict is Agreement.DIFFER and len(found.curve) > 1
+    ]
+    reasons = [f"curves that differ: {', '.join(differ)}"] if differ else []
     if len(found.differences) < 2:
-        return []
-    return [f"{' + '.join(each.second)}: {each.verdict}, {each.why}" for each in found.differences]
+        return reasons
+    told = (f"{' + '.join(each.second)}: {each.verdict}, {each.why}" for each in found.differences)
+    return [*told, *reasons]
 
 
 def table_one(found: Comparison) -> Table:

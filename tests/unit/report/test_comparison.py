@@ -305,6 +305,17 @@ def test_any_number_of_curves_is_listed_with_bounds_and_changes_relative_to_the_
     assert data["results"][3]["secant_change"] == instron.secant_change
 
 
+def test_curves_that_differ_are_named_beside_runs_that_agree() -> None:
+    found = compare(
+        [saved("a"), saved("b", draw=2)],
+        given=[CurveGiven("soft", curve(0.5)), CurveGiven("alike", curve(1.0))],
+    )
+    assert [each.verdict for each in found.curve] == [Agreement.DIFFER] * 2 + [Agreement.AGREE] * 2
+    document = comparison_document(found)
+    assert document.verdict.word == Agreement.AGREE
+    assert "soft from a, soft from b" in document.reasons[0]
+
+
 def test_an_inexact_curve_widens_its_difference() -> None:
     def half(msde_m: float) -> float:
         (each,) = compare(
