@@ -10,7 +10,7 @@ from long_ones import long
 from stepload.rig.contract import SkippedCheck, Trial, trial_of
 from stepload.rig.contract_life import check_lost_link, check_stale
 from stepload.rig.plugins import load_driver
-from stepload_verify.emulators.catalog import EMULATORS, driver_options
+from stepload_verify.emulators.catalog import EMULATORS, GAUGES, driver_options
 from stepload_verify.emulators.faults import FaultBoard
 from stepload_verify.emulators.gauge import RANGE_M
 from stepload_verify.emulators.physics import Sine, WrenchSource
@@ -42,14 +42,14 @@ def trial(request):
     source = WrenchSource(Sine(0.0))
     with EMULATORS[name](source, board, **device) as emulator:
         board.switch_on("offset", 5.0)
-        group = "displacement_sensors" if name == "gauge_serial" else "force_sensors"
+        group = "displacement_sensors" if name in GAUGES else "force_sensors"
         make, make_with = trial_of(
             load_driver(f"stepload.{group}", name), {**driver_options(emulator), **options}
         )
 
         def load():
             board.clear()
-            if name == "gauge_serial":
+            if name in GAUGES:
                 board.switch_on("overrange", LOAD_M / RANGE_M)
                 return LOAD_M
             board.switch_on("offset", 5.0 + LOAD_N)
@@ -65,7 +65,7 @@ def trial(request):
             make_with,
             observe_s=0.2,
             silence=silence,
-            stale_s=1.0 if name == "gauge_serial" else 0.4,
+            stale_s=1.0 if name in GAUGES else 0.4,
             load=load,
         )
 

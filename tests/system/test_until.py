@@ -161,7 +161,7 @@ def test_preflight_says_what_every_level_needs(tmp_path: Path) -> None:
     said = in_process("preflight", path, "--json")
     assert said.returncode == ExitCode.OK
     told = json.loads(said.stdout)["until"]
-    assert told["asked"] == 0.15
+    assert told["requested"] == 0.15
     assert [each["level_n"] for each in told["levels"]] == [30.0 * (i + 1) for i in range(10)]
     by_theory = [
         each["level_n"]

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 import pytest
 
 from stepload.rig.plugins import load_driver
-from stepload_verify.emulators.catalog import EMULATORS, driver_options
+from stepload_verify.emulators.catalog import EMULATORS, GAUGES, driver_options
 from stepload_verify.emulators.faults import FaultBoard
 from stepload_verify.emulators.physics import Sine, WrenchSource
 
@@ -61,7 +61,7 @@ def emulated():
             board.switch_on(fault)
         source = WrenchSource(Sine(peak_n))
         emulator = EMULATORS[name](source, board, **(device or {}))
-        group = "displacement_sensors" if name == "gauge_serial" else "force_sensors"
+        group = "displacement_sensors" if name in GAUGES else "force_sensors"
         driver = load_driver(f"stepload.{group}", name)(**driver_options(emulator), **options)
         with emulator:
             try:

@@ -102,9 +102,9 @@ class Approach:
     )  # fmt: skip
     def fast(self) -> Steps:
         """Go to where the surface may be."""
-        course, plan = self._course, self._course.plan
+        course, procedure = self._course, self._course.procedure
         self._slow = known = course.surface_m == course.surface_m
-        near_m = plan.surface_distance_m - plan.surface_uncertainty_m
+        near_m = procedure.surface_distance_m - procedure.surface_uncertainty_m
         if known:
             near_m = course.surface_m - self._gap_m() - self._early_m
         self._restart()
@@ -284,7 +284,7 @@ class Approach:
         course.enter(Phase.TOUCH_RETRACT)
         course.aim(course.surface_m - back_m)
         free_n = 0.5 * limits.touch_force_n
-        furthest_m = course.surface_m - course.plan.retract_m
+        furthest_m = course.surface_m - course.procedure.retract_m
         while True:
             yield
             if not course.rest_at_goal(REST_S):
@@ -312,4 +312,4 @@ class Approach:
 
     def _gap_m(self) -> float:
         """How far to back off between touches."""
-        return touch_gap_m(self._course.limits, self._course.plan.retract_m)
+        return touch_gap_m(self._course.limits, self._course.procedure.retract_m)

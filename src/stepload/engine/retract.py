@@ -29,7 +29,7 @@ def not_open(course: RunState, limit_n: float) -> Exit:
     return course.fail(
         "not_open", left_n, limit_n, "N",
         "the contact did not open, the force sensor is dead, or its zero has moved: it reads"
-        f" {left_n:.3g} N after a retract of {course.plan.retract_m * 1e3:g} mm{drifted}",
+        f" {left_n:.3g} N after a retract of {course.procedure.retract_m * 1e3:g} mm{drifted}",
     )  # fmt: skip
 
 

@@ -68,7 +68,7 @@ class RetractGuard:
     not be turned round. Once the direction is proven nothing turns it round: `follow` rests.
 
     `proven` says that the arm's direction is, since a touch pushed back.
-    `found` is the breach of the first force that grew, `goal_m` the target of the least force then.
+    `found` is the trip of the first force that grew, `goal_m` the target of the least force then.
     """
 
     def __init__(self, limits: RunLimits) -> None:
@@ -86,7 +86,7 @@ class RetractGuard:
         self.goal_m = math.nan
 
     def follow(self, now_s: float, target_m: float, sup: Supervisor, touched: bool) -> Trip | None:
-        """Judge one tick; the breach in the tick in which a force has grown too far.
+        """Judge one tick; the trip in the tick in which a force has grown too far.
 
         `target_m` is the target in force until now, `touched` whether there has been a touch.
         """
@@ -123,7 +123,7 @@ class RetractGuard:
         return self.turn(grown_n, limit_n, channel.least_m if sup.tared else self._from_m)
 
     def turn(self, grown_n: float, limit_n: float, goal_m: float = math.nan) -> Trip:
-        """The breach of a wrong way back: the arm must go to `goal_m`, NaN: where it came from."""
+        """The trip of a wrong way back: the arm must go to `goal_m`, NaN: where it came from."""
         self.goal_m = self._from_m if goal_m != goal_m else goal_m
         along = self._channels[0]
         whose = (

@@ -36,14 +36,14 @@ class RunState:
 
     def __init__(
         self,
-        plan: Procedure,
+        procedure: Procedure,
         limits: RunLimits,
         supervisor: Supervisor,
         operator: Operator,
         emit: Emit,
         cycle: int,
     ) -> None:
-        self.plan = plan
+        self.procedure = procedure
         self.limits = limits
         self.sup = supervisor
         self.operator = operator
@@ -100,7 +100,7 @@ class RunState:
     @property
     def free_m(self) -> float:
         """The free way that the plan states, from the start pose on in either direction."""
-        return self.plan.surface_distance_m - self.plan.surface_uncertainty_m
+        return self.procedure.surface_distance_m - self.procedure.surface_uncertainty_m
 
     @property
     def proven(self) -> bool:
@@ -127,7 +127,7 @@ class RunState:
         """Whether the readings of both channels may be zero drift since the run's first tare."""
         sup, limits, first, last = self.sup, self.limits, self.tares[0], self.tares[-1]
         moved_n = sup.smooth_n + last.mean_n - first.mean_n
-        if not abs(moved_n) <= self.plan.max_drift_n:
+        if not abs(moved_n) <= self.procedure.max_drift_n:
             return False
         second_n = sup.second_n + last.second_mean_n - first.second_mean_n
         return not limits.cross_check or abs(second_n) <= limits.second_zero_n
@@ -144,12 +144,12 @@ class RunState:
         drift_n = 0.0
         if self.tares:
             drift_n = self.limits.drift_n_per_s * (self.now_s - self.zeroed_s)
-        return self.limits.touch_force_n + min(drift_n, self.plan.max_drift_n)
+        return self.limits.touch_force_n + min(drift_n, self.procedure.max_drift_n)
 
     @property
     def retract_m(self) -> float:
         """Clearance that opens the contact."""
-        return self.plan.retract_m
+        return self.procedure.retract_m
 
     def step(self, now_s: float, step_s: float) -> float:
         """Run one tick; returns the target in m.

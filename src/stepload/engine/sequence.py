@@ -60,7 +60,7 @@ class RunSequence:
         self._approach = Approach(course, self._zeroing)
         self._alignment = Alignment(course, self._approach, aligning) if aligning else None
         self._index = start_level
-        self._top = len(course.plan.levels_n)
+        self._top = len(course.procedure.levels_n)
         self._stopping = StoppingRule(until) if until is not None else None
         course.sequence = self._run()
 
@@ -111,8 +111,8 @@ class RunSequence:
 
     def _held_here(self, position_m: float) -> Exit | None:
         """Fails the run where the controller holds the arm elsewhere."""
-        course, plan = self._course, self._course.plan
-        free_m = plan.surface_distance_m - plan.surface_uncertainty_m
+        course, procedure = self._course, self._course.procedure
+        free_m = procedure.surface_distance_m - procedure.surface_uncertainty_m
         tolerance_m = min(course.limits.model_tolerance_m, HELD_SHARE * free_m)
         off_m = position_m - course.held_m
         if not abs(off_m) > tolerance_m:
@@ -129,8 +129,8 @@ class RunSequence:
 
     def _cycles(self) -> Steps:
         """Every cycle: touch, press, retract, look back at the zero."""
-        course, plan = self._course, self._course.plan
-        purpose, touches, last = FIRST, plan.touches, False
+        course, procedure = self._course, self._course.procedure
+        purpose, touches, last = FIRST, procedure.touches, False
         while not last:
             while course.operator.paused:
                 if left := (yield from self._wait()):
@@ -149,7 +149,7 @@ class RunSequence:
                 return left
             if course.stop_requested():
                 return Exit.END
-            last = course.cycle >= plan.cycles
+            last = course.cycle >= procedure.cycles
             if not last:
                 self._next_cycle()
             if course.operator.paused:
@@ -164,7 +164,7 @@ class RunSequence:
         A pause on the way up is an exit; one on the way down ends the cycle: an unloading cannot go
         on in another contact.
         """
-        course, plan = self._course, self._course.plan
+        course, procedure = self._course, self._course.procedure
         if left := self._requested():
             return left
         self.steps.new_contact()
@@ -174,10 +174,10 @@ class RunSequence:
         while True:
             if left := (yield from self._up()):
                 return left
-            left = (yield from self._down()) if plan.unload else None
-            if left or plan.lift_off or course.cycle >= plan.cycles:
+            left = (yield from self._down()) if procedure.unload else None
+            if left or procedure.lift_off or course.cycle >= procedure.cycles:
                 return None if left is Exit.PAUSE else left
-            low_n = plan.unload_fraction * plan.levels_n[self._top - 1]
+            low_n = procedure.unload_fraction * procedure.levels_n[self._top - 1]
             if left := (yield from self.steps.step(0, low_n, up=False)):
                 return left
             if left := self._requested():
@@ -192,7 +192,7 @@ class RunSequence:
 
     def _up(self) -> Steps:
         """Level by level up, until there is none left or the deformation is enough."""
-        course, levels_n = self._course, self._course.plan.levels_n
+        course, levels_n = self._course, self._course.procedure.levels_n
         while True:
             index = self._index
             if left := (yield from self.steps.step(index + 1, levels_n[index])):
@@ -209,7 +209,7 @@ class RunSequence:
 
     def _down(self) -> Steps:
         """Level by level down."""
-        course, levels_n = self._course, self._course.plan.levels_n
+        course, levels_n = self._course, self._course.procedure.levels_n
         self._index -= 1
         while True:
             left = self._requested()
@@ -257,8 +257,8 @@ class RunSequence:
         course.tell(
             "until",
             {"verdict": verdict.value, "level_n": needs[index].level_n,
-             "deformation_m": deformation_m, "needed_m": needs[index].needed_m, "asked": requested,
-             "top_force_n": course.plan.top_force_n},
+             "deformation_m": deformation_m, "needed_m": needs[index].needed_m,
+             "requested": requested, "top_force_n": course.procedure.top_force_n},
         )  # fmt: skip
         reach = nearest(needs, index, deformation_m)
         if verdict is Verdict.ENOUGH:
@@ -266,7 +266,7 @@ class RunSequence:
             if self._top < len(needs):
                 self._tell(
                     f"far enough for ±{100.0 * requested:g} % at {needs[index].level_n:g} N of "
-                    f"{course.plan.top_force_n:g} N: no more force than this"
+                    f"{course.procedure.top_force_n:g} N: no more force than this"
                 )
         elif verdict is Verdict.UNREACHABLE and reach is not None:
             return course.fail(

@@ -84,7 +84,7 @@ class LoadSteps:
         )  # fmt: skip
         self._same_contact = True
         course.enter(Phase.LOAD if up else Phase.UNLOAD)
-        patience_s = step_patience_s(course.plan)
+        patience_s = step_patience_s(course.procedure)
         while True:
             yield
             course.target_m = controller.step(
@@ -108,13 +108,13 @@ class LoadSteps:
         if self.controller.reached and course.target_m > course.deepest_m:
             course.deepest_m = course.target_m
         eps_n = max(limits.band_n, SETTLE_SHARE * course.level_n)
-        hold_s = course.plan.hold_s
+        hold_s = course.procedure.hold_s
         settle.begin(course.now_s + 4.0 / limits.step_rate_per_s, hold_s, eps_n)
         self._force_sum_n = self._position_sum_m = 0.0
         self._ticks = 0
         self._rest_n = math.nan
         course.enter(Phase.HOLD if up else Phase.UNLOAD_HOLD)
-        longest_s = hold_s + course.plan.settle_timeout_s
+        longest_s = hold_s + course.procedure.settle_timeout_s
         while True:
             yield
             settle.add(course.now_s, sup.force_n)

@@ -44,7 +44,7 @@ class Trip(NamedTuple):
 
 
 Found = Callable[[str, float, float, str, str], Trip | None]
-"""Makes a breach of (rule, value, limit, unit, message). A run uses `Breach` itself; tests of the
+"""Makes a trip of (rule, value, limit, unit, message). A run uses `Trip` itself; tests of the
 rules may pass one that leaves a rule out."""
 
 
@@ -218,7 +218,7 @@ class ForceWatch(_StreamWatch):
         return self._sign * sample.wrench[self._index]
 
     def take(self, samples: Sequence[ForceSample], now_s: float) -> Trip | None:
-        """Process new samples; returns the first breach of a rule, or None."""
+        """Process new samples; returns the first trip, or None."""
         if not samples:
             return self._missing(now_s)
         self._empty = 0
@@ -366,7 +366,7 @@ class ArmWatch(_StreamWatch):
         self.side = ArmSide()
 
     def take(self, samples: Sequence[ArmSample], now_s: float) -> Trip | None:
-        """Process new samples; returns the first breach of a rule, or None."""
+        """Process new samples; returns the first trip, or None."""
         if not samples:
             return self._missing(now_s)
         self._empty = 0

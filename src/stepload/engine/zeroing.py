@@ -68,7 +68,7 @@ class Zeroing:
             yield
             if course.stop_requested():
                 return Exit.STOP
-            if course.now_s - course.since_s >= course.plan.warm_up_s:
+            if course.now_s - course.since_s >= course.procedure.warm_up_s:
                 return None
 
     @phase(Phase.FREE_AIR, "before every tare", May.BACK, Exit.STOP, Exit.CONTACT, Exit.FAIL)
@@ -111,9 +111,9 @@ class Zeroing:
         share = ALLOWED_SHARE
         if not on_the_way:
             apart_s = after.time_s - before.time_s
-            share = max(ALLOWED_SHARE, min(1.0, apart_s / course.plan.tare_s))
+            share = max(ALLOWED_SHARE, min(1.0, apart_s / course.procedure.tare_s))
         # `max_drift` leaves room for a whole cycle. Between two looks a touch is contact.
-        drift_n = min(course.plan.max_drift_n, limits.touch_force_n / share)
+        drift_n = min(course.procedure.max_drift_n, limits.touch_force_n / share)
         tolerance_n = limits.cross_tolerance_n
         if on_the_way:
             drift_n = tolerance_n = limits.moved_zero_n
@@ -152,7 +152,7 @@ class Zeroing:
             yield
             if course.stop_requested():
                 return Exit.STOP
-            tare = window.offer(course.now_s, course.sup, course.plan.tare_s)
+            tare = window.offer(course.now_s, course.sup, course.procedure.tare_s)
             if tare is not None:
                 return self._accept(tare)
 
@@ -177,10 +177,10 @@ class Zeroing:
         Between cycles the new zero counts from now on. Free air needs no proof here: the contact
         was seen to open, and a zero further off than the drift allowed ends the run.
         """
-        course, plan, window = self._course, self._course.plan, TareWindow()
+        course, procedure, window = self._course, self._course.procedure, TareWindow()
         course.enter(Phase.POST_TARE)
-        last = course.cycle >= plan.cycles
-        duration_s = plan.tare_s if last else min(plan.tare_s, BETWEEN_CYCLES_TARE_S)
+        last = course.cycle >= procedure.cycles
+        duration_s = procedure.tare_s if last else min(procedure.tare_s, BETWEEN_CYCLES_TARE_S)
         tare = None
         while tare is None:
             yield
@@ -196,7 +196,7 @@ class Zeroing:
     def _keep_last(self, tare: Tare) -> None:
         """After the last cycle the zero counts for the last touch; how far it moved is told."""
         course, limits = self._course, self._course.limits
-        limit_n, second_limit_n = course.plan.max_drift_n, limits.second_zero_n
+        limit_n, second_limit_n = course.procedure.max_drift_n, limits.second_zero_n
         second_n = tare.second_mean_n - course.tares[0].second_mean_n
         flagged = abs(course.zero_shift_n) > limit_n
         second_flagged = bool(limits.cross_check) and abs(second_n) > second_limit_n
@@ -218,7 +218,7 @@ class Zeroing:
         course = self._course
         position_m = course.sup.arm.position_m
         course.tell("tare", {**asdict(tare), "position_m": position_m})
-        allowed_n, max_drift_n = NOISE_FACTOR * course.limits.noise_n, course.plan.max_drift_n
+        allowed_n, max_drift_n = NOISE_FACTOR * course.limits.noise_n, course.procedure.max_drift_n
         drift_n = abs(tare.slope_n_per_s) * tare.duration_s
         if not tare.noise_n <= allowed_n:
             return course.fail(
@@ -238,7 +238,7 @@ class Zeroing:
 
     def _stays(self, shift_n: float, second_n: float, since: str) -> Exit | None:
         """Fails the run where a zero has moved further than is counted on."""
-        course, max_drift_n = self._course, self._course.plan.max_drift_n
+        course, max_drift_n = self._course, self._course.procedure.max_drift_n
         second_limit_n = course.limits.second_zero_n
         if not abs(shift_n) <= max_drift_n:
             text = f"the force's zero moved by {shift_n:+.3g} N {since}"
@@ -250,11 +250,12 @@ class Zeroing:
 
     def _fit(self, tare: Tare) -> Exit | None:
         """Fails the run where the measured noise and drift leave the plan no room."""
-        course, plan, limits = self._course, self._course.plan, self._course.limits
+        course, procedure, limits = self._course, self._course.procedure, self._course.limits
         noise_n = tare.noise_n if tare.sure_noise_n > limits.shown_noise_n else 0.0
         second, sure = bool(limits.cross_check), tare.sure_slope_n_per_s
-        moved = partial(moved_n, plan, limits.loop_s, second_channel=second)
-        drifts = moved(sure) > plan.max_drift_n or (not second and sure > limits.zero_drift_n_per_s)
+        moved = partial(moved_n, procedure, limits.loop_s, second_channel=second)
+        drifts = moved(sure) > procedure.max_drift_n
+        drifts = drifts or (not second and sure > limits.zero_drift_n_per_s)
         drift_n_per_s = tare.largest_slope_n_per_s if drifts else 0.0
         # A sensor with a force that never changes may not detect that a payload is dragged.
         blind = tare.live < 3 and 0.0 < limits.dragged_left < 1.0

@@ -194,7 +194,7 @@ def expected_result(plan: Plan, theory: Theory, loading_times: LoadTimes | None)
     """The run of a plan by theory's stiffest law, and its chord with the interval to be expected.
 
     Args:
-        climbs: times of its ramps.
+        loading_times: times of its ramps; None: at the load rate.
 
     Raises:
         DomainError: there is no contact law, or no loading, to predict from.

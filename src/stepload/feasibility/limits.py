@@ -24,7 +24,6 @@ from stepload.feasibility.zero_drift import SECOND_ZERO_SHARE, second_zero_n
 from stepload.plan.model import ForceSpec, Plan, SecondForceSource
 
 CLOCK_S = 0.015
-OFF_AT_ZERO = ("R1, R2", "R5", "R12", "R13", "R14")
 IDENTICAL_COUNTS = 25
 SECOND_IDENTICAL_COUNTS = 100
 """The second channel may be slower than the stream it comes in."""
@@ -248,14 +247,16 @@ class RunLimits:
             (rule, self._term(each, each.metadata["source"]))
             for each in _thresholds()
             if (rule := each.metadata["rule"])
-            and (getattr(self, each.name) or rule not in OFF_AT_ZERO)
+            and getattr(self, each.name)
+            and (rule != "R5" or self.cross_check)
         )
 
     @property
     def off(self) -> tuple[str, ...]:
         """Rules that judge nothing on this rig."""
         on = {rule for rule, _ in self.judged}
-        return tuple(rule for rule in OFF_AT_ZERO if rule not in on)
+        rules = dict.fromkeys(each.metadata["rule"] for each in _thresholds())
+        return tuple(rule for rule in rules if rule and rule not in on)
 
 
 def _thresholds() -> list[Field[Any]]:

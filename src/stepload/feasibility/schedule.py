@@ -116,7 +116,7 @@ def schedule(
     the first touch and after every lift-off.
 
     Args:
-        climbs: load steps of the plan, without their holds.
+        loading_times: times of the load steps, without their holds.
         align_s: time of the touches on a circle; 0 without them.
         null_s: time in which lateral force is nulled before a level is held; 0 without.
     """

@@ -74,7 +74,7 @@ class Touch(NamedTuple):
 class Cause(NamedTuple):
     """Why a run was stopped; the first one wins.
 
-    `rule` is "R1" … "R14", "CAP", or a word for causes outside the rules ("device", "drift" …).
+    `rule` is a code of `stepload.engine.rules`, or a word for another cause ("device", "drift" …).
     `sample_age_s` is the age of the sample that it was judged by.
     """
 

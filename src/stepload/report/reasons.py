@@ -192,7 +192,7 @@ def loaded(events: Sequence[Event], found: Identification | None) -> Loaded | No
     headline = found.headline if found is not None else None
     half = headline.half_width if headline is not None else None
     identified = headline is not None and headline.verdict is ResultVerdict.IDENTIFIED
-    requested = event_number(told[-1], "asked")
+    requested = event_number(told[-1], "requested")
     return Loaded(
         requested=requested,
         verdict=looks[-1].verdict,

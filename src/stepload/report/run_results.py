@@ -75,7 +75,7 @@ class Head(Row):
 class CauseRow(Row):
     """What stopped a run."""
 
-    rule: str = figure("R1 to R14, CAP, or a word.")
+    rule: str = figure("Code of a rule, or a word.")
     value: float | None = figure("What was seen.")
     limit: float | None = figure("What it passed.")
     unit: str = figure("Of both.")

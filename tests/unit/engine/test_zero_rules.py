@@ -96,7 +96,7 @@ class Zero:
         self.adopted: list[Measured] = []
         self.refusal: RefusedError | None = None
         self.zeroing = Zeroing(stage.course, self._adopt)
-        self.count = round(stage.course.plan.tare_s / PERIOD_S) + 1
+        self.count = round(stage.course.procedure.tare_s / PERIOD_S) + 1
         self.look = round(DRIFT_CHECK_S / PERIOD_S) + 1
 
     def _adopt(self, measured: Measured) -> RefusedError | None:

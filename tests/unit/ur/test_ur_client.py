@@ -64,7 +64,7 @@ def peers(clock, monkeypatch):
         return made[address[1]]
 
     monkeypatch.setattr(client.socket, "create_connection", connect)
-    made_and_asked = type("Peers", (), {"made": made, "asked": requested})
+    made_and_asked = type("Peers", (), {"made": made, "requested": requested})
     return made_and_asked
 
 

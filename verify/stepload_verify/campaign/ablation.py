@@ -1,7 +1,7 @@
 """Effect of removing a safety layer: the campaign without one rule, travel limit or speed limit.
 
 The product has no switch for that. The engine of a simulated run gets other parts instead: a
-`Breach` that ignores a rule, a controller without a layer, or other limits.
+`Trip` that ignores a rule, a controller without a layer, or other limits.
 """
 
 from __future__ import annotations
@@ -129,7 +129,7 @@ class Ablation:
         return limits
 
     def found(self, rule: str, *rest: Any) -> Trip | None:
-        """A breach, unless its rule is disabled; used by the engine in place of `Breach`."""
+        """A trip, unless its rule is disabled; used by the engine in place of `Trip`."""
         return None if rule in self.rules else Trip(rule, *rest)
 
     def controller(self, limits: RunLimits) -> StepController:

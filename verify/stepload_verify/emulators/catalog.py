@@ -81,6 +81,8 @@ EMULATORS: Mapping[str, Callable[..., Emulator]] = {
     "gauge_serial": gauge,
     "line_serial": line,
 }
+GAUGES = ("gauge_serial",)
+"""Those that measure displacement; the others measure force."""
 CAN_SENSORS = ("robotous_can", "ati_can")
 
 

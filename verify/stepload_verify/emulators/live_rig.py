@@ -10,7 +10,7 @@ from typing import Any
 from stepload.errors import BadInputError
 from stepload.rig.world import PayloadTruth, WorldFault, WorldSpec
 from stepload_drivers.sim.live import DEFAULT_SPEC, LiveWorld
-from stepload_verify.emulators.catalog import CAN_SENSORS, EMULATORS
+from stepload_verify.emulators.catalog import CAN_SENSORS, EMULATORS, GAUGES
 from stepload_verify.emulators.emulator import Emulator
 from stepload_verify.emulators.faults import FaultBoard
 from stepload_verify.emulators.physics import AXES, Tool, Wrench, WrenchSource
@@ -76,7 +76,7 @@ class LiveRig:
     """One world, and emulated sensors that feel it; sensors run from `start` to `stop`.
 
     Args:
-        sensors: driver names, each once; "gauge_serial" measures the deformation.
+        sensors: driver names, each once; those of `GAUGES` measure the deformation.
         boards: fault board of each sensor by name; sound where there is none.
         transport: of sensors on CAN, "slcan" or "socketcand".
     """
@@ -100,7 +100,7 @@ class LiveRig:
                 )
             source = WrenchSource(physics, spec.force_axis, spec.force_noise_n, tool=self.tool)
             options: dict[str, Any] = {}
-            if name == "gauge_serial":
+            if name in GAUGES:
                 options["rate_hz"] = spec.gauge_rate_hz or 10.0
             elif name in ("bota_serial", "ati_can", "ati_net", "line_serial"):
                 options["rated_n"] = spec.force_range_n
