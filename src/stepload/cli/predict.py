@@ -33,7 +33,7 @@ def predict(
 
     A shape of finite size is meshed once and kept; preflight then uses that curve.
 
-    Example: stepload predict procedures/payloads/plastic-cone-body.yaml --to "300 N" --rough
+    Example: stepload predict procedures/payloads/plastic-sphere.yaml --to "300 N" --rough
     """
     from stepload.feasibility import predicted
     from stepload.plan.room_to_write import check_new

@@ -265,7 +265,7 @@ Point = Annotated[
             "items": {"type": "string"},
             "minItems": 2,
             "maxItems": 2,
-            "x-expected": "a point [r, z] of two lengths",
+            "x-expected": "a point of two lengths r and z",
         }
     ),
 ]
