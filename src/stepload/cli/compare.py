@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from typer import Argument, Option
 
@@ -12,14 +12,10 @@ from stepload.cli.options import Surface, TipRadius, quantity, run_path
 from stepload.errors import BadInputError
 from stepload.report.terminal import AsJson, Output
 
-if TYPE_CHECKING:
-    from stepload.plan.model import Payload
-    from stepload.record.curves import Curve
-
 VERSUS = "vs"
 """Separates groups of runs on the command line; a directory of that name is `./vs/run.mcap`."""
 FIRST_N = 300.0
-"""Highest force of a predicted curve where no secant force is stated."""
+"""Highest force of a predicted curve without a run and a secant force."""
 
 
 def _pair(flag: str, text: str, units: tuple[str, str], hint: str) -> tuple[float, float]:
@@ -98,19 +94,6 @@ def _by_curve(flag: str, texts: Sequence[str] | None, curves: Mapping[str, Path]
     return {name: text for _, equals, text in parts if not equals for name in curves} | named
 
 
-def _curve(path: Path, payload: Payload | None, top_n: float) -> tuple[Curve, Payload | None]:
-    """The curve of a CSV file, or the one predicted for a payload's file, and the payload."""
-    from stepload.plan.load import load_payload
-    from stepload.record.curves import read_curve
-    from stepload.report.curve import deformation_curve
-    from stepload.report.tip_factors import SHAPES, predicted_curve
-
-    if path.suffix.lower() in SHAPES:
-        payload = load_payload(path)
-        return predicted_curve(payload, top_n), payload
-    return deformation_curve(read_curve(path)), payload
-
-
 def compare(
     runs: Annotated[
         list[Path] | None,
@@ -168,14 +151,17 @@ def compare(
     Example: stepload compare runs/a runs/b vs runs/c --curve FE=cone.csv --out compared
     """
     from stepload.plan.load import load_payload
+    from stepload.record.curves import read_curve
     from stepload.record.plain import json_text
     from stepload.report.comparison import compare as compare_runs
+    from stepload.report.comparison import reached_secant_force_n
     from stepload.report.comparison_curve import CurveGiven
     from stepload.report.comparison_document import comparison_data, comparison_document
     from stepload.report.comparison_table import table_two_csv
+    from stepload.report.curve import deformation_curve
     from stepload.report.page import render
     from stepload.report.run_record import saved_run
-    from stepload.report.tip_factors import SHAPES, tip_factors, with_factors
+    from stepload.report.tip_factors import SHAPES, predicted_curve, tip_factors, with_factors
     from stepload.session.files import write_file
     from stepload.units import parse_named
 
@@ -188,12 +174,19 @@ def compare(
     for flag, names in ("--rough", rough), ("--plastic", plastic):
         _by_curve(flag, [f"{name}=" for name in names or ()], files)
     body = None if payload is None else load_payload(payload)
+    groups = _groups(runs or [])
+    saved = [saved_run(path) for group in groups for path in group]
+    top_n = secant_force or min(map(reached_secant_force_n, saved), default=FIRST_N)
     given = []
     for name, path in files.items():
-        made, of = _curve(path, body, secant_force or FIRST_N)
+        of = load_payload(path) if path.suffix.lower() in SHAPES else None
+        if of is None:
+            made = deformation_curve(read_curve(path))
+        else:
+            made = predicted_curve(of, top_n)
         wanted = {"rough": name in (rough or ()), "plastic": name in (plastic or ())}
         if any(wanted.values()) or not (rough or plastic):
-            factors = tip_factors(of, **wanted, surface=surface, radius_m=tip_radius)
+            factors = tip_factors(of or body, **wanted, surface=surface, radius_m=tip_radius)
             made = with_factors(made, factors)
         modulus, plate = moduli.get(name), plates.get(name)
         resolution_m, msde_m = _bounds("--bounds", errors[name]) if name in errors else (0.0, 0.0)
@@ -201,11 +194,10 @@ def compare(
             name, made,
             modulus_pa=None if modulus is None else parse_named("--curve-modulus", modulus, "Pa"),
             plate_pa=None if plate is None else _plate_modulus("--curve-plate", plate),
-            resolution_m=resolution_m, msde_m=msde_m, predicted=path.suffix.lower() in SHAPES,
+            resolution_m=resolution_m, msde_m=msde_m, payload=of.name if of else "",
         ))  # fmt: skip
-    groups = _groups(runs or [])
     found = compare_runs(
-        [saved_run(path) for group in groups for path in group],
+        saved,
         secant_force_n=secant_force,
         given=given,
         sizes=[len(group) for group in groups] if len(groups) > 1 else None,

@@ -86,7 +86,9 @@ def compare(
             hint='--tolerance "5 %": the smallest difference of stiffness that matters',
         )
     groups, runs = grouped(runs, sizes), labelled(runs)
-    tops_n = map(_secant_force_n, runs) if runs else (float(x.curve.force_n.max()) for x in given)
+    tops_n = (
+        map(reached_secant_force_n, runs) if runs else (float(x.curve.force_n.max()) for x in given)
+    )
     at = secant_force_n or min(tops_n)
     compared = tuple(compared_run(run, at) for run in runs)
     figures = chords(compared)
@@ -104,7 +106,7 @@ def compare(
     )
 
 
-def _secant_force_n(run: SavedRun) -> float:
+def reached_secant_force_n(run: SavedRun) -> float:
     """The plan's secant force, or the highest force of the first loading if that is lower."""
     wanted_n = run.conditions.secant_force_n
     peak_n = float(run.data.force_n[run.data.first_loading()].max(initial=0.0))
@@ -131,7 +133,7 @@ def _group_notes(groups: Sequence[Sequence[int]], sizes: Sequence[int] | None) -
 def _run_notes(runs: Sequence[ComparedRun], given: Sequence[CurveGiven], at_n: float) -> list[str]:
     """Notes on a comparison of `runs` at the force `at_n`."""
     notes = [f"{each.name}: {'; '.join(each.curve.notes)}" for each in given if each.curve.notes]
-    if uncorrected := [each.name for each in given if not each.corrects and not each.predicted]:
+    if uncorrected := [each.name for each in given if not each.corrects and not each.payload]:
         notes.append(f"compared as it is, without a modulus (V-A): {', '.join(uncorrected)}")
     if not runs:
         return notes

@@ -38,7 +38,7 @@ class CurveGiven:
     `modulus_pa` is its equivalent modulus (4); `plate_pa` E/(1 − ν²) of its counter body, where
     that alone differs from the run's. Both None: it needs no correction. `resolution_m` and
     `msde_m` are its position resolution δ_Δ and the root of the MSDE of its machine's K_s; both 0
-    where it counts as exact. `predicted`: it needs no correction.
+    where it counts as exact. `payload`: the one it is predicted for, if any.
     """
 
     name: str
@@ -47,7 +47,7 @@ class CurveGiven:
     plate_pa: float | None = None
     resolution_m: float = 0.0
     msde_m: float = 0.0
-    predicted: bool = False
+    payload: str = ""
 
     @property
     def corrects(self) -> bool:

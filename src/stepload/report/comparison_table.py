@@ -40,7 +40,7 @@ class ResultRow(Row):
     """One run or curve by RS-BTLS, as a row of the paper's Table II."""
 
     name: str = figure("Name of the run or the curve.", "run or curve")
-    payload: str | None = figure("Name of the payload of a run.", "payload")
+    payload: str | None = figure("Name of the payload that was pressed or predicted.", "payload")
     k: Annotated[float | None, part("k"), power_of_ten] = figure(
         "K̂ in N/m^n.", "K̂ [N/mⁿ]", at="fit"
     )
@@ -158,8 +158,9 @@ def _of_curves(found: Comparison) -> Iterator[Side]:
         law = Loading(used.deformation_m[order], used.force_n[order])
         ends_m = (law.deformation_m - half_m, law.deformation_m + half_m) if half_m else ()
         yield Side(
-            each.name, None, fit, each.resolution_m + each.msde_m if half_m else None,
-            secant, _secants(at_n, secant, half_m) if secant and half_m else None,
+            each.name, each.payload or None, fit,
+            each.resolution_m + each.msde_m if half_m else None, secant,
+            _secants(at_n, secant, half_m) if secant and half_m else None,
             *used, law, tuple(Loading(end_m, law.force_n) for end_m in ends_m),
         )  # fmt: skip
 

@@ -119,5 +119,5 @@ def predicted_curve(payload: Payload, top_n: float) -> Curve:
         BadInputError, DomainError: as `predict`.
     """
     found = predict(payload, top_n, mesh=not isinstance(payload.geometry, Sphere))
-    note = f"{found.theory} of {payload.name}"
-    return Curve(None, None, found.deformation_m, found.force_n, notes=(note,))
+    notes = (f"predicted by {found.theory}",)
+    return Curve(None, None, found.deformation_m, found.force_n, notes=notes)
