@@ -12,6 +12,7 @@ from stepload.cli.options import Surface, TipRadius, quantity, run_path
 from stepload.errors import BadInputError
 from stepload.report.terminal import AsJson, Output
 
+Texts = list[str] | None
 VERSUS = "vs"
 """Separates groups of runs on the command line; a directory of that name is `./vs/run.mcap`."""
 FIRST_N = 300.0
@@ -105,31 +106,21 @@ def compare(
         ),
     ] = None,
     curve: Annotated[
-        list[str] | None,
-        Option(
-            metavar="[NAME=]FILE",
-            help="CSV with displacement_m, force_n, or a payload's YAML: predicted.",
-        ),
+        Texts, Option(metavar="[NAME=]FILE", help="CSV: displacement_m, force_n; or payload.yaml.")
     ] = None,
     curve_modulus: Annotated[
-        list[str] | None,
-        Option(help='Equivalent modulus of a curve (V-A), "2.95 GPa", "NAME=2.95 GPa".'),
+        Texts, Option(help='Equivalent modulus of a curve (V-A), "[NAME=]2.95 GPa".')
     ] = None,
     curve_plate: Annotated[
-        list[str] | None, Option(help='Or its counter body: "200 GPa, 0.29" (E, ν), "NAME=…".')
+        Texts, Option(help='Or its counter body (E, ν), "[NAME=]200 GPa, 0.29".')
     ] = None,
     bounds: Annotated[
-        list[str] | None,
-        Option(help='Position resolution and √MSDE of a curve, "NAME=1 um, 1.31 um".'),
+        Texts, Option(help='Position resolution and √MSDE of a curve, "[NAME=]1 um, 1.31 um".')
     ] = None,
-    rough: Annotated[
-        list[str] | None, Option(metavar="NAME", help="Curve to multiply by the factor of (10).")
-    ] = None,
-    plastic: Annotated[
-        list[str] | None, Option(metavar="NAME", help="Curve to multiply by the factor of (15).")
-    ] = None,
+    rough: Annotated[Texts, Option(metavar="NAME", help="Curve to multiply by (10).")] = None,
+    plastic: Annotated[Texts, Option(metavar="NAME", help="Curve to multiply by (15).")] = None,
     payload: Annotated[
-        Path | None, Option(help="YAML of the payload, for --rough and --plastic.")
+        Path | None, Option(help="Payload of the curves in CSV, for (10), (15).")
     ] = None,
     surface: Surface = None,
     tip_radius: TipRadius = None,
@@ -180,10 +171,7 @@ def compare(
     given = []
     for name, path in files.items():
         of = load_payload(path) if path.suffix.lower() in SHAPES else None
-        if of is None:
-            made = deformation_curve(read_curve(path))
-        else:
-            made = predicted_curve(of, top_n)
+        made = predicted_curve(of, top_n) if of else deformation_curve(read_curve(path))
         wanted = {"rough": name in (rough or ()), "plastic": name in (plastic or ())}
         if any(wanted.values()) or not (rough or plastic):
             factors = tip_factors(of or body, **wanted, surface=surface, radius_m=tip_radius)

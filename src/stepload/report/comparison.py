@@ -86,10 +86,8 @@ def compare(
             hint='--tolerance "5 %": the smallest difference of stiffness that matters',
         )
     groups, runs = grouped(runs, sizes), labelled(runs)
-    tops_n = (
-        map(reached_secant_force_n, runs) if runs else (float(x.curve.force_n.max()) for x in given)
-    )
-    at = secant_force_n or min(tops_n)
+    tops_n = [*map(reached_secant_force_n, runs)] or [each.curve.force_n.max() for each in given]
+    at = secant_force_n or float(min(tops_n))
     compared = tuple(compared_run(run, at) for run in runs)
     figures = chords(compared)
     against = (against_curve(r, g, tolerance, len(given)) for g in given for r in compared)
