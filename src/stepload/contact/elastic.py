@@ -85,8 +85,9 @@ def law_for(
         geometry: shape of the payload where it touches.
         material: of the payload.
         plate: material of the counter body.
-        to_n: highest force in N that the law is for. The power law of a rounded cone or a profile
-            is fitted from a tenth of it on; None: a cone by its tip (7), a profile up to 1 N.
+        to_n: highest force in N that the law is for. The power law of a profile, and of a
+            rounded cone that is pressed beyond its tip, is fitted from a tenth of it on; None: a
+            cone by its tip (7), a profile up to 1 N.
 
     Raises:
         DomainError: a number outside the domain of the theory.
@@ -97,12 +98,12 @@ def law_for(
         K = 2m/(m+1) E_eq (C_m b)^(-1/m) (3), n = (m+1)/m (5).
     """
     modulus = equivalent_modulus(material, plate)
-    if isinstance(geometry, Profile) or (isinstance(geometry, RoundedCone) and to_n is not None):
+    if isinstance(geometry, Profile) or _beyond_tip(geometry, modulus, to_n):
         from stepload.contact.half_space import SHARES, half_space, power_fit
 
         top_n = require_positive(1.0 if to_n is None else to_n, "highest force", "N")
         curve = half_space(geometry, modulus, [share * top_n for share in SHARES])
-        return ContactLaw(*power_fit(curve.force_n, curve.deformation_m), "half-space, Sneddon")
+        return ContactLaw(*power_fit(curve.force_n, curve.deformation_m), "half-space")
     radius = equivalent_radius(geometry)
     if radius is not None:
         return ContactLaw(4.0 / 3.0 * modulus * math.sqrt(radius), 1.5, "(7)")
@@ -123,6 +124,14 @@ def law_for(
             return ContactLaw(2.0 * m / (m + 1.0) * modulus * size, (m + 1.0) / m, "(3), (5)")
         case _:
             raise DomainError(f"no contact law for a {type(geometry).__name__}")
+
+
+def _beyond_tip(geometry: Geometry, modulus_pa: float, to_n: float | None) -> bool:
+    """Whether the contact of a rounded cone reaches its flank, by Hertz."""
+    if to_n is None or not isinstance(geometry, RoundedCone):
+        return False
+    contact_m = (0.75 * to_n * geometry.radius_m / modulus_pa) ** (1.0 / 3.0)
+    return contact_m > geometry.radius_m * math.cos(geometry.half_angle_rad)
 
 
 def contact_radius(geometry: Geometry, deformation_m: float) -> float:

@@ -20,7 +20,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from stepload.contact.elastic import equivalent_modulus, equivalent_radius
 from stepload.contact.half_space import Gap, gap_of, half_space
-from stepload.contact.limit import elastic_limit
 from stepload.contact.materials import (
     Body,
     Geometry,
@@ -165,10 +164,10 @@ def yield_force(
 
     Args:
         geometry, material, plate, per_radius: as `contact_curve`.
-        near_n: a guess where (13) has none; the mesh is made for 1.5 times the guess.
+        near_n: a guess in N; the mesh is made for 1.5 times that.
 
     Returns:
-        None where no yield strength is known, or the force is not within a factor of 30 below.
+        None where no yield strength is known, or the force is not within 1/20 … 1.5 of the guess.
 
     Raises:
         BadInputError, DomainError: as `contact_curve`.
@@ -176,8 +175,7 @@ def yield_force(
     strength_pa = material.yield_strength_pa
     if strength_pa is None:
         return None
-    onset = elastic_limit(geometry, material, plate)
-    high_n = 1.5 * (onset.force_n if onset else near_n)
+    high_n = 1.5 * near_n
     surface = _surface(geometry, material, plate, high_n, per_radius)
 
     def over_pa(force_n: float) -> float:
@@ -363,7 +361,7 @@ def _section(skfem: Any, gmsh: Any, gap: Gap, body: Body, reach_m: float, per_ra
     radii, finest_m = [0.0], reach_m / per_radius
     while radii[-1] < end_m:
         r = radii[-1]
-        step_m = max(finest_m, r / 12.0) if r < _MARGIN * reach_m else 1.25 * (r - radii[-2])
+        step_m = max(finest_m, r / per_radius) if r < _MARGIN * reach_m else 1.25 * (r - radii[-2])
         radii.append(r + step_m)
     radii[-1] = end_m
     if len(radii) > 3 and radii[-1] - radii[-2] < 0.3 * (radii[-2] - radii[-3]):

@@ -133,7 +133,7 @@ def payload_truth(payload: Payload, theory: Theory, simulation: Simulation) -> P
         DomainError: a number outside the domain of contact theory.
     """
     onset_n = _yield_force(payload, theory, simulation)
-    kappa, roughness_m = _asperities(payload, simulation)
+    kappa, roughness_m = _asperities(payload, theory, simulation)
     words = ("rough" if roughness_m else "", "elastic_plastic" if onset_n is not None else "")
     if simulation.adhesion_n and simulation.adhesion_law == "jkr":
         _refuse_jkr(theory, rough=bool(roughness_m))
@@ -165,7 +165,7 @@ def payload_truth(payload: Payload, theory: Theory, simulation: Simulation) -> P
 
 def _yield_force(payload: Payload, theory: Theory, simulation: Simulation) -> float | None:
     """Force beyond which the simulated payload yields; None where it never does."""
-    onset, law = theory.yield_onset, simulation.law
+    onset, law = theory.yield_onset if theory.law.n == 1.5 else None, simulation.law
     if simulation.yield_force_n is not None:
         if theory.law.n != 1.5:
             raise BadInputError(
@@ -183,7 +183,7 @@ def _yield_force(payload: Payload, theory: Theory, simulation: Simulation) -> fl
     return onset.force_n if onset and law in ("declared", "elastic_plastic") else None
 
 
-def _asperities(payload: Payload, simulation: Simulation) -> tuple[float, float]:
+def _asperities(payload: Payload, theory: Theory, simulation: Simulation) -> tuple[float, float]:
     """κ (9) and σ_eq of the simulated payload; 0 where it is smooth."""
     roughness_m = simulation.roughness_m
     wanted = simulation.law == "rough" or bool(roughness_m)
@@ -193,7 +193,9 @@ def _asperities(payload: Payload, simulation: Simulation) -> tuple[float, float]
         return 0.0, 0.0
     hardness_pa = simulation.micro_hardness_pa or payload.micro_hardness_pa
     bodies = payload.geometry, payload.material, payload.plate
-    sphere = rough_sphere(*bodies, roughness_m, hardness_pa) if roughness_m else None
+    sphere = None
+    if roughness_m and theory.law.n == 1.5:
+        sphere = rough_sphere(*bodies, roughness_m, hardness_pa)
     if sphere is None:
         if not wanted:
             return 0.0, 0.0

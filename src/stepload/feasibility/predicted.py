@@ -104,7 +104,7 @@ def predict(
         smooth_m, theory = np.array(found.deformation_m), MESHED
     elif isinstance(geometry, RoundedCone | Profile):
         curve = half_space(geometry, equivalent_modulus(material, plate), force_n)
-        smooth_m, theory = curve.deformation_m, "half-space, Sneddon"
+        smooth_m, theory = curve.deformation_m, "half-space"
     else:
         law = law_for(*bodies)
         smooth_m, theory = np.array([law.deformation(f) for f in force_n.tolist()]), law.equation
@@ -156,7 +156,10 @@ def meshed(payload: Payload, to_n: float) -> Meshed:
         *bodies, force_n, per_radius=COARSER * (PER_RADIUS_3D if solid else PER_RADIUS)
     )
     fine = contact_curve(*bodies, force_n)
-    onset_n = yield_force(*bodies, near_n=to_n)
+    onset_n = None
+    with suppress(DomainError):  # beyond the profile that is known
+        share = (payload.material.yield_strength_pa or 0.0) / fine.mises_pa[-1]
+        onset_n = yield_force(*bodies, near_n=to_n * float(share) ** 3) if share else None
     curves = (fine.force_n, fine.deformation_m, fine.contact_radius_m, fine.mises_pa,
               coarse.deformation_m)  # fmt: skip
     found = Meshed(
