@@ -31,7 +31,7 @@ class MotionWatch:
 
     Args:
         limits: the thresholds; `adopt` replaces them.
-        found: makes the `Breach` of a rule; see `stepload.engine.watch`.
+        found: makes the `Trip` of a rule; see `stepload.engine.watch`.
     """
 
     def __init__(self, limits: RunLimits, found: Found) -> None:

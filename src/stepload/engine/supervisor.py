@@ -48,7 +48,7 @@ class Supervisor:
         limits: the thresholds.
         force_axis: component of the force sensor's wrench, "+fx" … "-fz".
         second_axis: the same of a second force sensor; "" where the arm is the second channel.
-        found: makes the `Breach` of a rule; see `stepload.engine.watch`.
+        found: makes the `Trip` of a rule; see `stepload.engine.watch`.
     """
 
     def __init__(

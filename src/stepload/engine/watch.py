@@ -44,7 +44,7 @@ class Trip(NamedTuple):
 
 
 Found = Callable[[str, float, float, str, str], Trip | None]
-"""Makes a breach of (rule, value, limit, unit, message). A run uses `Breach` itself; tests of the
+"""Makes a trip of (rule, value, limit, unit, message). A run uses `Trip` itself; tests of the
 rules may pass one that leaves a rule out."""
 
 

@@ -24,7 +24,7 @@ class WrenchRules:
 
     Args:
         limits: the thresholds; `adopt` replaces them.
-        found: makes the `Breach` of a rule; see `stepload.engine.watch`.
+        found: makes the `Trip` of a rule; see `stepload.engine.watch`.
     """
 
     def __init__(self, limits: RunLimits, found: Found) -> None:
@@ -132,7 +132,7 @@ class OverloadWatch:
     Args:
         name: of the sensor.
         limits: largest reading of each component in N and N·m, inf where none is stated.
-        found: makes the `Breach` of a rule; see `stepload.engine.watch`.
+        found: makes the `Trip` of a rule; see `stepload.engine.watch`.
     """
 
     def __init__(self, name: str, limits: Sequence[float], found: Found) -> None:
