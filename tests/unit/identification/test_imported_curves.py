@@ -84,7 +84,8 @@ def test_numbers_without_noise_or_steps_identify_nothing(
     force = np.linspace(1.0, 300.0, 300)
     found, _ = identified(displacement_m=(force / K) ** (1 / N), force_n=force)
     judged = found.judgement
-    assert judged is not None and judged.exponent is not None
+    assert judged is not None
+    assert judged.exponent is not None
     assert math.isinf(judged.exponent.interval[1])
     assert all(math.isinf(each.interval_n_per_m[1]) for each in judged.quantities.values())
     verdicts = {each.verdict for each in (judged.exponent, *judged.quantities.values())}
