@@ -47,6 +47,15 @@ def test_a_cap_on_a_large_block_is_hertzian_and_yields_at_f_c() -> None:
     assert found == pytest.approx(onset.force_n, rel=0.05)
 
 
+def test_an_incompressible_body_is_near_hertz() -> None:
+    rubber, sphere = Material("rubber", 5e6, 0.5), Sphere(30e-3)
+    curve = contact_curve(sphere, rubber, ALUMINIUM, [0.05, 0.1])
+    law = law_for(sphere, rubber, ALUMINIUM)
+    assert curve.deformation_m == pytest.approx(
+        [law.deformation(0.05), law.deformation(0.1)], rel=0.05
+    )
+
+
 def test_a_yield_force_far_from_the_guess_is_not_told() -> None:
     assert yield_force(CONE, ACETAL, ALUMINIUM, near_n=1.0) is None
     weak = replace(ACETAL, yield_strength_pa=None)
