@@ -247,7 +247,55 @@ def test_a_curve_against_steel_is_corrected_for_the_modulus(
     plain_change = plain.data["curve"][0]["secant_change"]
     ratio = (1.0 + plain_change) / (1.0 + found["secant_change"])
     assert ratio == pytest.approx((steel / aluminium) ** (2 / 3), rel=2e-3)
-    assert any("no modulus" in note for note in plain.data["notes"])
+    assert any("without a modulus" in note for note in plain.data["notes"])
+
+
+def test_runs_machine_theory_and_roughness_stand_in_one_table(
+    lab: Path, payload_runs: list[Path]
+) -> None:
+    """Table II's form: two tests, a machine corrected to aluminium, theory, theory with (10)."""
+    sphere, out = PAYLOADS / "plastic-sphere.yaml", lab / "many"
+    (lab / "other").mkdir()
+    machine = write_curve(lab / "machine.csv", 1.0246)
+    again = write_curve(lab / "other" / "machine.csv", 0.9)
+    ran = command(
+        "compare", *payload_runs, "--curve", f"Instron={machine}", "--curve", f"soft={again}",
+        "--curve", f"smooth={sphere}", "--curve", f"rough={sphere}", "--rough", "rough",
+        "--surface", "7.5 um, 0.7 GPa", "--curve-plate", "Instron=200 GPa, 0.29",
+        "--bounds", "Instron=1 um, 1.31 um", "--out", out, drawn=True,
+    )  # fmt: skip
+    assert ran.code == 0, ran.text
+    rows = {row["name"]: row for row in ran.data["results"]}
+    bounds = {row["name"]: row for row in ran.data["bounds"]}
+    assert list(rows)[2:] == ["Instron", "soft", "smooth", "rough"]
+    assert (rows["smooth"]["k"], rows["smooth"]["n"]) == (
+        pytest.approx(6.57e8, rel=2e-3), pytest.approx(1.5, abs=1e-6),
+    )  # fmt: skip
+    assert (f"{rows['rough']['k']:.2e}", f"{rows['rough']['n']:.2f}") == ("1.82e+10", "1.85")
+    assert rows["Instron"]["k"] == pytest.approx(6.57e8, rel=2e-3)
+    assert rows["soft"]["k"] == pytest.approx(0.9 * 6.57e8, rel=2e-3)
+    first = ran.data["results"][0]["secant_n_per_m"]
+    assert rows["soft"]["secant_change"] == pytest.approx(
+        rows["soft"]["secant_n_per_m"] / first - 1.0
+    )
+    low, high = bounds["Instron"]["bounds_n_per_m"]
+    assert 300.0 / low - 300.0 / high == pytest.approx(2 * 2.31e-6, rel=1e-6)
+    assert bounds["soft"]["bounds_n_per_m"] is None
+    assert len(ran.data["curve"]) == 8
+    table = (out / "compare.csv").read_text().splitlines()
+    assert len(table) == 1 + len(rows)
+    for curves, others in (
+        ((machine, again), ()),
+        ((f"A={machine}", f"A={again}"), ()),
+        ((machine,), ("--bounds", "Instron=1 um, 1 um")),
+        ((machine,), ("--rough", "machine")),
+        ((machine,), ("--rough", "Instron", "--payload", sphere)),
+        ((machine,), ("--bounds", "machine=1 um")),
+    ):
+        stated = [word for each in curves for word in ("--curve", each)]
+        assert command("compare", payload_runs[0], *stated, *others).code == 2
+    alone = command("compare", "--curve", f"A={machine}", "--curve", f"B={again}")
+    assert (alone.code, alone.data["agreement"]) == (0, "cannot tell")
 
 
 def test_what_cannot_be_compared_is_refused(

@@ -18,7 +18,7 @@ from real_runs import ROOT, leave_out_figures
 from stepload.cli.main import main
 from stepload.plan.calibration import read_calibration
 from stepload.report.run_record import saved_run
-from stepload_verify.paper import chain, simulated, table_one
+from stepload_verify.paper import document, simulated
 
 PAGE = (ROOT / "docs" / "paper.md").read_text(encoding="utf-8")
 pytestmark = [pytest.mark.long, pytest.mark.timeout(900)]  # four whole experiments in a row
@@ -92,9 +92,7 @@ def _typed(place: Path, command: tuple[str, ...]) -> tuple[int, str, str]:
     ):
         patch.setattr(sys, "argv", ["stepload", *command, "--json"])
         leave_out_figures(patch)
-        patch.setattr(table_one, "RUNS", 3)
         patch.setattr(simulated, "RUNS", 3)
-        patch.setattr(chain, "RUNS", 3)
         with pytest.raises(SystemExit) as done:
             main()
     return int(done.value.code or 0), out.getvalue(), err.getvalue()
@@ -107,18 +105,20 @@ def _answer(answers: dict[str, dict[str, Any]], begin: str) -> dict[str, Any]:
 
 def test_the_page_shows_every_step(answers: dict[str, dict[str, Any]]) -> None:
     verbs = [command.split()[0] for command in answers]
-    assert {"paper", "plans", "calibrate", "run", "identify", "compare", "preflight"} == set(verbs)
+    shown = "paper plans calibrate run predict identify compare preflight"
+    assert set(shown.split()) == set(verbs)
 
 
 def test_the_page_and_its_curves_are_written(
     place: Path, answers: dict[str, dict[str, Any]]
 ) -> None:
     written = _answer(answers, "paper")
-    assert (written["page"], len(written["differs"])) == ("paper.md", 2)
+    assert written["page"] == "paper.md"
+    assert len(written["differs"]) > 5
     assert (place / "paper.md").read_text().startswith("# Against the paper\n")
     for file in (ROOT / "docs" / "paper").iterdir():
         made = (place / "paper" / file.name).read_bytes()
-        assert made == file.read_bytes() or file.suffix == ".svg"
+        assert made == file.read_bytes() or file.suffix == ".svg" or file.name == document.KEPT
 
 
 def test_the_runs_go_by_the_record_that_was_made(

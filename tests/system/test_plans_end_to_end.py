@@ -26,12 +26,12 @@ PROCEDURES = ROOT / "procedures"
 UNSAFE, UNIDENTIFIABLE = "top_force_above_safe_limit", "unidentifiable"
 
 VERDICTS: dict[str, tuple[str, set[str]]] = {
-    "aluminium-cube": ("refused", {UNIDENTIFIABLE}),
-    "aluminium-prism": ("refused", {UNIDENTIFIABLE}),
     "aluminium-sphere": ("refused", {UNSAFE, UNIDENTIFIABLE}),
     "campaign": ("go", set()),
     "demo-wire": ("warn", {"patient"}),
     "plastic-cone": ("refused", {UNSAFE}),
+    "plastic-cube": ("refused", {UNIDENTIFIABLE}),
+    "plastic-prism": ("refused", {UNIDENTIFIABLE}),
     "plastic-pyramid": ("refused", {UNSAFE, "tip_exceeded"}),
     "plastic-sphere": ("go", set()),
     "run-in": ("go", set()),

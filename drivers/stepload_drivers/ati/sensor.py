@@ -239,6 +239,12 @@ class Dialogue:
                 code=FaultCode.NOT_FINITE,
                 hint="check the calibration slot",
             )
+        if len(set(rows)) < AXES:  # an answer that came late is taken for the next axis
+            raise DeviceError(
+                f"{self.name}: two rows of the calibration matrix are the same",
+                code=FaultCode.CORRUPT,
+                hint="open it again; if it stays, check the calibration slot",
+            )
         counts = (OLD_COUNTS, OLD_COUNTS)
         if firmware[:2] >= UNITS_FIRMWARE:
             counts = struct.unpack(">II", self.ask(Op.COUNTS, sizes=(8,))[Op.COUNTS])

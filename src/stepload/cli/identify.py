@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 from typer import Option
 
 from stepload.cli.data import interval_cell, stiffness_cell
-from stepload.cli.options import RunOrCurve, quantity
+from stepload.cli.options import RunOrCurve, Surface, TipRadius, quantity
 from stepload.errors import BadInputError
 from stepload.report.terminal import AsJson, Output
 
@@ -20,6 +20,12 @@ if TYPE_CHECKING:
     from stepload.report.conditions import Stated
 
 EVERY_S = 10.0
+Rough = Annotated[
+    bool, Option("--rough", help="Multiply a curve's deformation by the factor of (10).")
+]
+Plastic = Annotated[
+    bool, Option("--plastic", help="Multiply a curve's deformation by the factor of (15).")
+]
 
 
 def identify(
@@ -61,6 +67,10 @@ def identify(
     payload: Annotated[
         Path | None, Option(help="YAML of the payload: its law and F_c check the units.")
     ] = None,
+    rough: Rough = False,
+    plastic: Plastic = False,
+    surface: Surface = None,
+    tip_radius: TipRadius = None,
     law: Annotated[
         list[str] | None, Option(help="Laws that figures may rest on: hertz,power …; auto: all.")
     ] = None,
@@ -81,11 +91,13 @@ def identify(
 
     Example: stepload identify runs/20260801-101500-demo --out again
     """
+    from stepload.plan.load import load_payload
     from stepload.report.conditions import Stated, laws_of, with_payload
     from stepload.report.from_file import is_record, results_of_file, system_results_of_file
     from stepload.report.identified import identification_data
     from stepload.report.run_document import identification_document, system_document
     from stepload.report.run_results import about, system_data
+    from stepload.report.tip_factors import tip_factors
 
     stated = Stated(
         system_stiffness_n_per_m=system_stiffness,
@@ -102,9 +114,15 @@ def identify(
         branch=branch,
         tared=tared,
     )
+    factors = tip_factors(
+        None if payload is None else load_payload(payload), rough=rough, plastic=plastic,
+        surface=surface, radius_m=tip_radius,
+    )  # fmt: skip
     if payload is not None:
         stated = with_payload(payload, stated)
     output = Output(as_json=as_json)
+    if factors is not None and (every or kind != "payload"):
+        raise BadInputError("--rough and --plastic are for one curve of a payload")
     if every:
         if kind != "payload" or out is not None:
             raise BadInputError(
@@ -119,7 +137,7 @@ def identify(
         document = system_document(fit, simulated=simulated)
         data = {"simulated": simulated, **system_data(fit)}
     elif kind == "payload":
-        told = results_of_file(file, stated)
+        told = results_of_file(file, stated, factors)
         document = identification_document(told)
         data = {"simulated": told.simulated, **identification_data(told.found)}
         data |= {"notes": told.notes}

@@ -85,3 +85,9 @@ RunOrCurve = Annotated[
         parser=run_path, metavar="FILE", help="A run (directory, record, id), or a CSV curve."
     ),
 ]
+Surface = Annotated[
+    str | None, Option(help='σ_eq and hardness of a factor, "7.5 um, 0.7 GPa"; the payload\'s.')
+]
+TipRadius = Annotated[
+    float | None, quantity("--tip-radius", "m", 'Tip radius of a factor, "3.3 mm"; the payload\'s.')
+]

@@ -102,8 +102,18 @@ def wider(value: float, low: float, high: float, half: float) -> tuple[float, fl
 
 def without_interval(quantity: Quantity) -> Quantity:
     """The same where nothing is known of the errors."""
-    verdict = quantity.verdict
+    verdict, why = _unproven(quantity)
+    return replace(quantity, interval_n_per_m=(0.0, math.inf), lines=(), verdict=verdict, why=why)
+
+
+def exponent_without_interval(exponent: Exponent) -> Exponent:
+    """The same where nothing is known of the errors."""
+    verdict, why = _unproven(exponent)
+    return replace(exponent, interval=(0.0, math.inf), verdict=verdict, why=why)
+
+
+def _unproven(figure: Quantity | Exponent) -> tuple[ResultVerdict, tuple[str, ...]]:
+    verdict = figure.verdict
     if verdict is ResultVerdict.IDENTIFIED:
         verdict = ResultVerdict.MARGINAL
-    why = (*quantity.why, NO_ERRORS)
-    return replace(quantity, interval_n_per_m=(0.0, math.inf), lines=(), verdict=verdict, why=why)
+    return verdict, (*figure.why, NO_ERRORS)

@@ -35,7 +35,13 @@ from stepload.identification.lawfit import (
 )
 from stepload.identification.laws import FIXED, POWER
 from stepload.identification.loops import Branch, Loop
-from stepload.identification.quantity import Exponent, Quantity, combined, without_interval
+from stepload.identification.quantity import (
+    Exponent,
+    Quantity,
+    combined,
+    exponent_without_interval,
+    without_interval,
+)
 from stepload.identification.run_data import RunData
 from stepload.identification.smooth import NORMAL_95
 from stepload.units import format_quantity, percent
@@ -121,7 +127,10 @@ def judge(run: RunData, *, laws: bool = True) -> Judgement:
         return found
     open_ended = {kind: without_interval(each) for kind, each in found.quantities.items()}
     headline = open_ended[found.headline.kind]
-    return replace(found, headline=headline, quantities=open_ended, covariance=None)
+    exponent = None if found.exponent is None else exponent_without_interval(found.exponent)
+    return replace(
+        found, headline=headline, quantities=open_ended, exponent=exponent, covariance=None
+    )
 
 
 def _there(headline: Quantity | None, run: RunData) -> Quantity:

@@ -154,7 +154,7 @@ class Scan:
             why = f"not an MCAP file (begins with {data[:8]!r})" if data else "the file is empty"
             raise BadInputError(
                 f"{getattr(self._file, 'name', 'file')}: {why}",
-                hint="records of stepload are named run.mcap; curves in CSV end in .csv",
+                hint="records are named run.mcap; a CSV goes to identify, or to compare --curve",
             )
         base, at, crc = 0, len(MAGIC), 0
         while True:

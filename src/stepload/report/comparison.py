@@ -1,4 +1,4 @@
-"""Comparison of several runs with each other, and with a curve from elsewhere."""
+"""Comparison of runs and curves from elsewhere with each other."""
 
 from __future__ import annotations
 
@@ -20,19 +20,24 @@ from stepload.report.comparison_runs import (
 from stepload.report.run_record import SavedRun, labelled
 from stepload.rig import pose
 
+TOLERANCE = 0.2
+"""Where no run states the accuracy that its plan needs."""
+
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
     """Everything that was compared; secants are at `secant_force_n`.
 
-    `chords` are those of the runs between their common forces; none where one has none. `groups`
-    are the indices into `runs` of repeats, `differences` those of every group from the first;
-    `tolerance` is the relative difference that matters.
+    `given` are the curves, `curve` each of them against each run. `chords` are those of the runs
+    between their common forces; none where one has none. `groups` are the indices into `runs` of
+    repeats, `differences` those of every group from the first; `tolerance` is the relative
+    difference that matters.
     """
 
     secant_force_n: float
     runs: tuple[ComparedRun, ...]
     chords: tuple[Quantity, ...]
+    given: tuple[CurveGiven, ...]
     curve: tuple[AgainstCurve, ...]
     notes: tuple[str, ...]
     groups: tuple[tuple[int, ...], ...]
@@ -44,50 +49,54 @@ def compare(
     runs: Sequence[SavedRun],
     *,
     secant_force_n: float | None = None,
-    given: CurveGiven | None = None,
+    given: Sequence[CurveGiven] = (),
     sizes: Sequence[int] | None = None,
     tolerance: float | None = None,
 ) -> Comparison:
-    """Compare payload runs with each other and with a curve.
+    """Compare payload runs and curves with each other.
 
     Args:
         runs: records, in the order of the tests; the first is test 1.
         secant_force_n: where all secants are taken. None: the lowest of the runs' own secant
             forces, or the highest force that all have reached if that is lower.
-        given: a curve to compare with.
+        given: curves, each with a name of its own; without a run they are listed, not judged.
         sizes: number of runs in each group of repeats; None: grouped by plan and payload.
         tolerance: the relative difference that matters; None: the accuracy 1/t of the plans.
 
     Raises:
         BadInputError: fewer than two things to compare, a run given twice or one with nothing to
-            identify, or an invalid tolerance.
+            identify, curves of one name, or an invalid tolerance.
     """
-    if len(runs) + (given is not None) < 2:
+    if len(runs) + len(given) < 2:
         raise BadInputError(
             "there is nothing to compare with", hint="give a second run, or a curve with --curve"
         )
+    if len({each.name for each in given}) < len(given):
+        raise BadInputError("two curves of one name", hint="--curve NAME=FILE")
     for run in runs:
         if run.conditions.kind != "payload":
             raise BadInputError(
                 f"{run.path}: a system-stiffness run", hint="pool such runs: stepload calibrate"
             )
     if tolerance is None:
-        tolerance = min(1.0 / run.conditions.t for run in runs)
+        tolerance = min((1.0 / run.conditions.t for run in runs), default=TOLERANCE)
     if not 0.0 < tolerance <= 1.0:
         raise BadInputError(
             f"a tolerance of {tolerance:g}; it must be above 0 and at most 100 %",
             hint='--tolerance "5 %": the smallest difference of stiffness that matters',
         )
     groups, runs = grouped(runs, sizes), labelled(runs)
-    at = secant_force_n or min(map(_secant_force_n, runs))
+    tops_n = [*map(reached_secant_force_n, runs)] or [each.curve.force_n.max() for each in given]
+    at = secant_force_n or float(min(tops_n))
     compared = tuple(compared_run(run, at) for run in runs)
     figures = chords(compared)
-    against = () if given is None else tuple(against_curve(r, given, tolerance) for r in compared)
+    against = (against_curve(r, g, tolerance, len(given)) for g in given for r in compared)
     return Comparison(
         secant_force_n=at,
         runs=compared,
         chords=figures,
-        curve=against,
+        given=tuple(given),
+        curve=tuple(against),
         notes=(*_group_notes(groups, sizes), *_run_notes(compared, given, at)),
         groups=groups,
         differences=differences(compared, figures, groups, tolerance),
@@ -95,7 +104,7 @@ def compare(
     )
 
 
-def _secant_force_n(run: SavedRun) -> float:
+def reached_secant_force_n(run: SavedRun) -> float:
     """The plan's secant force, or the highest force of the first loading if that is lower."""
     wanted_n = run.conditions.secant_force_n
     peak_n = float(run.data.force_n[run.data.first_loading()].max(initial=0.0))
@@ -119,9 +128,13 @@ def _group_notes(groups: Sequence[Sequence[int]], sizes: Sequence[int] | None) -
     return notes
 
 
-def _run_notes(runs: Sequence[ComparedRun], given: CurveGiven | None, at_n: float) -> list[str]:
+def _run_notes(runs: Sequence[ComparedRun], given: Sequence[CurveGiven], at_n: float) -> list[str]:
     """Notes on a comparison of `runs` at the force `at_n`."""
-    notes = []
+    notes = [f"{each.name}: {'; '.join(each.curve.notes)}" for each in given if each.curve.notes]
+    if uncorrected := [each.name for each in given if not each.corrects and not each.payload]:
+        notes.append(f"compared as it is, without a modulus (V-A): {', '.join(uncorrected)}")
+    if not runs:
+        return notes
     if len({each.run.simulated for each in runs}) > 1:
         simulated = ", ".join(each.run.name for each in runs if each.run.simulated)
         notes.append(f"a simulated run is compared with a measured one; simulated: {simulated}")
@@ -144,8 +157,6 @@ def _run_notes(runs: Sequence[ComparedRun], given: CurveGiven | None, at_n: floa
     ]
     if len(runs) > 1:
         notes += _sharing_notes(runs)
-    if given is not None and given.modulus_pa is None and given.plate_pa is None:
-        notes.append("the curve is compared as it is: no modulus was given to correct it by (V-A)")
     return notes
 
 

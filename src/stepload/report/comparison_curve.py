@@ -1,9 +1,10 @@
-"""A run against a curve from elsewhere: another machine, finite elements."""
+"""A run against a curve from elsewhere: another machine, finite elements, theory."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,28 +28,72 @@ CHORD_SHARE = 0.1
 NEAR, FEWEST = 0.1, 4
 """The deformation at a force is a mean of the points within this share of it, if there are so
 many."""
-EXACT = Line("imported curve", "taken as exact", 0.0)
+OF_THE_CURVE = "imported curve"
 
 
 @dataclass(frozen=True, slots=True)
 class CurveGiven:
-    """A curve from another machine or finite elements, and its modulus.
+    """A curve of another machine, finite elements or theory, by its name.
 
     `modulus_pa` is its equivalent modulus (4); `plate_pa` E/(1 − ν²) of its counter body, where
-    that alone differs from the run's. Both None: it needs no correction.
+    that alone differs from the run's. Both None: it needs no correction. `resolution_m` and
+    `msde_m` are its position resolution δ_Δ and the root of the MSDE of its machine's K_s; both 0
+    where it counts as exact. `payload`: the one it is predicted for, if any.
     """
 
+    name: str
     curve: Curve
     modulus_pa: float | None = None
     plate_pa: float | None = None
+    resolution_m: float = 0.0
+    msde_m: float = 0.0
+    payload: str = ""
+
+    @property
+    def corrects(self) -> bool:
+        """Whether its counter body differs from the run's."""
+        return self.modulus_pa is not None or self.plate_pa is not None
+
+    @property
+    def sigma_m(self) -> float:
+        """Standard uncertainty of its deformation."""
+        return math.hypot(self.resolution_m / math.sqrt(12.0), self.msde_m)
+
+    def loading(self, correction: float = 1.0) -> Loading:
+        """Its points up to the highest force, in contact, the forces times the correction."""
+        assert self.curve.displacement_m is not None  # see `deformation_curve`
+        peak = int(np.argmax(self.curve.force_n)) + 1
+        deformation_m, force_n = self.curve.displacement_m[:peak], self.curve.force_n[:peak]
+        usable = (force_n > 0.0) & (deformation_m > 0.0)
+        return Loading(deformation_m[usable], correction * force_n[usable])
+
+
+class Loading(NamedTuple):
+    """Deformation and force (N,) of a curve's loading, both above 0."""
+
+    deformation_m: FloatArray
+    force_n: FloatArray
+
+    def has(self, force_n: float) -> bool:
+        """Whether its deformation at a force can be read: there, or from several points near it."""
+        if not self.force_n.size:
+            return False
+        near = np.abs(self.force_n - force_n) <= NEAR * force_n
+        least, most = float(self.force_n.min()), float(self.force_n.max())
+        within = least <= force_n <= (1.0 + SAME_FORCE) * most
+        return within or int(np.count_nonzero(near)) >= FEWEST
+
+    def deformation_at(self, force_n: float) -> float:
+        """Its deformation at a force that it has."""
+        return _deformation_at(force_n, *self)
 
 
 @dataclass(frozen=True, slots=True)
 class AgainstCurve:
-    """The curve against one run, at forces that both have reached; the curve counts as exact.
+    """A curve against one run, at forces that both have reached.
 
     Attributes:
-        run: name of the run.
+        curve, run: their names.
         estimator: the selected fit, whose misfits are given.
         from_n, to_n: the forces of the chord; secants are at `to_n`, the run's secant force or the
             highest that the curve has.
@@ -64,6 +109,7 @@ class AgainstCurve:
             where none was given.
     """
 
+    curve: str
     run: str
     estimator: str
     from_n: float
@@ -89,24 +135,22 @@ class AgainstCurve:
         return Agreement.CANNOT_TELL if self.judged is None else self.judged.verdict
 
 
-def against_curve(each: ComparedRun, given: CurveGiven, tolerance: float) -> AgainstCurve:
-    """Compare a run with a curve.
+def against_curve(
+    each: ComparedRun, given: CurveGiven, tolerance: float, comparisons: int = 1
+) -> AgainstCurve:
+    """Compare a run with one of as many curves as there are `comparisons`.
 
     Raises:
         BadInputError: the curve has fewer than three usable points, or its modulus cannot be
             corrected for.
     """
-    curve, correction = given.curve, _correction(each, given)
-    assert curve.displacement_m is not None  # see `deformation_curve`
-    peak = int(np.argmax(curve.force_n)) + 1
-    deformation_m, force_n = curve.displacement_m[:peak], curve.force_n[:peak]
-    usable = (force_n > 0.0) & (deformation_m > 0.0)
-    deformation_m = deformation_m[usable]
-    force_n = correction * force_n[usable]
+    correction = correction_for(each, given)
+    loading = given.loading(correction)
+    deformation_m, force_n = loading
     keep = force_n <= each.found.peak_force_n * (1.0 + SAME_FORCE)
     if np.count_nonzero(keep) < 3:
         raise BadInputError(
-            f"{np.count_nonzero(keep)} points of the curve are usable, 3 are needed",
+            f"{np.count_nonzero(keep)} points of the curve {given.name} are usable, 3 are needed",
             hint="deformation and force must be positive, and the force one that the run has "
             "reached; check the columns and units of the file",
         )
@@ -123,21 +167,20 @@ def against_curve(each: ComparedRun, given: CurveGiven, tolerance: float) -> Aga
     except DomainError:
         figures = {}
     own = {
-        kind: _against(each, figures.get(kind), deformation_m, force_n, tolerance)
+        kind: _against(each, figures.get(kind), given, loading, tolerance, comparisons)
         for kind in ("chord", "secant_from_touch")
     }
     kept_m, kept_n = deformation_m[keep], force_n[keep]
     lowest_n = float(force_n.min())
     return AgainstCurve(
+        curve=given.name,
         run=each.run.name,
         estimator=each.found.selected,
         from_n=from_n,
         to_n=to_n,
         chord=own["chord"],
         secant=own["secant_from_touch"],
-        secant_n_per_m=to_n / _deformation_at(to_n, deformation_m, force_n)
-        if lowest_n <= to_n
-        else None,
+        secant_n_per_m=to_n / loading.deformation_at(to_n) if lowest_n <= to_n else None,
         force_rms_n=_rms(fit.k * kept_m**fit.n - kept_n),
         deformation_rms_m=_rms((kept_n / fit.k) ** (1.0 / fit.n) - kept_m),
         deformation_m=kept_m,
@@ -147,23 +190,23 @@ def against_curve(each: ComparedRun, given: CurveGiven, tolerance: float) -> Aga
     )
 
 
-def _correction(each: ComparedRun, given: CurveGiven) -> float:
+def correction_for(each: ComparedRun, given: CurveGiven) -> float:
     """The ratio of the equivalent moduli of run and curve (V-A).
 
     For one geometry K = g E_eq, with g and n of the geometry alone (3), (5), (7): F(δ) scales with
     E_eq (4) below F_c, where roughness is small against δ.
     """
     conditions = each.found.conditions
-    own_pa, other_pa = conditions.modulus_pa, given.modulus_pa
-    if other_pa is None and given.plate_pa is None:
+    own_pa, own_plate_pa, other_pa = conditions.modulus_pa, conditions.plate_pa, given.modulus_pa
+    if not given.corrects:
         return 1.0
-    if own_pa is None or (other_pa is None and conditions.plate_pa is None):
+    if own_pa is None or (other_pa is None and own_plate_pa is None):
         raise BadInputError(
             f"{each.run.path}: the record does not tell its materials",
             hint="compare the curve as it is, or give its equivalent modulus: --curve-modulus",
         )
-    if other_pa is None and given.plate_pa is not None and conditions.plate_pa is not None:
-        other_pa = 1.0 / (1.0 / own_pa - 1.0 / conditions.plate_pa + 1.0 / given.plate_pa)
+    if other_pa is None and given.plate_pa is not None and own_plate_pa is not None:
+        other_pa = 1.0 / (1.0 / own_pa - 1.0 / own_plate_pa + 1.0 / given.plate_pa)
     assert other_pa is not None
     return own_pa / other_pa
 
@@ -171,27 +214,31 @@ def _correction(each: ComparedRun, given: CurveGiven) -> float:
 def _against(
     each: ComparedRun,
     figure: Quantity | None,
-    deformation_m: FloatArray,
-    force_n: FloatArray,
+    given: CurveGiven,
+    loading: Loading,
     tolerance: float,
+    comparisons: int,
 ) -> Difference | None:
     """The curve against a figure of the run, between the same forces."""
     if figure is None or not math.isfinite(figure.value_n_per_m):
         return None
     low_n, top_n = figure.from_n, figure.to_n
-    lowest_n = float(force_n.min())
+    lowest_n = float(loading.force_n.min())
     if lowest_n > (1.0 + SAME_FORCE) * (low_n or top_n):
         return None
-    span_m = _deformation_at(top_n, deformation_m, force_n)
+    span_m = loading.deformation_at(top_n)
     if low_n > 0.0:
-        span_m -= _deformation_at(low_n, deformation_m, force_n)
+        span_m -= loading.deformation_at(low_n)
     if not span_m > 0.0:
         return None
-    imported = replace(figure, value_n_per_m=(top_n - low_n) / span_m, lines=(EXACT,))
+    ends = 2.0 if low_n > 0.0 else 1.0
+    line = Line(OF_THE_CURVE, "resolution, MSDE", math.sqrt(ends) * given.sigma_m / span_m)
+    imported = replace(figure, value_n_per_m=(top_n - low_n) / span_m, lines=(line,))
     return difference(
         [each.measured(figure)],
-        [Measured(EXACT.source, imported, Origin())],
+        [Measured(given.name, imported, Origin())],
         tolerance=tolerance,
+        comparisons=comparisons,
     )
 
 

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
 from pydantic import BeforeValidator
 
 import stepload
@@ -17,6 +15,15 @@ from stepload.report import figures
 from stepload.report.certificate import few, shared_facts
 from stepload.report.comparison import Comparison
 from stepload.report.comparison_curve import AgainstCurve
+from stepload.report.comparison_table import (
+    BoundsRow,
+    ResultRow,
+    Side,
+    overlay,
+    power_of_ten,
+    sides,
+    table_two,
+)
 from stepload.report.identified import FitRow, reported_fits
 from stepload.report.model import (
     NOTHING,
@@ -33,7 +40,7 @@ from stepload.report.rows import Row, data, figure, part, schema_of, table
 from stepload.units import change, changes, percent
 from stepload.units import format_quantity as f
 
-LONGEST_TITLE = 200
+LONGEST_TITLE, LONGEST_NAMES = 200, 40
 NAMES = {
     "chord": "chord stiffness",
     "unloading_chord": "chord stiffness of the unloading",
@@ -58,25 +65,31 @@ Changes = Annotated[tuple[float, float] | None, changes]
 class CurveRow(Row):
     """The difference of a curve from the chord and the secant of a run."""
 
-    run: str = figure("Name of the run.", "run")
-    chord_from_n: float = figure("Lower force of the chord.", "chord from", at="from_n")
-    secant_force_n: float = figure("Upper force; that of the secant.", "to", at="to_n")
-    chord_change: Annotated[float | None, part("relative"), change] = figure(
-        "Difference of the chords, relative.", "chord", at="chord"
+    curve: str = figure("Name of the curve.", "curve")
+    run: str = figure("Name of the run that it is relative to.", "relative to")
+    judged: Annotated[
+        str | None, BeforeValidator(lambda kind: kind and NAMES[kind]), part("kind")
+    ] = figure("Which stiffness decides.", "of")
+    judged_change: Annotated[float | None, part("relative"), change] = figure(
+        "Its difference, relative to the run.", "change", at="judged"
     )
-    chord_interval: Annotated[Changes, part("interval")] = figure(
-        "Its 95 % interval.", "95 % interval", at="chord"
-    )
-    secant_change: Annotated[float | None, part("relative"), change] = figure(
-        "Difference of the secants, relative.", "secant", at="secant"
-    )
-    secant_interval: Annotated[Changes, part("interval")] = figure(
-        "Its 95 % interval.", "95 % interval", at="secant"
+    judged_interval: Annotated[Changes, part("interval")] = figure(
+        "The 95 % interval of that.", "95 % interval", at="judged"
     )
     smallest_detectable: Annotated[float | None, part("smallest_detectable"), percent] = figure(
         "Smallest relative difference that could have been seen.", "could show", at="judged"
     )
     verdict: str = figure("agree, differ or cannot tell.", "verdict")
+    chord_from_n: float = figure("Lower force of the chord.", at="from_n")
+    secant_force_n: float = figure("Upper force; that of the secant.", at="to_n")
+    chord_change: Annotated[float | None, part("relative")] = figure(
+        "Difference of the chords, relative to the run.", at="chord"
+    )
+    chord_interval: Annotated[Changes, part("interval")] = figure("Its 95 %.", at="chord")
+    secant_change: Annotated[float | None, part("relative")] = figure(
+        "Difference of the secants, relative to the run.", at="secant"
+    )
+    secant_interval: Annotated[Changes, part("interval")] = figure("Its 95 %.", at="secant")
     secant_n_per_m: float | None = figure("Secant of the curve.")
     estimator: str = figure("The fit of the run.")
     force_rms_n: float | None = figure("Rms difference at equal deformation.")
@@ -147,7 +160,9 @@ class ComparisonRow(Row):
     differences: tuple[DifferenceRow, ...] = figure("Of every group from the first.")
     secant_force_n: float = figure("Force of the secants.")
     runs: tuple[ComparedRow, ...] = figure("Every run.")
-    curve: tuple[CurveRow, ...] = figure("The curve against every run.")
+    curve: tuple[CurveRow, ...] = figure("Every curve against every run.")
+    results: tuple[ResultRow, ...] = figure("Table II: every run, every curve.")
+    bounds: tuple[BoundsRow, ...] = figure("Bounds of the secants, in the same order.")
     notes: tuple[str, ...] = figure("What a reader must know.")
 
 
@@ -158,28 +173,32 @@ def comparison_schema() -> dict[str, Any]:
 
 def comparison_document(found: Comparison) -> Document:
     """A comparison for people."""
-    tables = [_differences(found), table_one(found), *map(_difference_table, found.differences)]
+    listed = sides(found)
+    tables = [_differences(found), *map(_difference_table, found.differences)]
     if found.curve:
         tables.append(
-            table("Against the curve", CurveRow, found.curve, correction_notes(found.curve))
+            table("Curves against runs", CurveRow, found.curve, correction_notes(found.curve))
         )
+    tables += table_two(listed, found.secant_force_n)
     reasons = [*_reasons(found), *found.notes]
+    if found.runs:
+        tables += [table_one(found), runs_table([each.run for each in found.runs])]
     return Document(
         title="Comparison",
         subtitle=_named(found),
         verdict=verdict(found),
         reasons=reasons,
-        tables=[*tables, runs_table([each.run for each in found.runs])],
+        tables=tables,
         figures=_chords(found),
         simulated=any(each.run.simulated for each in found.runs),
-        certificate=_sheet(found, reasons),
+        certificate=_sheet(found, listed, reasons),
     )
 
 
 def _named(found: Comparison) -> str:
     """The groups by the names of their runs, shortened if there are many."""
     groups = [" + ".join(found.runs[place].run.name for place in group) for group in found.groups]
-    text = " against ".join(groups)
+    text = " against ".join((*groups, *(each.name for each in found.given)))
     return text if len(text) <= LONGEST_TITLE else f"{text[: LONGEST_TITLE - 1]}…"
 
 
@@ -204,15 +223,22 @@ def _difference_table(each: Difference) -> Table:
 
 
 def _reasons(found: Comparison) -> list[str]:
-    """Every difference as a sentence, if there is more than one."""
+    """Every difference as a sentence, if there is more than one; the curves that differ."""
+    differ = [
+        f"{each.curve} from {each.run}"
+        for each in found.curve
+        if each.verdict is Agreement.DIFFER and len(found.curve) > 1
+    ]
+    reasons = [f"curves that differ: {', '.join(differ)}"] if differ else []
     if len(found.differences) < 2:
-        return []
-    return [f"{' + '.join(each.second)}: {each.verdict}, {each.why}" for each in found.differences]
+        return reasons
+    told = (f"{' + '.join(each.second)}: {each.verdict}, {each.why}" for each in found.differences)
+    return [*told, *reasons]
 
 
 def table_one(found: Comparison) -> Table:
     """K, n, secant by fit as in the paper's Table I, and the chord: one row for every run, as test
-    1, 2 … of its payload; and one for the curve, corrected."""
+    1, 2 … of its payload."""
     columns = ["payload", "test", "run"]
     for name in COLUMNS.values():
         columns += [f"{name}: K [N/mⁿ]", "n", "secant [N/m]"]
@@ -230,33 +256,20 @@ def table_one(found: Comparison) -> Table:
             low, high = map(power_of_ten, found.chords[place].interval_n_per_m)
             chord = [power_of_ten(found.chords[place].value_n_per_m), f"[{low}, {high}]"]
         rows.append([*row, *chord])
-    secants = dict.fromkeys(
-        f"secant {power_of_ten(each.secant_n_per_m)} at {f(each.to_n, 'N')}"
-        for each in found.curve
-        if each.secant_n_per_m is not None
-    )
-    left = [NOTHING] * (len(columns) - 4)
-    rows += [[NOTHING, NOTHING, "imported curve", *left[:-1], NOTHING, each] for each in secants]
     if len(set(names)) == 1:
         columns, rows = columns[1:], [row[1:] for row in rows]
     at = f(found.secant_force_n, "N")
     notes = [f"Secants (28) at {at}; K and n are not to be read apart: K carries the unit of n."]
     title = "Results side by side, as Table I of the paper"
-    return Table(title, columns, rows, [*notes, *correction_notes(found.curve)], page_only=True)
-
-
-def power_of_ten(value: float) -> str:
-    """A number as the paper prints it: 4.80e6."""
-    return re.sub(r"e\+?(-?)0*(\d)", r"e\1\2", f"{value:.2e}")
+    return Table(title, columns, rows, notes, page_only=True)
 
 
 def correction_notes(curve: Sequence[AgainstCurve]) -> list[str]:
-    """The factors by which the forces of the curve were multiplied; nothing where they were not."""
-    factors = {f"{each.correction:.4f}" for each in curve if each.correction != 1.0}
+    """The factors by which the forces of curves were multiplied; nothing where they were not."""
+    factors = {(each.curve, f"{each.correction:.4f}") for each in curve if each.correction != 1.0}
     return [
-        f"The curve's forces are multiplied by {factor}, the ratio of the equivalent moduli (4): "
-        "its secant, its chord and the picture are those of the corrected curve."
-        for factor in sorted(factors)
+        f"The forces of {name} are multiplied by {factor}, the ratio of the equivalent moduli (4)."
+        for name, factor in sorted(factors)
     ]
 
 
@@ -279,28 +292,9 @@ def _chords(found: Comparison) -> list[Figure]:
     ]  # fmt: skip
 
 
-def _laws(found: Comparison) -> str:
-    """Measured points with the selected fits, and an imported curve as larger points."""
-    lines = list[figures.Line]()
-    total = sum(each.found.force_n.size for each in found.runs)
-    for index, each in enumerate(found.runs):
-        fit, force_n = each.found.fit, each.found.force_n
-        colour, step = figures.colour(index), max(1, total // figures.MOST_DOTS)
-        deformation_m = (each.found.deformation_m - fit.zero_m)[::step]
-        lines.append((deformation_m * 1e6, force_n[::step], ".", {"color": colour, "ms": 2.0}))
-        law_n = np.linspace(0.0, each.found.peak_force_n, 121)
-        style = {"color": colour, "label": figures.plain(each.run.name)}
-        lines.append(((law_n / fit.k) ** (1.0 / fit.n) * 1e6, law_n, "-", style))
-    if found.curve:
-        x, y = found.curve[0].deformation_m * 1e6, found.curve[0].force_n
-        lines.append((x, y, ".", {"color": figures.INK, "ms": 5.0, "label": "imported curve"}))
-    axes = "payload deformation from its zero [µm]", "force [N]"
-    return figures.lines(lines, *axes, height=3.8, legend=len(found.runs) <= figures.MOST_NAMES)
-
-
 def comparison_data(found: Comparison) -> dict[str, Any]:
     """A comparison for programs."""
-    judged = verdict(found)
+    judged, listed = verdict(found), sides(found)
     keys = ("run_id", "specimen", "payload", "rig")
     return data(ComparisonRow, {
         "simulated": any(each.run.simulated for each in found.runs),
@@ -323,6 +317,8 @@ def comparison_data(found: Comparison) -> dict[str, Any]:
             for each in found.runs
         ],
         "curve": found.curve,
+        "results": listed,
+        "bounds": listed,
         "notes": found.notes,
     })  # fmt: skip
 
@@ -335,16 +331,18 @@ def _v1_word(found: Comparison, judged: Verdict) -> str:
 
 
 def verdict(found: Comparison) -> Verdict:
-    """Whether the compared results agree: runs by their groups, else a run and the curve."""
-    if found.differences:
-        worst = max(found.differences, key=_gravity)
-        of = "" if len(found.groups) == 2 else f" of {' + '.join(worst.second)}"
-    elif len(found.runs) == 1 and (judged := found.curve[0].judged) is not None:
-        worst, of = judged, " of the curve"
-    else:
+    """Whether the compared results agree: runs by their groups, else a run and its curves."""
+    judged = [each.judged for each in found.curve if each.judged is not None]
+    if not found.runs:
+        return Verdict("doubt", Agreement.CANNOT_TELL.value, "Curves without a run are not judged")
+    if not found.differences and (len(found.runs) > 1 or not judged):
         text = "The runs have no chord between common forces"
         return Verdict("doubt", Agreement.CANNOT_TELL.value, text)
-    told = f"{NAMES[worst.kind].capitalize()}{of}: {worst.why}"
+    worst = max(found.differences or judged, key=_gravity)
+    first, second = (" + ".join(names) for names in (worst.first, worst.second))
+    if found.differences and len(first) + len(second) > LONGEST_NAMES:
+        first, second = "group 1", f"group {found.differences.index(worst) + 2}"
+    told = f"{NAMES[worst.kind].capitalize()} of {second} relative to {first}: {worst.why}"
     return Verdict(_MOODS[worst.verdict], worst.verdict.value, told)
 
 
@@ -353,29 +351,29 @@ def _gravity(each: Difference) -> tuple[int, float]:
     return order.index(each.verdict), abs(each.relative) / max(each.half_width, 1e-12)
 
 
-def _sheet(found: Comparison, reasons: Sequence[str]) -> Certificate:
+def _sheet(found: Comparison, listed: list[Side], reasons: Sequence[str]) -> Certificate:
     """The sheet of a comparison."""
     runs = [each.run for each in found.runs]
-    tables = [_differences(found), table_one(found)]
-    corrected = any(each.correction != 1.0 for each in found.curve)
-    imported = "; the curve is corrected for its modulus." if corrected else "."
+    tables = [_differences(found), *table_two(listed, found.secant_force_n)]
+    curves = f", {len(found.given)} curves" if found.given else ""
     return Certificate(
         heading="Comparison of contact stiffness",
         facts=(
             [
                 *shared_facts(runs, "payload", "specimen", "batch", "plan"),
-                ("Compared", f"{len(runs)} runs in {len(found.groups)} groups"),
+                ("Compared", f"{len(runs)} runs in {len(found.groups)} groups{curves}"),
                 ("Tolerance", f"{percent(found.tolerance)} of the stiffness"),
             ],
             shared_facts(runs, "rig", "arm", "force_sensor", "calibration", "operator", "day"),
         ),
-        tables=[first_rows(each) for each in tables],
+        tables=[first_rows(each) for each in tables if each.rows],
         figure=Figure(
             "laws", "Force against deformation",
-            f"What was measured, each from its fitted zero, and the selected fits{imported}",
-            "force over deformation of every run with its law", partial(_laws, found),
+            "Runs from their fitted zeros, and curves, as Figs. 8–13 of the paper. Shaded: "
+            "position resolution and √MSDE. Dashed: 95 %.",
+            "force over deformation of every run and curve with bounds", partial(overlay, listed),
         ),
         remarks=few(reasons),
         signatures=(("Compared by", ""), ("Checked by", "")),
-        foot=f"stepload {stepload.__version__} · comparison of {len(runs)} runs",
+        foot=f"stepload {stepload.__version__} · comparison of {len(runs)} runs{curves}",
     )  # fmt: skip

@@ -84,7 +84,7 @@ def chords(runs: Sequence[ComparedRun]) -> tuple[Quantity, ...]:
     headlines = [each.found.headline for each in runs if each.found.headline is not None]
     branches = {each.run.conditions.branch for each in runs}
     branch = branches.pop() if len(branches) == 1 else BRANCHES[0]
-    if len(headlines) < len(runs):
+    if not runs or len(headlines) < len(runs):
         return ()
     low_n, top_n = max(each.from_n for each in headlines), min(each.to_n for each in headlines)
     if not low_n < top_n:

@@ -263,6 +263,9 @@ def prepare(curve: Curve, stated: Stated) -> PreparedCurve:
     peak_n = max(float(zeroed.force_n[up].max()) for up in zeroed.loadings)
     share = zeroed.lateral_share
     aside = LateralForce("guided", share, relative=GUIDED_COMPLIANCE * (share or 0.0))
+    zero_known = zeroed.seen_free or stated.tared
+    if not zero_known:
+        notes.append("no free air before the touch: all forces count from the file's zero")
     run = RunData(
         tracks=zeroed.tracks(loading, growing),
         conditions=conditions,
@@ -271,7 +274,7 @@ def prepare(curve: Curve, stated: Stated) -> PreparedCurve:
         timed=zeroed.time_s is not None,
         errors_known=stated.an_error or not exact,
         doubts=(*doubts, *above_limit(conditions, peak_n)),
-        law_doubts=() if zeroed.seen_free or stated.tared else (NO_FREE_AIR,),
+        law_doubts=() if zero_known else (NO_FREE_AIR,),
     )
     return PreparedCurve(selected, run, tuple(notes))
 

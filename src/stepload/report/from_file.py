@@ -20,11 +20,12 @@ from stepload.report.analyse import (
     touched_before,
 )
 from stepload.report.conditions import Stated
-from stepload.report.curve import prepare
+from stepload.report.curve import deformation_curve, prepare
 from stepload.report.curve_zero import zero
 from stepload.report.model import finite
 from stepload.report.reasons import loaded
 from stepload.report.run_record import SavedRun, saved_run
+from stepload.report.tip_factors import TipFactors, with_factors
 
 
 def is_record(path: Path) -> bool:
@@ -52,15 +53,23 @@ def identify_file(path: Path, stated: Stated) -> tuple[Identification, tuple[str
     return results_of_file(path, stated)[:2]
 
 
-def results_of_file(path: Path, stated: Stated) -> FromFile:
-    """The same with the cycles of a record.
+def results_of_file(path: Path, stated: Stated, factors: TipFactors | None = None) -> FromFile:
+    """The same with the cycles of a record; `factors` are those of a curve of deformation.
 
     Raises:
         BadInputError: the file is invalid, or has nothing to identify.
     """
     with untrusted(path):
         if not is_record(path):
-            return FromFile(*identify_curve(read_curve(path), stated))
+            curve = read_curve(path)
+            if factors is not None:
+                curve = with_factors(deformation_curve(curve), factors)
+            return FromFile(*identify_curve(curve, stated))
+        if factors is not None:
+            raise BadInputError(
+                f"{path}: a factor on the record of a run",
+                hint="--rough and --plastic are for a curve: displacement_m, force_n",
+            )
         run = saved_run(path)
         found, notes = _identify_record(run, stated)
         try:

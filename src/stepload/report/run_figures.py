@@ -75,7 +75,7 @@ def law_figure(run: Evaluation) -> Figure | None:
         force_n = data.force_n[mask]
         return data.travel_m[mask] - conditions.bend(force_n), force_n
 
-    band = _band(found) if found else None
+    band = law_band(found) if found else None
     told = f"selected: {found.selected}" if found else "nothing could be fitted"
     banded = ", with its 95 % band" if band is not None else ""
     loading = branch(LOADING)
@@ -109,7 +109,7 @@ def _laws(found: Identification) -> dict[str, Law]:
     return {name: _law(fit) for name, fit in fits.items() if fit.n > 0.0}
 
 
-def _band(found: Identification) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+def law_band(found: Identification) -> tuple[FloatArray, FloatArray, FloatArray] | None:
     """The selected law's band over the deformations that were pressed; None without."""
     fit, covariance = found.fit, found.covariance
     reach_m = float(found.deformation_m.max()) - fit.zero_m

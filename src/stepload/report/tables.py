@@ -51,7 +51,7 @@ def stiffness_table(found: Identification) -> Table:
     rows = [*made.rows]
     if (n := judged.exponent) is not None:
         low, high = n.interval
-        ends = f"[{low:.2f}, {high:.2f}]" if math.isfinite(high - low) else "none"
+        ends = f"[{low:.2f}, {high:.2f}]" if math.isfinite(high - low) else NOTHING
         to = rows[0][2] if rows else ""
         rows.append(("exponent n (2)", "touch", to, f"{n.value:.2f}", ends, "", n.verdict.value))
         own.append(("exponent n", n.why))

@@ -36,7 +36,7 @@ def judged(tmp_path: Path, payload: str, top: str, step: str, stuck_ratio: float
     return derive(load_plan(path))
 
 
-@pytest.mark.parametrize("payload", ["plastic-sphere", "plastic-cone", "aluminium-cube"])
+@pytest.mark.parametrize("payload", ["plastic-sphere", "plastic-cone", "plastic-cube"])
 def test_payloads_stiffer_than_rubber_are_refused_with_the_reason(tmp_path, payload):
     preflight = judged(tmp_path, payload, "90 N", "30 N")
     assert preflight.verdict is PlanVerdict.REFUSED

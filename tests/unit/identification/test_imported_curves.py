@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from stepload.identification.curve_channels import (
 from stepload.identification.fit import Flag, FloatArray
 from stepload.identification.identifiability import identifiability
 from stepload.identification.identify import Identification
+from stepload.identification.quantity import ResultVerdict
 from stepload.record.curves import Curve
 from stepload.report.conditions import Stated, with_payload
 from stepload.report.curve import PreparedCurve, deformation_curve, prepare
@@ -74,6 +76,20 @@ def test_a_clean_curve_gives_its_law_back(identified: Callable[..., Found]) -> N
         assert found.fits[name].secant_n_per_m == pytest.approx(SECANT, rel=1e-4), name
     assert "taken from the residuals" in notes
     assert "guided axis" not in notes
+
+
+def test_numbers_without_noise_or_steps_identify_nothing(
+    identified: Callable[..., Found],
+) -> None:
+    force = np.linspace(1.0, 300.0, 300)
+    found, _ = identified(displacement_m=(force / K) ** (1 / N), force_n=force)
+    judged = found.judgement
+    assert judged is not None
+    assert judged.exponent is not None
+    assert math.isinf(judged.exponent.interval[1])
+    assert all(math.isinf(each.interval_n_per_m[1]) for each in judged.quantities.values())
+    verdicts = {each.verdict for each in (judged.exponent, *judged.quantities.values())}
+    assert ResultVerdict.IDENTIFIED not in verdicts
 
 
 def covers(found: Identification) -> bool:
@@ -513,7 +529,8 @@ def test_a_secant_needs_a_zero_of_force_that_somebody_saw(
         "displacement_m": depth + rng.normal(0, 5e-8, depth.size),
         "force_n": loaded - preload + rng.normal(0, 0.1, depth.size),
     }
-    found, _ = identified(Stated(smooth_error_m=2e-7), **columns)
+    found, notes = identified(Stated(smooth_error_m=2e-7), **columns)
+    assert ("no free air" in notes) is (lead_in == 0)
     assert found.headline is not None
     assert found.headline.verdict == "identified"
     secant = found.quantities["secant_from_touch"]

@@ -20,11 +20,13 @@ from stepload.record.rows import Phase
 from stepload.report import comparison
 from stepload.report.comparison import compare
 from stepload.report.comparison_curve import CurveGiven, _deformation_at
-from stepload.report.comparison_document import comparison_data, comparison_document, power_of_ten
+from stepload.report.comparison_document import comparison_data, comparison_document
 from stepload.report.comparison_runs import ComparedRun, origin_of
-from stepload.report.model import NOTHING
+from stepload.report.comparison_table import power_of_ten, sides, table_two, table_two_csv
+from stepload.report.page import render
 from stepload.report.press_data import PressData, TouchPoint
 from stepload.report.run_record import SavedRun
+from stepload.report.terminal import BESIDE, NARROW
 
 K, N, KS = 6.57e8, 1.5, 3.49e6
 SENSOR = "cell: S2 {}, firmware 1.0, calibration 2026-01"
@@ -227,7 +229,7 @@ def curve(factor: float, top_n: float = 300.0) -> Curve:
 def test_a_curve_is_judged_by_what_the_run_can_tell() -> None:
     run = saved("a", conditions=replace(CONDITIONS, modulus_pa=2.91e9))
     # V-A: the curve was made against steel; corrected it ends at 293 N
-    found = compare([run], given=CurveGiven(curve(1.0246), modulus_pa=2.91e9 * 1.0246))
+    found = compare([run], given=[CurveGiven("FE", curve(1.0246), modulus_pa=2.91e9 * 1.0246)])
     (each,) = found.curve
     assert each.to_n == pytest.approx(300.0 / 1.0246)
     assert each.chord is not None
@@ -239,9 +241,9 @@ def test_a_curve_is_judged_by_what_the_run_can_tell() -> None:
     assert data["verdict"] == "agree"
     assert data["curve"][0]["secant_force_n"] == each.to_n
     assert data["curve"][0]["smallest_detectable"] == each.chord.smallest_detectable
-    strict = compare([run], given=CurveGiven(curve(1.0)), tolerance=0.01)
+    strict = compare([run], given=[CurveGiven("FE", curve(1.0))], tolerance=0.01)
     assert strict.curve[0].verdict is Agreement.CANNOT_TELL
-    softer = compare([run], given=CurveGiven(curve(0.6)))
+    softer = compare([run], given=[CurveGiven("FE", curve(0.6))])
     assert comparison_data(softer)["verdict"] == "differs"
     assert comparison_data(softer)["agreement"] == "differ"
 
@@ -249,23 +251,102 @@ def test_a_curve_is_judged_by_what_the_run_can_tell() -> None:
 def test_results_stand_side_by_side_as_in_table_one_and_the_curve_keeps_its_correction() -> None:
     told = replace(CONDITIONS, modulus_pa=2.91e9)
     runs = [saved("a", conditions=told, specimen="S 1"), saved("b", draw=2, conditions=told)]
-    found = compare(runs, given=CurveGiven(curve(1.05), modulus_pa=2.91e9 * 1.05))
+    found = compare(runs, given=[CurveGiven("FE", curve(1.05), modulus_pa=2.91e9 * 1.05)])
     assert [each.correction for each in found.curve] == pytest.approx([1 / 1.05] * 2)
     for each in found.curve:
         top_n = each.to_n
         assert each.secant_n_per_m == pytest.approx(top_n / (top_n / K) ** (1 / N), rel=2e-3)
-    sheet = comparison_document(found).certificate
-    assert sheet is not None
-    one = next(each for each in sheet.tables if "Table I" in each.title)
-    assert [row[:2] for row in one.rows] == [["1", "S 1"], ["2", "b"], [NOTHING, "imported curve"]]
+    document = comparison_document(found)
+    one = next(each for each in document.tables if each.page_only)
+    assert [row[:2] for row in one.rows] == [["1", "S 1"], ["2", "b"]]
     fit = found.runs[0].found.fits["rs_btls"]
-    assert one.rows[0][2:5] == [
-        power_of_ten(fit.k), f"{fit.n:.2f}", power_of_ten(fit.secant_n_per_m),
-    ]  # fmt: skip
-    assert any("multiplied by 0.9524" in note for note in one.notes)
-    assert sheet.figure is not None
-    assert "</svg>" in sheet.figure.draw()
+    printed = [power_of_ten(fit.k), f"{fit.n:.2f}", power_of_ten(fit.secant_n_per_m)]
+    assert one.rows[0][2:5] == printed
+    assert any("0.9524" in note for each in document.tables for note in each.notes)
+    two = next(each for each in document.tables if each.rows[0][2:5] == printed)
+    assert [row[0] for row in two.rows] == ["S 1", "b", "FE"]
+    assert document.certificate is not None
+    assert document.certificate.figure is not None
+    assert "</svg>" in document.certificate.figure.draw()
     assert [power_of_ten(x) for x in (4.8e6, 2e14)] == ["4.80e6", "2.00e14"]
+
+
+def test_any_number_of_curves_is_listed_with_bounds_and_changes_relative_to_the_first() -> None:
+    exact = CurveGiven("theory", curve(1.0))
+    machine = CurveGiven("Instron", curve(0.9), resolution_m=1e-6, msde_m=1.31e-6)
+    found = compare([saved("a"), saved("b", draw=2)], given=[exact, machine])
+    assert [(each.curve, each.run) for each in found.curve] == [
+        ("theory", "a"), ("theory", "b"), ("Instron", "a"), ("Instron", "b"),
+    ]  # fmt: skip
+    first, _, theory, instron = sides(found)
+    assert (theory.fit.k, theory.fit.n) == (pytest.approx(K, rel=1e-3), pytest.approx(N, abs=1e-3))
+    assert instron.secant_change == pytest.approx(
+        instron.fit.secant_n_per_m / first.fit.secant_n_per_m - 1.0
+    )
+    assert first.secant_change is None
+    # Figs. 8-13: δ ± (δ_Δ + √MSDE); exact curves have no bounds
+    assert first.bound_m == pytest.approx(1e-6 + 0.5e-6)
+    assert (theory.bounds_n_per_m, theory.interval_n_per_m) == (None, None)
+    own_m = 300.0 / instron.fit.secant_n_per_m
+    assert instron.bounds_n_per_m == pytest.approx(
+        (300 / (own_m + 2.31e-6), 300 / (own_m - 2.31e-6))
+    )
+    half_m = 1.96 * np.hypot(1e-6 / np.sqrt(12), 1.31e-6)
+    assert instron.interval_n_per_m[0] == pytest.approx(300 / (own_m + half_m), rel=1e-3)
+    assert first.interval_n_per_m[0] < first.touch_secant_n_per_m < first.interval_n_per_m[1]
+    lines = [line.split(",") for line in table_two_csv(found).splitlines()]
+    assert [line[0] for line in lines] == ["name", "a", "b", "theory", "Instron"]
+    assert float(lines[4][lines[0].index("k")]) == pytest.approx(instron.fit.k)
+    for each in table_two(sides(found), found.secant_force_n):
+        widths = [max(map(len, cells)) + BESIDE for cells in zip(*each.rows, strict=True)]
+        assert sum(widths) <= NARROW
+    data = comparison_data(found)
+    assert [row["name"] for row in data["results"]] == [row["name"] for row in data["bounds"]]
+    assert data["results"][3]["secant_change"] == instron.secant_change
+
+
+def test_curves_that_differ_are_named_beside_runs_that_agree() -> None:
+    found = compare(
+        [saved("a"), saved("b", draw=2)],
+        given=[CurveGiven("soft", curve(0.5)), CurveGiven("alike", curve(1.0))],
+    )
+    assert [each.verdict for each in found.curve] == [Agreement.DIFFER] * 2 + [Agreement.AGREE] * 2
+    document = comparison_document(found)
+    assert document.verdict.word == Agreement.AGREE
+    assert "soft from a, soft from b" in document.reasons[0]
+
+
+def test_an_inexact_curve_widens_its_difference() -> None:
+    def half(msde_m: float) -> float:
+        (each,) = compare(
+            [saved("a")], given=[CurveGiven("machine", curve(1.0), msde_m=msde_m)]
+        ).curve
+        return each.chord.half_width
+
+    span_m = (300 / K) ** (1 / N) - (30 / K) ** (1 / N)
+    added = 1.96 * np.sqrt(2.0) * 2e-6 / span_m
+    assert half(2e-6) == pytest.approx(np.hypot(half(0.0), added), rel=0.02)
+
+
+def test_several_curves_share_the_chance_of_a_false_alarm() -> None:
+    (one,) = compare([saved("a")], given=[CurveGiven("A", curve(1.0))]).curve
+    two = compare([saved("a")], given=[CurveGiven(name, curve(1.0)) for name in "AB"]).curve
+    assert two[0].chord.half_width / one.chord.half_width == pytest.approx(
+        2.2414 / 1.9600, rel=1e-3
+    )
+
+
+def test_curves_alone_are_listed_and_not_judged() -> None:
+    found = compare([], given=[CurveGiven("A", curve(1.0)), CurveGiven("B", curve(1.1), 1.0)])
+    assert (found.secant_force_n, found.curve) == (300.0, ())
+    one, two = sides(found)
+    assert two.fit.k / one.fit.k == pytest.approx(1.1, rel=1e-3)
+    document = comparison_document(found)
+    assert document.verdict.word == Agreement.CANNOT_TELL
+    assert "B" in render(document)
+    for curves in ([CurveGiven("A", curve(1.0))], [CurveGiven("A", curve(1.0))] * 2):
+        with pytest.raises(BadInputError):
+            compare([], given=curves)
 
 
 def test_a_curve_is_read_at_a_force_through_its_noise() -> None:
@@ -285,7 +366,7 @@ def test_a_chord_needs_no_zero_and_a_curve_that_begins_too_high_has_none() -> No
         keep = made.force_n > least_n
         assert made.displacement_m is not None
         moved = Curve(None, None, made.displacement_m[keep] + travel_m, made.force_n[keep])
-        return compare([saved("a")], given=CurveGiven(moved)).curve[0]
+        return compare([saved("a")], given=[CurveGiven("FE", moved)]).curve[0]
 
     shifted = against(travel_m=5e-6)
     assert shifted.chord.relative == pytest.approx(0.0, abs=0.02)
@@ -294,14 +375,14 @@ def test_a_chord_needs_no_zero_and_a_curve_that_begins_too_high_has_none() -> No
     high = against(least_n=100.0)
     assert high.chord is None
     assert high.judged is high.secant
-    with pytest.raises(BadInputError, match="1 points of the curve are usable"):
+    with pytest.raises(BadInputError, match="1 points of the curve FE"):
         against(least_n=297.0)
 
 
 def test_what_friction_does_to_an_arm_stands_between_its_run_and_a_curve() -> None:
     """A curve that a guided axis would call different is within what an arm of this K_s may do."""
     arm = replace(CONDITIONS, arm=True, modulus_pa=2.91e9)
-    given = CurveGiven(curve(0.7), modulus_pa=2.91e9)
+    given = [CurveGiven("FE", curve(0.7), modulus_pa=2.91e9)]
     (guided,) = compare([saved("a", conditions=replace(arm, arm=False))], given=given).curve
     found = compare([saved("a", conditions=arm)], given=given)
     assert guided.verdict is Agreement.DIFFER

@@ -29,7 +29,7 @@ class Bus:
         self.where, self.damaged, self.closed = "bus", 0, False
         self.firmware, self.serial = (3, 8, 1), b"FT012345"
         self.units, self.counts_per_unit = (2, 3), (1000, 1000)
-        self.matrix = 1.0
+        self.matrix, self.late_rows = 1.0, 0
         self.status, self.silent = 0, False
         self.counts = [2000, 0, 0, 0, 0, 0]
         self.slot = None
@@ -52,8 +52,10 @@ class Bus:
             ):
                 self.answer(answer_op, half)
         elif op is Op.MATRIX:
-            z = struct.pack(">ff", self.matrix if data[0] == 2 else 0.0, 0.0)
-            for answer_op, half in ((2, z), (3, bytes(8)), (4, bytes(8))):
+            axis = max(0, data[0] - self.late_rows)
+            z = struct.pack(">ff", self.matrix if axis == 2 else 0.0, 0.0)
+            name = struct.pack(">ff", 0.0, axis)  # of gauge 5, which reads 0
+            for answer_op, half in ((2, z), (3, bytes(8)), (4, name)):
                 self.answer(answer_op, half)
         else:
             self.answer(op, {
@@ -119,6 +121,7 @@ def test_force_is_newton_by_the_devices_own_unit(bus, clock, unit, newton):
         ({"counts_per_unit": (0, 1000)}, FaultCode.OUT_OF_RANGE),
         ({"matrix": math.nan}, FaultCode.NOT_FINITE),
         ({"matrix": math.inf}, FaultCode.NOT_FINITE),
+        ({"late_rows": 1}, FaultCode.CORRUPT),
         ({"status": 1 << 6}, FaultCode.DEVICE_REPORTS),
         ({"silent": True}, FaultCode.NOT_CONNECTED),
     ],

@@ -9,7 +9,7 @@ from ur_fakes import APPROACH, HOME
 
 from stepload.rig.device import ArmConfiguration
 from stepload.rig.samples import ArmSample
-from stepload_drivers.ur.last_state import SETTLED_M, TURNED_RAD, LastState, Reach
+from stepload_drivers.ur.last_state import BENT_RAD, SETTLED_M, TURNED_RAD, LastState, Reach
 from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import PLAYING, ROBOT_RUNNING, STOPPED, UrState, target_pose
 
@@ -119,6 +119,14 @@ def test_a_tool_that_was_turned_in_its_place(turned_rad, by):
     told = seen().moved(package(turned_rad=turned_rad), TOLD)
     assert ("the tool is turned by 0.010 rad" in told) is by
     assert bool(told) is by
+
+
+@pytest.mark.parametrize(("bent_rad", "by"), [(BENT_RAD + 0.01, True), (BENT_RAD - 0.01, False)])
+def test_joints_tell_where_the_tcp_of_the_options_ended_with_our_program(bent_rad, by):
+    joints_rad = (0.1, -1.5 - bent_rad, 1.5, 0.0, -1.5, 0.0)
+    last = seen(tcp_offset=(0.0, 0.0, 0.1), payload_mass=1.2, payload_cog=(0.0, 0.0, 0.05))
+    now = replace(TOLD, joints_rad=joints_rad, tcp_offset=(0.0, 0.0, 0.1, 0.0, 0.0, 0.0))
+    assert bool(last.moved(package(AT_M + 2e-2), now)) is by
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stepload.contact.elastic import equivalent_modulus
-from stepload_verify.paper.printed import ALUMINIUM, PAYLOADS
+from stepload_verify.paper.printed import ALUMINIUM, SPHERE
 from stepload_verify.paper.section import Section
 
 _COPY = """\
@@ -18,7 +18,7 @@ _CALIBRATE = """\
 $ stepload calibrate system-stiffness.yaml --dry-run --seed 1 --record calibration/stvf.json
 ```"""
 
-_SPHERE = """\
+_SPHERE_PLAN = """\
 ```yaml
 stepload: 1
 payload: payloads/plastic-sphere.yaml
@@ -41,9 +41,9 @@ $ stepload identify test-1/run.mcap
 
 _ELEMENTS = """\
 ```console
-$ stepload identify paper/hertz-rough-plastic-sphere.csv --secant-force "300 N"
-$ stepload identify paper/hertz-rough-aluminium-sphere.csv --secant-force "300 N"
-$ stepload compare test-1 --curve paper/hertz-rough-plastic-sphere.csv --curve-modulus "{modulus}"
+$ stepload predict payloads/plastic-sphere.yaml --to "300 N" --rough --csv elements.csv
+$ stepload identify elements.csv --secant-force "300 N"
+$ stepload compare test-1 --curve paper/elements-plastic-sphere.csv --curve-modulus "{modulus}"
 ```"""
 
 _INSTRON = """\
@@ -77,19 +77,19 @@ _REFUSED = """\
 $ stepload plans copy plastic-cone
 $ stepload plans copy plastic-pyramid
 $ stepload plans copy aluminium-sphere
-$ stepload plans copy aluminium-cube
-$ stepload plans copy aluminium-prism
+$ stepload plans copy plastic-cube
+$ stepload plans copy plastic-prism
 $ stepload preflight plastic-cone.yaml           # refused: 300 N is 31 F_c
 $ stepload preflight plastic-pyramid.yaml        # refused: 257 F_c
 $ stepload preflight aluminium-sphere.yaml       # refused: above F_c and beyond K_max
-$ stepload preflight aluminium-cube.yaml         # refused: beyond K_max
-$ stepload preflight aluminium-prism.yaml        # refused: beyond K_max
+$ stepload preflight plastic-cube.yaml           # refused: beyond K_max
+$ stepload preflight plastic-prism.yaml          # refused: beyond K_max
 ```"""
 
 
 def other_means() -> Section:
     """V-A: system stiffness, payload, finite elements and another machine."""
-    modulus = equivalent_modulus(PAYLOADS[0].material, ALUMINIUM)
+    modulus = equivalent_modulus(SPHERE.material, ALUMINIUM)
     lines = (
         "A test runs every command below, in this order. Leave out `--dry-run` on your own rig. "
         "Dry runs show no agreement with the paper.",
@@ -102,12 +102,13 @@ def other_means() -> Section:
         "",
         "A plan with that record, `sphere.yaml`:",
         "",
-        _SPHERE,
+        _SPHERE_PLAN,
         "",
         _RUN,
         "",
-        "Finite elements: a curve as CSV, here Hertz with (10). Its zero is the mean plane, "
-        "that of a run is its touch: `compare` finds other secants and the same chord.",
+        "Finite elements with (10) and the product's own hardness; then the curve of this page. "
+        "Its zero is the mean plane, that of a run is its touch: `compare` finds other secants and "
+        "the same chord.",
         "",
         _ELEMENTS.format(modulus=f"{modulus / 1e9:.2f} GPa"),
         "",

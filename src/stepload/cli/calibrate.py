@@ -1,4 +1,4 @@
-"""Verbs that combine several runs: calibrate, compare."""
+"""The verb `calibrate`."""
 
 from __future__ import annotations
 
@@ -9,14 +9,12 @@ import typer
 from typer import Argument, Option
 
 from stepload.cli.hazards import HazardsRead, WiringChecked, ask_before_pressing
-from stepload.cli.options import DryRun, OutDirectory, Seed, quantity, run_path
+from stepload.cli.options import DryRun, OutDirectory, Seed, run_path
 from stepload.cli.run import exit_code, press
 from stepload.errors import BadInputError, ExitCode
 from stepload.report.terminal import AsJson, Output
 
 CALIBRATION = "calibration.json"
-VERSUS = "vs"
-"""Separates groups of runs on the command line; a directory of that name is `./vs/run.mcap`."""
 
 
 def calibrate(
@@ -52,7 +50,7 @@ def calibrate(
     wiring_checked: WiringChecked = False,
     as_json: AsJson = False,
 ) -> None:
-    """Measure the system stiffness K_s (26) and write its calibration record.
+    """Measure the system stiffness K_s (26) and write its record.
 
     Runs a plan against a stiff flat contact, or takes runs that are there already.
 
@@ -131,112 +129,3 @@ def calibrate(
         output.line(f"{into} names it now")
     output.result({"record": record, **calibration_data(found)})
     raise typer.Exit(code)
-
-
-def _plate_modulus(text: str) -> float:
-    """E/(1 − ν²) of "200 GPa, 0.29".
-
-    Raises:
-        BadInputError: it has another form.
-    """
-    from stepload.units import parse_named
-
-    modulus, comma, ratio = text.partition(",")
-    try:
-        poisson = float(ratio)
-    except ValueError:
-        poisson = float("nan")
-    if not comma or not -1.0 < poisson <= 0.5:
-        raise BadInputError(
-            f"--curve-plate {text!r}", hint='Young\'s modulus and Poisson ratio: "200 GPa, 0.29"'
-        )
-    return parse_named("--curve-plate", modulus, "Pa") / (1.0 - poisson**2)
-
-
-def _groups(runs: list[Path]) -> list[list[Path]]:
-    """The runs, split at the word `vs`."""
-    groups: list[list[Path]] = [[]]
-    for path in runs:
-        if path == Path(VERSUS):
-            groups.append([])
-        else:
-            groups[-1].append(path)
-    return groups
-
-
-def compare(
-    runs: Annotated[
-        list[Path],
-        Argument(
-            parser=run_path,
-            metavar="RUNS",
-            help="Runs (directory, record or id). A word `vs` between them parts repeats: "
-            "A1 A2 A3 vs B1 B2 B3; without it, runs of one plan are repeats.",
-        ),
-    ],
-    curve: Annotated[
-        Path | None, Option(help="CSV with displacement_m, force_n: another machine, FE.")
-    ] = None,
-    curve_modulus: Annotated[
-        float | None,
-        quantity("--curve-modulus", "Pa", 'Equivalent modulus of the curve, "2.95 GPa" (V-A).'),
-    ] = None,
-    curve_plate: Annotated[
-        str | None, Option(help='Or its counter body: "200 GPa, 0.29" (E, ν).')
-    ] = None,
-    secant_force: Annotated[
-        float | None, quantity("--secant-force", "N", 'Force of the secants, "300 N".')
-    ] = None,
-    tolerance: Annotated[
-        float | None, quantity("--tolerance", "%", 'Difference that matters, "5 %"; else 1/t.')
-    ] = None,
-    out: Annotated[Path | None, Option(help="Directory for compare.html and compare.json.")] = None,
-    as_json: AsJson = False,
-) -> None:
-    """Compare runs with each other and with an imported curve.
-
-    AGREE, DIFFER or CANNOT TELL, and always the smallest difference that could have been seen.
-
-    Example: stepload compare runs/a runs/b vs runs/c --out compared
-    """
-    from stepload.record.curves import read_curve
-    from stepload.record.plain import json_text
-    from stepload.report.comparison import compare as compare_runs
-    from stepload.report.comparison_curve import CurveGiven
-    from stepload.report.comparison_document import comparison_data, comparison_document
-    from stepload.report.curve import deformation_curve
-    from stepload.report.page import render
-    from stepload.report.run_record import saved_run
-    from stepload.session.files import write_file
-
-    output = Output(as_json=as_json)
-    given = None
-    if curve is None and (curve_modulus is not None or curve_plate is not None):
-        raise BadInputError("a modulus of the curve, and no --curve")
-    if None not in (curve_modulus, curve_plate):
-        raise BadInputError("--curve-modulus and --curve-plate: give one of them")
-    if curve is not None:
-        given = CurveGiven(
-            deformation_curve(read_curve(curve)),
-            modulus_pa=curve_modulus,
-            plate_pa=_plate_modulus(curve_plate) if curve_plate is not None else None,
-        )
-    groups = _groups(runs)
-    found = compare_runs(
-        [saved_run(path) for group in groups for path in group],
-        secant_force_n=secant_force,
-        given=given,
-        sizes=[len(group) for group in groups] if len(groups) > 1 else None,
-        tolerance=tolerance,
-    )
-    document, data = comparison_document(found), comparison_data(found)
-    output.show(document)
-    if out is not None:
-        try:
-            out.mkdir(parents=True, exist_ok=True)
-            write_file(out / "compare.html", render(document))
-            write_file(out / "compare.json", json_text(data, indent=1) + "\n")
-        except OSError as error:
-            raise BadInputError(f"cannot write to {out}: {error.strerror}") from error
-        output.line(f"report: {out / 'compare.html'}")
-    output.result(data)
