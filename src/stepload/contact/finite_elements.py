@@ -278,8 +278,8 @@ def made_mesh(gmsh: Any, kind: Any, dimension: int) -> Any:
 
 
 def lame(material: Material) -> tuple[float, float]:
-    """λ and µ in Pa."""
-    modulus, ratio = material.youngs_modulus_pa, material.poisson_ratio
+    """λ and µ in Pa; an incompressible body is taken as nearly so."""
+    modulus, ratio = material.youngs_modulus_pa, min(material.poisson_ratio, 0.499)
     return modulus * ratio / ((1.0 + ratio) * (1.0 - 2.0 * ratio)), 0.5 * modulus / (1.0 + ratio)
 
 
