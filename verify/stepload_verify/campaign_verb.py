@@ -16,11 +16,10 @@ from stepload.errors import BadInputError, ExitCode
 from stepload.report.terminal import AsJson, Output, Processes
 
 if TYPE_CHECKING:
-    from stepload.jobs.jobs import Job
     from stepload.jobs.pool import Pool
     from stepload_verify.campaign.ablation import Without
     from stepload_verify.campaign.campaign import Progress
-    from stepload_verify.campaign.result import Result
+    from stepload_verify.campaign.result import Job, Result
     from stepload_verify.campaign.summary import Group
     from stepload_verify.campaign.work import Work
 

@@ -7,10 +7,10 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
-from stepload.jobs.jobs import Job, run_all
+from stepload.jobs.jobs import run_all
 from stepload.jobs.pool import Pool
 from stepload.jobs.store import Store
-from stepload_verify.campaign.result import Result
+from stepload_verify.campaign.result import Job, Result
 from stepload_verify.campaign.work import Work
 
 FILES = ("campaign.json", "runs.jsonl")
@@ -51,7 +51,7 @@ def run_campaign(
         "faults": ",".join(work.kinds),
         "faults_per_run": work.at_once,
         "without": work.ablation,
-        "plan": work.template.digest,
+        "plan": [source.sha256 for source in work.template.sources],
         "code": work.digest,
     }
     with Store(directory, FILES, header, Result.from_line) as store:

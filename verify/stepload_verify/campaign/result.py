@@ -5,11 +5,19 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import asdict, dataclass
+from typing import NamedTuple
 
 NOT_OPENED = "not opened"
 KILLED = "killed"
 REFUSED = "refused"
 """Status of a plan of a healthy run that preflight refuses: nothing was run."""
+
+
+class Job(NamedTuple):
+    """One run to be done; with the seed of the work its series and number decide all draws."""
+
+    series: str
+    index: int
 
 
 @dataclass(frozen=True, slots=True)

@@ -64,7 +64,8 @@ def falsify(
     if directory is None:
         return ranked(_finish(what, strata, [], None, pool, on_progress))
     header: dict[str, object] = {
-        "seed": what.seed, "plan": what.template.digest, "code": what.digest,
+        "seed": what.seed, "plan": [source.sha256 for source in what.template.sources],
+        "code": what.digest,
     }  # fmt: skip
     with Store(directory, FILES, header, Row.from_line) as store:
         wanted = {stratum.name for stratum in strata}
