@@ -24,8 +24,17 @@ from stepload_verify.paper.printed import (
     Estimate,
     Payload,
 )
-from stepload_verify.paper.rows import NEAR, Kind, Row, Verdict, half_digit, number, off, table
-from stepload_verify.paper.section import Section
+from stepload_verify.paper.rows import (
+    NEAR,
+    Kind,
+    Row,
+    Section,
+    Verdict,
+    half_digit,
+    number,
+    off,
+    table,
+)
 from stepload_verify.paper.simulated import KNOWN, QUANTITIES, TOUCH, Kept
 from stepload_verify.paper.step_load import STVF
 
