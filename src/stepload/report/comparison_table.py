@@ -1,4 +1,4 @@
-"""Runs and curves side by side: Tables I and II of the paper, their bounds, their picture (Figs. 8–13)."""
+"""Runs and curves side by side: Tables I and II of the paper, bounds, picture (Figs. 8–13)."""
 
 from __future__ import annotations
 
