@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import closing
-from dataclasses import dataclass
 from pathlib import Path
 
 from stepload.jobs.jobs import run_all
@@ -14,16 +13,6 @@ from stepload_verify.campaign.result import Job, Result
 from stepload_verify.campaign.work import Work
 
 FILES = ("campaign.json", "runs.jsonl")
-
-
-@dataclass(frozen=True, slots=True)
-class Progress:
-    """Progress of a campaign."""
-
-    done: int
-    total: int
-    above_elastic_limit: int
-    false_trips: int
 
 
 def jobs_for(runs: int, series: Sequence[str]) -> list[Job]:
@@ -37,7 +26,7 @@ def run_campaign(
     *,
     pool: Pool,
     directory: Path | None = None,
-    on_progress: Callable[[Progress], None] | None = None,
+    on_progress: Callable[[Sequence[Result]], None] | None = None,
 ) -> list[Result]:
     """Do those of these runs that are not in `directory` yet; all their results, in order.
 
@@ -64,28 +53,20 @@ def _finish(
     results: list[Result],
     pool: Pool,
     store: Store[Result] | None,
-    on_progress: Callable[[Progress], None] | None,
+    on_progress: Callable[[Sequence[Result]], None] | None,
 ) -> list[Result]:
     wanted = set(jobs)
     there = {Job(row.series, row.index) for row in results}
     left = [job for job in jobs if job not in there]
     kept = [row for row in results if Job(row.series, row.index) in wanted]
-    above = sum(_above(row) for row in kept)
-    false = sum(row.false_trip for row in kept)
     with closing(run_all(work, left, pool)) as batches:
         for batch in batches:
             if store:
                 store.add(batch)
             kept += batch
-            above += sum(_above(row) for row in batch)
-            false += sum(row.false_trip for row in batch)
             if on_progress:
-                on_progress(Progress(len(kept), len(jobs), above, false))
+                on_progress(kept)
     return kept
-
-
-def _above(row: Result) -> bool:
-    return not row.hazard and row.peak_ratio > 1.0
 
 
 def _ordered(results: Sequence[Result], jobs: Sequence[Job]) -> list[Result]:
