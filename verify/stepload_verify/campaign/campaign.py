@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from pathlib import Path
 
 from stepload.jobs.jobs import run_all
 from stepload.jobs.pool import Pool
-from stepload.jobs.store import Store
+from stepload.jobs.store import RowT, Store
 from stepload_verify.campaign.result import Job, Result
 from stepload_verify.campaign.work import Work
 
@@ -34,7 +34,7 @@ def run_campaign(
         RefusedError: the directory holds another campaign.
     """
     if directory is None:
-        return _ordered(_finish(work, jobs, [], pool, None, on_progress), jobs)
+        return _finish(work, jobs, [], pool, None, on_progress)
     header: dict[str, object] = {
         "seed": work.seed,
         "faults": ",".join(work.kinds),
@@ -44,7 +44,7 @@ def run_campaign(
         "code": work.digest,
     }
     with Store(directory, FILES, header, Result.from_line) as store:
-        return _ordered(_finish(work, jobs, store.rows, pool, store, on_progress), jobs)
+        return _finish(work, jobs, store.rows, pool, store, on_progress)
 
 
 def _finish(
@@ -55,20 +55,25 @@ def _finish(
     store: Store[Result] | None,
     on_progress: Callable[[Sequence[Result]], None] | None,
 ) -> list[Result]:
-    wanted = set(jobs)
-    there = {Job(row.series, row.index) for row in results}
+    place = {job: number for number, job in enumerate(jobs)}
+    kept = [row for row in results if Job(row.series, row.index) in place]
+    there = {Job(row.series, row.index) for row in kept}
     left = [job for job in jobs if job not in there]
-    kept = [row for row in results if Job(row.series, row.index) in wanted]
-    with closing(run_all(work, left, pool)) as batches:
+    collect(run_all(work, left, pool), kept, store, on_progress)
+    return sorted(kept, key=lambda row: place[Job(row.series, row.index)])
+
+
+def collect(
+    batches: Generator[list[RowT], None, None],
+    rows: list[RowT],
+    store: Store[RowT] | None,
+    on_progress: Callable[[Sequence[RowT]], None] | None,
+) -> None:
+    """Add the batches to the rows and to their store, as they come."""
+    with closing(batches):
         for batch in batches:
             if store:
                 store.add(batch)
-            kept += batch
+            rows += batch
             if on_progress:
-                on_progress(kept)
-    return kept
-
-
-def _ordered(results: Sequence[Result], jobs: Sequence[Job]) -> list[Result]:
-    place = {job: number for number, job in enumerate(jobs)}
-    return sorted(results, key=lambda row: place[Job(row.series, row.index)])
+                on_progress(rows)
