@@ -9,12 +9,12 @@ import time
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 from stepload.jobs.pool import THREADS
 
 
-class Job(NamedTuple):
+@dataclass(frozen=True)
+class Job:
     """What is to be done."""
 
     series: str

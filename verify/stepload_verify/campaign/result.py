@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import asdict, dataclass
-from typing import NamedTuple
 
 NOT_OPENED = "not opened"
 KILLED = "killed"
@@ -13,7 +12,8 @@ REFUSED = "refused"
 """Status of a plan of a healthy run that preflight refuses: nothing was run."""
 
 
-class Job(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Job:
     """One run to be done; with the seed of the work its series and number decide all draws."""
 
     series: str

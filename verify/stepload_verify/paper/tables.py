@@ -69,6 +69,7 @@ def table_one(kept: Kept) -> Section:
             kept, payload, test, label, getattr(payload, field)[test is Test.TWO]
         )
     ]
+    rows, beside = zip(*pairs, strict=True)
     return Section(
         "Table I",
         (
@@ -79,7 +80,8 @@ def table_one(kept: Kept) -> Section:
             "",
             *_pairs_that_fit(),
         ),
-        *zip(*pairs, strict=True),
+        rows,
+        beside,
     )
 
 
