@@ -19,10 +19,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from stepload.jobs.jobs import BATCH, Job, Work, run_all
+from stepload.jobs.jobs import BATCH, Work, run_all
 from stepload.jobs.pool import Pool
 from stepload.plan.load import load_plan
 from stepload_verify.campaign.campaign import jobs_for
+from stepload_verify.campaign.result import Job
 from stepload_verify.campaign.scenario import kinds_from
 from stepload_verify.campaign.work import Work as Campaign
 

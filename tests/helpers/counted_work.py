@@ -10,8 +10,15 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from stepload.jobs.jobs import Job
 from stepload.jobs.pool import THREADS
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is to be done."""
+
+    series: str
+    index: int
 
 
 @dataclass(frozen=True, order=True)
@@ -45,7 +52,7 @@ class Counted:
         if job.index == self.deadly:
             os.kill(os.getpid(), signal.SIGKILL)
         time.sleep(self.takes_s)
-        value = random.Random(f"{self.seed} {job.series} {job.index} {job.point}").random()
+        value = random.Random(f"{self.seed} {job.series} {job.index}").random()
         return Drawn(job.series, job.index, value)
 
 

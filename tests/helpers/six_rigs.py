@@ -9,6 +9,7 @@ from stepload.rig.mount import Matrix3, Mount
 from stepload.rig.world import WorldSpec
 from stepload_drivers.sim.live import DEFAULT_SPEC
 from stepload_drivers.sim.six_plant import SixPlant
+from stepload_drivers.sim.springs import times
 
 SURFACE_M = 1e-4
 
@@ -41,6 +42,12 @@ def rig(
 
 def plant(spec: WorldSpec, mount: Mount, **refine: float) -> SixPlant:
     return SixPlant(spec, mount, step_s=1e-3, **refine)
+
+
+def tip_shift_m(six: SixPlant) -> tuple[float, float]:
+    """How far the tip is across the press from where it began."""
+    x_m, y_m, _ = times(six.to_press, six.tip.at)
+    return x_m, y_m
 
 
 def rub(

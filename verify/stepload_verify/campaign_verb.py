@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -16,16 +16,14 @@ from stepload.errors import BadInputError, ExitCode
 from stepload.report.terminal import AsJson, Output, Processes
 
 if TYPE_CHECKING:
-    from stepload.jobs.jobs import Job
     from stepload.jobs.pool import Pool
     from stepload_verify.campaign.ablation import Without
-    from stepload_verify.campaign.campaign import Progress
-    from stepload_verify.campaign.result import Result
+    from stepload_verify.campaign.result import Job, Result
     from stepload_verify.campaign.summary import Group
     from stepload_verify.campaign.work import Work
 
 ORDER = "Plan (YAML): its order, times and distances are used; rigs and payloads are drawn."
-PLAIN_EVERY_S = 30.0
+EVERY_S = 30.0
 MOST = 3
 """How many of the things that stopped the runs instead are named."""
 
@@ -110,13 +108,16 @@ def _campaign(
     title: str, work: Work, jobs: Sequence[Job], pool: Pool, out: Path | None
 ) -> list[Result]:
     from stepload_verify.campaign.campaign import run_campaign
+    from stepload_verify.campaign.summary import claimed
+
+    def told(rows: Sequence[Result]) -> str:
+        above = sum(row.peak_ratio > 1.0 for row in claimed(rows))
+        false = sum(row.false_trip for row in rows)
+        return f"{title}: {len(rows)} of {len(jobs)} runs, {above} above F_c, {false} false trips"
 
     kept = f"the finished runs are in {out}; the same command goes on there"
-    with (
-        ctrl_c_said(kept if out else "interrupted; with --out it could go on"),
-        _bar(title) as show,
-    ):
-        return run_campaign(work, jobs, pool=pool, directory=out, on_progress=show)
+    with ctrl_c_said(kept if out else "interrupted; with --out it could go on"):
+        return run_campaign(work, jobs, pool=pool, directory=out, on_progress=now_and_then(told))
 
 
 @contextmanager
@@ -236,42 +237,13 @@ def _replay(work: Work, name: str, output: Output) -> None:
     output.result({"result": result, "peak_ratio": result.peak_ratio})
 
 
-@contextmanager
-def _bar(title: str) -> Iterator[Callable[[Progress], None]]:
-    if not sys.stderr.isatty():
-        yield _plain_lines(title)
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
-    from rich.progress import Progress as Bar
+def now_and_then(text: Callable[[Sequence[Any]], str]) -> Callable[[Sequence[Any]], None]:
+    """Shows the progress of finished rows as a line on stderr each `EVERY_S`."""
+    due_s = [time.monotonic() + EVERY_S]
 
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(bar_width=30),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[found]}"),
-    )
-    with Bar(*columns, console=Console(stderr=True)) as bar:
-        task = bar.add_task(title, total=None, found="")
-
-        def show(now: Progress) -> None:
-            found = f"{now.above_elastic_limit} above F_c, {now.false_trips} false trips"
-            bar.update(task, total=now.total, completed=now.done, found=found)
-
-        yield show
-
-
-def _plain_lines(title: str) -> Callable[[Progress], None]:
-    due_s = [time.monotonic() + PLAIN_EVERY_S]
-
-    def show(now: Progress) -> None:
-        if time.monotonic() >= due_s[0] or now.done == now.total:
-            due_s[0] = time.monotonic() + PLAIN_EVERY_S
-            print(
-                f"{title}: {now.done} of {now.total} runs, {now.above_elastic_limit} above F_c,"
-                f" {now.false_trips} false trips",
-                file=sys.stderr, flush=True,
-            )  # fmt: skip
+    def show(rows: Sequence[Any]) -> None:
+        if time.monotonic() >= due_s[0]:
+            due_s[0] = time.monotonic() + EVERY_S
+            print(text(rows), file=sys.stderr, flush=True)
 
     return show

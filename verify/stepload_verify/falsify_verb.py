@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,7 +11,7 @@ import typer
 
 from stepload.errors import BadInputError, ExitCode
 from stepload.report.terminal import AsJson, Output, Processes
-from stepload_verify.campaign_verb import ORDER, ctrl_c_said
+from stepload_verify.campaign_verb import ORDER, ctrl_c_said, now_and_then
 
 if TYPE_CHECKING:
     from stepload_verify.falsify.falsify import Search
@@ -20,7 +19,6 @@ if TYPE_CHECKING:
     from stepload_verify.falsify.strata import Stratum
 
 SHOWN = 25
-PLAIN_EVERY_S = 30.0
 
 
 def falsify(
@@ -83,13 +81,19 @@ def falsify(
         with ctrl_c_said("interrupted: that run has no result"):
             _replay(replay, what, where, out, output)
         return
+
+    def told(rows: Sequence[Row]) -> str:
+        worst = max(rows, key=lambda row: row.j or 0.0)
+        done = f"falsify: {len(rows)} of {len(where)} strata"
+        return f"{done}, worst J {_figure(worst.j)} ({worst.series})"
+
     begun_s = time.monotonic()
     kept = f"the finished strata are in {out}; the same command goes on there"
     with (
         ctrl_c_said(kept if out else "interrupted; with --out it could go on"),
         Pool(processes) as pool,
     ):
-        rows = search(what, where, pool=pool, directory=out, on_progress=_shown(len(where)))
+        rows = search(what, where, pool=pool, directory=out, on_progress=now_and_then(told))
     _report(rows, time.monotonic() - begun_s, output)
 
 
@@ -172,19 +176,3 @@ def _replay(
 
 def _figure(value: float | None) -> str:
     return "" if value is None else f"{value:.3f}"
-
-
-def _shown(strata: int) -> Callable[[Sequence[Row]], None]:
-    due_s = [time.monotonic() + PLAIN_EVERY_S]
-
-    def show(rows: Sequence[Row]) -> None:
-        if time.monotonic() < due_s[0]:
-            return
-        due_s[0] = time.monotonic() + PLAIN_EVERY_S
-        worst = max((row for row in rows if row.j is not None), key=lambda row: row.j or 0.0)
-        print(
-            f"falsify: {len(rows)} of {strata} strata, worst J {worst.j:.3f} ({worst.series})",
-            file=sys.stderr, flush=True,
-        )  # fmt: skip
-
-    return show

@@ -100,9 +100,6 @@ FAULTS: dict[str, str] = (
 """Every kind of fault with one line of help; `magnitude` is unused where the line does not name it.
 """
 
-ONLY_SIX = (*(f"force_{name}" for name in _SIX), "plate_slips")
-"""Faults that do not affect a rig with one axis."""
-
 _FOR_GOOD = ("lost", "command_lost", "arm_lost")
 
 

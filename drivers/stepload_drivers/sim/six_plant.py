@@ -211,12 +211,6 @@ class SixPlant(BasePlant):
         return self._across[0].position_m, self._across[1].position_m
 
     @property
-    def tip_shift_m(self) -> tuple[float, float]:
-        """How far the tip is across the press from where it began."""
-        x_m, y_m, _ = times(self.to_press, self.tip.at)
-        return x_m, y_m
-
-    @property
     def friction_n(self) -> float:
         """Contact force in the plane of the plate, at least 0."""
         return math.hypot(self.tip.rubbing.x, self.tip.rubbing.y)

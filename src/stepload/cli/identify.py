@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 from typer import Option
 
 from stepload.cli.data import interval_cell, stiffness_cell
-from stepload.cli.options import RunOrCurve, Surface, TipRadius, quantity
+from stepload.cli.options import Plastic, Rough, RunOrCurve, Surface, TipRadius, quantity
 from stepload.errors import BadInputError
 from stepload.report.terminal import AsJson, Output
 
@@ -20,12 +20,6 @@ if TYPE_CHECKING:
     from stepload.report.conditions import Stated
 
 EVERY_S = 10.0
-Rough = Annotated[
-    bool, Option("--rough", help="Multiply a curve's deformation by the factor of (10).")
-]
-Plastic = Annotated[
-    bool, Option("--plastic", help="Multiply a curve's deformation by the factor of (15).")
-]
 
 
 def identify(

@@ -85,6 +85,12 @@ RunOrCurve = Annotated[
         parser=run_path, metavar="FILE", help="A run (directory, record, id), or a CSV curve."
     ),
 ]
+Rough = Annotated[
+    bool, Option("--rough", help="Multiply a curve's deformation by the factor of (10).")
+]
+Plastic = Annotated[
+    bool, Option("--plastic", help="Multiply a curve's deformation by the factor of (15).")
+]
 Surface = Annotated[
     str | None, Option(help='σ_eq and hardness of a factor, "7.5 um, 0.7 GPa"; the payload\'s.')
 ]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from typer import Argument, Option
 
-from stepload.cli.options import quantity
+from stepload.cli.options import Plastic, Rough, Surface, TipRadius, quantity
 from stepload.report.terminal import AsJson, Output
 
 if TYPE_CHECKING:
@@ -19,8 +19,10 @@ if TYPE_CHECKING:
 
 def predict(
     payload: Annotated[Path, Argument(help="Payload file, or a plan.", show_default=False)],
-    rough: Annotated[bool, Option("--rough", help="Deformation times (10), of roughness.")] = False,
-    plastic: Annotated[bool, Option("--plastic", help="Deformation times (15), of yield.")] = False,
+    rough: Rough = False,
+    plastic: Plastic = False,
+    surface: Surface = None,
+    tip_radius: TipRadius = None,
     to: Annotated[
         float | None, quantity("--to", "N", 'Highest force, "300 N"; else top force, or limit.')
     ] = None,
@@ -37,13 +39,15 @@ def predict(
     """
     from stepload.feasibility import predicted
     from stepload.plan.room_to_write import check_new
+    from stepload.report.tip_factors import tip_factors
 
     output = Output(as_json=as_json)
     for flag, path in (("--csv", csv), ("--plot", plot)):
         if path is not None:
             check_new(flag, path)
     body, to_n = _asked(payload, to)
-    found = predicted.predict(body, to_n, rough=rough, plastic=plastic, mesh=not no_mesh)
+    factors = tip_factors(body, rough=rough, plastic=plastic, surface=surface, radius_m=tip_radius)
+    found = predicted.predict(body, to_n, factors=factors, mesh=not no_mesh)
     heads, rows = _curve(found)
     output.table(f"{body.name}, {found.theory}", heads, rows)
     figures = list(_figures(body, found))

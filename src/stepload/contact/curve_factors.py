@@ -6,6 +6,8 @@ spheres, so their share over Hertz (7) at the same force and the tip's radius mu
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +17,7 @@ from stepload.contact.materials import Material, Sphere
 from stepload.contact.plastic import ElasticPlasticSphere
 from stepload.contact.rough import rough_sphere
 from stepload.errors import DomainError
+from stepload.units import format_quantity
 
 FloatArray = NDArray[np.float64]
 
@@ -81,3 +84,34 @@ def _above_zero(force_n: FloatArray) -> FloatArray:
     if not np.all((forces > 0.0) & (forces < np.inf)):
         raise DomainError("a factor of a force that is not above 0 N, or not finite")
     return forces
+
+
+@dataclass(frozen=True, slots=True)
+class TipFactors:
+    """The factors of a curve: its tip, σ_eq or None for a smooth contact, and whether it yields."""
+
+    radius_m: float
+    material: Material
+    plate: Material
+    roughness_m: float | None
+    micro_hardness_pa: float | None
+    plastic: bool
+
+    def factor(self, force_n: FloatArray) -> FloatArray:
+        """Deformation over that of the smooth elastic tip, at forces (N,) above 0."""
+        tip = self.radius_m, self.material, self.plate
+        found = np.ones_like(force_n)
+        if self.roughness_m is not None:
+            found = rough_factor(force_n, *tip, self.roughness_m, self.micro_hardness_pa)
+        return found * yield_factor(force_n, *tip) if self.plastic else found
+
+    @property
+    def note(self) -> str:
+        """What the deformation was multiplied by, in a sentence."""
+        said = ["(10)"] * (self.roughness_m is not None) + ["(15)"] * self.plastic
+        figures = [f"tip radius {format_quantity(self.radius_m, 'm')}"]
+        if self.roughness_m is not None:
+            figures.append(f"σ_eq {format_quantity(self.roughness_m, 'm')}")
+            if self.micro_hardness_pa is not None:
+                figures.append(f"H_mic {format_quantity(self.micro_hardness_pa, 'Pa')}")
+        return f"deformation × factor of {' and '.join(said)}: {', '.join(figures)}"

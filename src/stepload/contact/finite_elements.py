@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stepload.contact.elastic import equivalent_modulus, equivalent_radius
-from stepload.contact.half_space import Gap, gap_of, half_space
+from stepload.contact.half_space import Gap, gap_of, half_space, rings
 from stepload.contact.materials import (
     Body,
     Geometry,
@@ -352,7 +352,7 @@ def _turned_surface(
     own = moved[basis.nodal_dofs[1, nodes]]
     return Surface(
         z[nodes], x[nodes], np.asarray(load[upward].sum(0)).ravel(),
-        own + plate_compliance(plate) * _rings(x[nodes]), mises, 1, mesh.p.shape[1],
+        own + plate_compliance(plate) * rings(x[nodes]), mises, 1, mesh.p.shape[1],
     )  # fmt: skip
 
 
@@ -410,31 +410,3 @@ def _mises(normal: Any, shear: Any) -> float:
     x, y, z = normal
     squares = 0.5 * ((x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2)
     return float(np.sqrt(squares + 3.0 * sum(each**2 for each in shear)).max())
-
-
-def _rings(radius_m: FloatArray, pieces: int = 8) -> FloatArray:
-    """Deformation at each radius of a half-space of E = 1 - ν² under a unit pressure at each.
-
-    The pressure falls linearly to its neighbours; discs in closed form (Johnson, 1985, 3.4.2).
-    """
-    found = np.zeros((len(radius_m), len(radius_m)))
-    for at in range(len(radius_m) - 1):
-        edges = np.linspace(radius_m[at], radius_m[at + 1], pieces + 1)
-        rings = np.diff(_discs(edges, radius_m), axis=1)
-        share = (np.arange(pieces) + 0.5) / pieces
-        found[:, at] += rings @ (1.0 - share)
-        found[:, at + 1] += rings @ share
-    return found
-
-
-def _discs(size_m: FloatArray, radius_m: FloatArray) -> FloatArray:
-    """Deformation at radii (row) of a half-space under unit pressure on discs (column)."""
-    from scipy.special import ellipe, ellipk
-
-    a, r = np.broadcast_arrays(size_m[None, :], radius_m[:, None])
-    found = np.zeros(a.shape)
-    inside, outside = (r <= a) & (a > 0.0), r > a
-    found[inside] = 4.0 / math.pi * a[inside] * ellipe((r[inside] / a[inside]) ** 2)
-    k = (a[outside] / r[outside]) ** 2
-    found[outside] = 4.0 / math.pi * r[outside] * (ellipe(k) - (1.0 - k) * ellipk(k))
-    return found

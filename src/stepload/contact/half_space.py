@@ -190,3 +190,31 @@ def power_fit(force_n: FloatArray, deformation_m: FloatArray) -> tuple[float, fl
     """K in N/m^n and n of the power law nearest to a curve, by least squares in logarithms."""
     n, log_k = np.polyfit(np.log(deformation_m), np.log(force_n), 1)
     return float(np.exp(log_k)), float(n)
+
+
+def rings(radius_m: FloatArray, pieces: int = 8) -> FloatArray:
+    """Deformation at each radius of a half-space of E = 1 - ν² under a unit pressure at each.
+
+    The pressure falls linearly to its neighbours; discs in closed form (Johnson, 1985, 3.4.2).
+    """
+    found = np.zeros((len(radius_m), len(radius_m)))
+    for at in range(len(radius_m) - 1):
+        edges = np.linspace(radius_m[at], radius_m[at + 1], pieces + 1)
+        parts = np.diff(_discs(edges, radius_m), axis=1)
+        share = (np.arange(pieces) + 0.5) / pieces
+        found[:, at] += parts @ (1.0 - share)
+        found[:, at + 1] += parts @ share
+    return found
+
+
+def _discs(size_m: FloatArray, radius_m: FloatArray) -> FloatArray:
+    """Deformation at radii (row) of a half-space under unit pressure on discs (column)."""
+    from scipy.special import ellipe, ellipk
+
+    a, r = np.broadcast_arrays(size_m[None, :], radius_m[:, None])
+    found = np.zeros(a.shape)
+    inside, outside = (r <= a) & (a > 0.0), r > a
+    found[inside] = 4.0 / math.pi * a[inside] * ellipe((r[inside] / a[inside]) ** 2)
+    k = (a[outside] / r[outside]) ** 2
+    found[outside] = 4.0 / math.pi * r[outside] * (ellipe(k) - (1.0 - k) * ellipk(k))
+    return found

@@ -37,18 +37,6 @@ def true_deformation(payload: PayloadTruth, force_n: float) -> float:
     return deformation_m
 
 
-def true_secant(payload: PayloadTruth, force_n: float) -> float:
-    """Secant stiffness F/δ (28) in N/m of the simulated payload at `force_n`.
-
-    Raises:
-        DomainError: `force_n` is not positive, or outside the law.
-    """
-    deformation_m = true_deformation(payload, force_n)
-    if not deformation_m > 0.0:
-        raise DomainError(f"no secant at {force_n:g} N: the deformation is {deformation_m:g} m")
-    return force_n / deformation_m
-
-
 def _surface(payload: PayloadTruth, force_n: float) -> float:
     """Deformation of the body itself with its adhesion, without pad, stop and seating."""
     if payload.adhesion_n > 0.0:

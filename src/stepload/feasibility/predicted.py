@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from stepload.contact.checks import require_positive
-from stepload.contact.curve_factors import rough_factor, yield_factor
+from stepload.contact.curve_factors import TipFactors
 from stepload.contact.elastic import equivalent_modulus, equivalent_radius, law_for
 from stepload.contact.finite_elements import (
     PER_RADIUS,
@@ -31,7 +31,7 @@ from stepload.contact.material_range import is_range
 from stepload.contact.materials import Profile, RoundedCone, RoundedPyramid, Sphere
 from stepload.contact.power_law import ContactLaw
 from stepload.declaration.sections import adapter
-from stepload.errors import BadInputError, DomainError
+from stepload.errors import DomainError
 from stepload.identification.fit import Fit, FloatArray
 from stepload.identification.ls import rs_btls
 from stepload.plan.model import Payload
@@ -86,18 +86,17 @@ class Prediction:
 
 
 def predict(
-    payload: Payload, to_n: float, *, rough: bool = False, plastic: bool = False, mesh: bool = True
+    payload: Payload, to_n: float, *, factors: TipFactors | None = None, mesh: bool = True
 ) -> Prediction:
     """The curve of a payload on 10 … 100 % of a force.
 
     Args:
         to_n: highest force in N.
-        rough: multiply the deformation by (10), with roughness and micro-hardness of the payload.
-        plastic: multiply it by (15).
+        factors: of roughness (10) and yield (15), on the deformation.
         mesh: by finite elements where the shape has a size; else as on a half-space.
 
     Raises:
-        BadInputError: roughness or tip radius is not known, or scikit-fem or gmsh not installed.
+        BadInputError: scikit-fem or gmsh is not installed.
         DomainError: a number outside the domain of the theory.
     """
     require_positive(to_n, "highest force", "N")
@@ -112,20 +111,11 @@ def predict(
     else:
         law = law_for(*bodies)
         smooth_m, theory = np.array([law.deformation(f) for f in force_n.tolist()]), law.equation
-    hertz_share, deformation_m = None, smooth_m
+    hertz_share = None
     if radius_m is not None:
         hertz = law_for(Sphere(radius_m), material, plate)
         hertz_share = float(np.abs(force_n - hertz.k * smooth_m**hertz.n).max() / to_n)
-    elif rough or plastic:
-        raise BadInputError("(10) and (15) hold for spheres; this shape has no tip radius")
-    if rough and radius_m is not None:
-        if payload.roughness_m is None:
-            raise BadInputError("--rough: the payload has no roughness", hint="add `roughness`")
-        deformation_m = deformation_m * rough_factor(
-            force_n, radius_m, material, plate, payload.roughness_m, payload.micro_hardness_pa
-        )
-    if plastic and radius_m is not None:
-        deformation_m = deformation_m * yield_factor(force_n, radius_m, material, plate)
+    deformation_m = smooth_m if factors is None else smooth_m * factors.factor(force_n)
     return Prediction(
         theory, force_n, deformation_m,
         rs_btls(deformation_m, force_n, secant_force_n=to_n),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Generator, Iterator, Sequence
-from dataclasses import dataclass
 from functools import cache, partial
 from typing import Protocol, TypeVar
 
@@ -21,21 +20,6 @@ JobT = TypeVar("JobT")
 RowT = TypeVar("RowT")
 JobIn = TypeVar("JobIn", contravariant=True)
 RowOut = TypeVar("RowOut", covariant=True)
-
-
-@dataclass(frozen=True, slots=True)
-class Job:
-    """One run to be done.
-
-    Attributes:
-        series: runs of one kind.
-        index: number of the run in its series; with the seed of the work it decides all draws.
-        point: coordinates chosen by a directed search; empty where all is drawn.
-    """
-
-    series: str
-    index: int
-    point: tuple[float, ...] = ()
 
 
 class Work(Protocol[JobIn, RowOut]):

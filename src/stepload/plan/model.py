@@ -4,7 +4,6 @@ Other rooms import every part of a plan from here.
 """
 
 import dataclasses
-import hashlib
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -238,9 +237,3 @@ class Plan:
             first, *others = self.missing
             first = dataclasses.replace(first, hint=f"{first.hint}; or add --dry-run to rehearse")
             raise PlanError((first, *others))
-
-    @property
-    def digest(self) -> str:
-        """SHA-256 of every file it was made from, payload, rig and profile among them."""
-        sums = " ".join(source.sha256 for source in self.sources)
-        return hashlib.sha256(sums.encode()).hexdigest()

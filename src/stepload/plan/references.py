@@ -10,12 +10,15 @@ from pydantic_core import PydanticCustomError
 
 from stepload.declaration.quantities import path_of
 from stepload.errors import guess, printable
-from stepload.plan.compose import composed, problems_of, with_data_sheets
+from stepload.plan.compose import at, composed, problems_of, replaced, with_data_sheets
 from stepload.plan.model import Plan
 from stepload.plan.problems import PlanError, Problem
-from stepload.plan.profile_table import table_file, table_of, with_table
 from stepload.plan.source import PROFILES, SENSORS, Disk, Shelf, Source, read_source, shipped_names
-from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar, parse_tree
+from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar, Sequence, parse_tree
+
+_TABLE = ("geometry", "table")
+_HEAD = re.compile(r"\s*(r|z)\s*\[\s*([a-zµμ]+)\s*\]\s*")
+"""A column of a profile's table, with its unit."""
 
 
 def profiles() -> tuple[str, ...]:
@@ -78,15 +81,19 @@ class References:
     def payload(self, node: Node) -> Node:
         """A payload, with the table of its profile read from the file that it names."""
         node = self.section(node)
-        named = table_file(node)
-        if named is None or (source := self._file(named, str(named.value))) is None:
-            return node if named is None else with_table(node, Broken(named.place))
-        self.sources.append(source)
-        try:
-            return with_table(node, table_of(source))
-        except PlanError as error:
-            self.problems.extend(error.problems)
-            return with_table(node, Broken(named.place))
+        named = at(node, _TABLE)
+        if not (isinstance(node, Mapping) and isinstance(named, Scalar)):
+            return node
+        if not isinstance(named.value, str):
+            return node
+        table: Node = Broken(named.place)
+        if (source := self._file(named, named.value)) is not None:
+            self.sources.append(source)
+            try:
+                table = _table_of(source)
+            except PlanError as error:
+                self.problems.extend(error.problems)
+        return replaced(node, _TABLE, table)
 
     def _file(self, node: Node, name: str) -> Source | None:
         """The file that a node names; None, and reported, where there is none."""
@@ -144,6 +151,35 @@ class References:
             hint = f"{guess(str(name), known)}profiles: {', '.join(known)}{more}"
             self.problems.append(node.place.problem(f"{shown!r} is no {what}", hint))
         return Broken(node.place)
+
+
+def _table_of(source: Source) -> Node:
+    """The points of a profile in a CSV file, as if they were written in the payload.
+
+    Raises:
+        PlanError: a line that is no point, or heads that are not `r [mm],z [mm]`.
+    """
+    lines = [(number, line) for number, line in enumerate(source.lines, 1) if line.strip()]
+    heads = [_HEAD.fullmatch(cell) for cell in lines[0][1].split(",")] if lines else []
+    names = [head[1] for head in heads if head]
+    if sorted(names) != ["r", "z"] or len(heads) != 2:
+        raise PlanError((source.problem(1, 1, "this is no table of r and z",
+                                        "the first line is `r [mm],z [mm]`"),))  # fmt: skip
+    units = [head[2] for head in heads if head]
+    points: list[Node] = []
+    problems: list[Problem] = []
+    for number, line in lines[1:]:
+        place, cells = Place(source, number, 1), line.split(",")
+        if len(cells) != 2:
+            problems.append(place.problem("this is not a point of r and z"))
+            points.append(Broken(place))
+            continue
+        texts = [f"{cell.strip()} {unit}" for cell, unit in zip(cells, units, strict=True)]
+        items: list[Node] = [Scalar(place, text, text) for text in texts]
+        points.append(Sequence(place, items if names == ["r", "z"] else items[::-1]))
+    if problems:
+        raise PlanError(tuple(problems))
+    return Sequence(Place(source, 1, 1), points)
 
 
 def names_a_file(text: str) -> bool:

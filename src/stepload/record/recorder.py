@@ -136,11 +136,6 @@ class Recorder:
                 raise RecordingFailedError(f"the record writer went away: {error}") from error
             raise
 
-    @property
-    def writer_pid(self) -> int:
-        """Process id of the writer."""
-        return self._process.pid
-
     def recorded(self, stream: str) -> int:
         """Rows of a stream that are safely on the disk."""
         return self._shared.recorded(stream)

@@ -20,8 +20,8 @@ from stepload.report.comparison_table import (
     ResultRow,
     Side,
     overlay,
-    power_of_ten,
     sides,
+    table_one,
     table_two,
 )
 from stepload.report.identified import FitRow, reported_fits
@@ -48,8 +48,6 @@ NAMES = {
     "secant_from_touch": "secant stiffness",
 }
 """Displayed name of what is compared."""
-COLUMNS = {"rs_btls": "RS-BTLS", "rs_rtls": "RS-RTLS"}
-"""The paper's two estimators; the table shows the chord as well."""
 _MOODS: dict[Agreement, Mood] = {
     Agreement.AGREE: "good",
     Agreement.DIFFER: "bad",
@@ -174,7 +172,10 @@ def comparison_schema() -> dict[str, Any]:
 def comparison_document(found: Comparison) -> Document:
     """A comparison for people."""
     listed = sides(found)
-    tables = [_differences(found), *map(_difference_table, found.differences)]
+    tables = [
+        table("Differences", DifferenceRow, found.differences),
+        *map(_difference_table, found.differences),
+    ]
     if found.curve:
         tables.append(
             table("Curves against runs", CurveRow, found.curve, correction_notes(found.curve))
@@ -200,10 +201,6 @@ def _named(found: Comparison) -> str:
     groups = [" + ".join(found.runs[place].run.name for place in group) for group in found.groups]
     text = " against ".join((*groups, *(each.name for each in found.given)))
     return text if len(text) <= LONGEST_TITLE else f"{text[: LONGEST_TITLE - 1]}…"
-
-
-def _differences(found: Comparison) -> Table:
-    return table("Differences", DifferenceRow, found.differences)
 
 
 def _difference_table(each: Difference) -> Table:
@@ -234,34 +231,6 @@ def _reasons(found: Comparison) -> list[str]:
         return reasons
     told = (f"{' + '.join(each.second)}: {each.verdict}, {each.why}" for each in found.differences)
     return [*told, *reasons]
-
-
-def table_one(found: Comparison) -> Table:
-    """K, n, secant by fit as in the paper's Table I, and the chord: one row for every run, as test
-    1, 2 … of its payload."""
-    columns = ["payload", "test", "run"]
-    for name in COLUMNS.values():
-        columns += [f"{name}: K [N/mⁿ]", "n", "secant [N/m]"]
-    columns += ["chord [N/m]", "95 % interval"]
-    rows, names = list[list[str]](), list[str]()
-    for place, each in enumerate(found.runs):
-        names.append(each.run.metadata.get("payload", "") or NOTHING)
-        row = [names[-1], f"{names.count(names[-1])}", each.run.name]
-        for fit in map(each.found.fits.get, COLUMNS):
-            row += [NOTHING] * 3 if fit is None else [
-                power_of_ten(fit.k), f"{fit.n:.2f}", power_of_ten(fit.secant_n_per_m)
-            ]  # fmt: skip
-        chord = [NOTHING] * 2
-        if found.chords:
-            low, high = map(power_of_ten, found.chords[place].interval_n_per_m)
-            chord = [power_of_ten(found.chords[place].value_n_per_m), f"[{low}, {high}]"]
-        rows.append([*row, *chord])
-    if len(set(names)) == 1:
-        columns, rows = columns[1:], [row[1:] for row in rows]
-    at = f(found.secant_force_n, "N")
-    notes = [f"Secants (28) at {at}; K and n are not to be read apart: K carries the unit of n."]
-    title = "Results side by side, as Table I of the paper"
-    return Table(title, columns, rows, notes, page_only=True)
 
 
 def correction_notes(curve: Sequence[AgainstCurve]) -> list[str]:
@@ -354,7 +323,10 @@ def _gravity(each: Difference) -> tuple[int, float]:
 def _sheet(found: Comparison, listed: list[Side], reasons: Sequence[str]) -> Certificate:
     """The sheet of a comparison."""
     runs = [each.run for each in found.runs]
-    tables = [_differences(found), *table_two(listed, found.secant_force_n)]
+    tables = [
+        table("Differences", DifferenceRow, found.differences),
+        *table_two(listed, found.secant_force_n),
+    ]
     curves = f", {len(found.given)} curves" if found.given else ""
     return Certificate(
         heading="Comparison of contact stiffness",

@@ -1,4 +1,4 @@
-"""Runs and curves side by side: Table II of the paper, their bounds, their picture (Figs. 8–13)."""
+"""Runs and curves side by side: Tables I and II of the paper, bounds, picture (Figs. 8–13)."""
 
 from __future__ import annotations
 
@@ -21,11 +21,14 @@ from stepload.identification.smooth import NORMAL_95
 from stepload.report import figures
 from stepload.report.comparison import Comparison
 from stepload.report.comparison_curve import Loading, correction_for
-from stepload.report.model import Table
+from stepload.report.model import NOTHING, Table
 from stepload.report.rows import Row, data, figure, form, part, table
 from stepload.report.run_figures import law_band
 from stepload.units import change
 from stepload.units import format_quantity as f
+
+COLUMNS = {"rs_btls": "RS-BTLS", "rs_rtls": "RS-RTLS"}
+"""The paper's two estimators; the table shows the chord as well."""
 
 
 def power_of_ten(value: float) -> str:
@@ -163,6 +166,34 @@ def _of_curves(found: Comparison) -> Iterator[Side]:
             _secants(at_n, secant, half_m) if secant and half_m else None,
             *used, law, tuple(Loading(end_m, law.force_n) for end_m in ends_m),
         )  # fmt: skip
+
+
+def table_one(found: Comparison) -> Table:
+    """K, n, secant by fit as in the paper's Table I, and the chord: one row for every run, as test
+    1, 2 … of its payload."""
+    columns = ["payload", "test", "run"]
+    for name in COLUMNS.values():
+        columns += [f"{name}: K [N/mⁿ]", "n", "secant [N/m]"]
+    columns += ["chord [N/m]", "95 % interval"]
+    rows, names = list[list[str]](), list[str]()
+    for place, each in enumerate(found.runs):
+        names.append(each.run.metadata.get("payload", "") or NOTHING)
+        row = [names[-1], f"{names.count(names[-1])}", each.run.name]
+        for fit in map(each.found.fits.get, COLUMNS):
+            row += [NOTHING] * 3 if fit is None else [
+                power_of_ten(fit.k), f"{fit.n:.2f}", power_of_ten(fit.secant_n_per_m)
+            ]  # fmt: skip
+        chord = [NOTHING] * 2
+        if found.chords:
+            low, high = map(power_of_ten, found.chords[place].interval_n_per_m)
+            chord = [power_of_ten(found.chords[place].value_n_per_m), f"[{low}, {high}]"]
+        rows.append([*row, *chord])
+    if len(set(names)) == 1:
+        columns, rows = columns[1:], [row[1:] for row in rows]
+    at = f(found.secant_force_n, "N")
+    notes = [f"Secants (28) at {at}; K and n are not to be read apart: K carries the unit of n."]
+    title = "Results side by side, as Table I of the paper"
+    return Table(title, columns, rows, notes, page_only=True)
 
 
 def table_two(listed: list[Side], at_n: float) -> list[Table]:

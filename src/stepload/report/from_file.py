@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 from typing import NamedTuple
 
+from stepload.contact.curve_factors import TipFactors
 from stepload.errors import BadInputError
 from stepload.identification.curve_channels import quantum
 from stepload.identification.identify import Identification, identify
@@ -25,7 +26,7 @@ from stepload.report.curve_zero import zero
 from stepload.report.model import finite
 from stepload.report.reasons import loaded
 from stepload.report.run_record import SavedRun, saved_run
-from stepload.report.tip_factors import TipFactors, with_factors
+from stepload.report.tip_factors import with_factors
 
 
 def is_record(path: Path) -> bool:

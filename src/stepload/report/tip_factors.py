@@ -2,53 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-import numpy as np
-
-from stepload.contact.curve_factors import rough_factor, yield_factor
+from stepload.contact.curve_factors import TipFactors
 from stepload.contact.elastic import equivalent_radius
-from stepload.contact.materials import Material, Sphere
+from stepload.contact.materials import Sphere
 from stepload.errors import BadInputError
 from stepload.feasibility.predicted import predict
-from stepload.identification.fit import FloatArray
 from stepload.plan.model import Payload
 from stepload.record.curves import Curve
-from stepload.units import format_quantity, parse_named
+from stepload.units import parse_named
 
 SHAPES = (".yaml", ".yml")
 """Endings of a payload's file, which stands for the curve that `predict` gives."""
-
-
-@dataclass(frozen=True, slots=True)
-class TipFactors:
-    """The factors of a curve: its tip, σ_eq or None for a smooth contact, and whether it yields."""
-
-    radius_m: float
-    material: Material
-    plate: Material
-    roughness_m: float | None
-    micro_hardness_pa: float | None
-    plastic: bool
-
-    def factor(self, force_n: FloatArray) -> FloatArray:
-        """Deformation over that of the smooth elastic tip, at forces (N,) above 0."""
-        tip = self.radius_m, self.material, self.plate
-        found = np.ones_like(force_n)
-        if self.roughness_m is not None:
-            found = rough_factor(force_n, *tip, self.roughness_m, self.micro_hardness_pa)
-        return found * yield_factor(force_n, *tip) if self.plastic else found
-
-    @property
-    def note(self) -> str:
-        """What the deformation was multiplied by, in a sentence."""
-        said = ["(10)"] * (self.roughness_m is not None) + ["(15)"] * self.plastic
-        figures = [f"tip radius {format_quantity(self.radius_m, 'm')}"]
-        if self.roughness_m is not None:
-            figures.append(f"σ_eq {format_quantity(self.roughness_m, 'm')}")
-            if self.micro_hardness_pa is not None:
-                figures.append(f"H_mic {format_quantity(self.micro_hardness_pa, 'Pa')}")
-        return f"deformation × factor of {' and '.join(said)}: {', '.join(figures)}"
 
 
 def tip_factors(

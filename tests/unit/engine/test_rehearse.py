@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from stepload.contact.materials import FlatPunch, Material, Sphere
-from stepload.engine.first_loading import true_secant
+from stepload.engine.first_loading import true_deformation
 from stepload.engine.rehearse import payload_truth, world_for
 from stepload.feasibility.preflight import derive
 from stepload.feasibility.theory import theory_of
@@ -108,6 +108,10 @@ PLAN = Plan(
     record=RecordPlan(Path("runs"), "", ""),
     sources=(),
 )
+
+
+def true_secant(payload: PayloadTruth, force_n: float) -> float:
+    return force_n / true_deformation(payload, force_n)
 
 
 def world(plan: Plan, **wanted: Any) -> WorldSpec:

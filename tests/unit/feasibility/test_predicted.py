@@ -18,6 +18,7 @@ from stepload.feasibility.preflight import preflight_of
 from stepload.feasibility.theory import theory_of
 from stepload.plan.load import load_payload, load_plan
 from stepload.plan.problems import PlanError
+from stepload.report.tip_factors import tip_factors
 
 CONE = "{shape: rounded_cone, radius: 20 mm, half_angle: 36 deg, base_radius: 30 mm}"
 PYRAMID = """{shape: rounded_pyramid, radius: 20 mm ± 1 %, half_angle: 30 deg,
@@ -165,20 +166,30 @@ def test_preflight_uses_the_curve_that_is_kept(
         assert theory_of(payload, 200.0).law == before.law
 
 
-def test_no_mesh_and_factors(tmp_path: Path) -> None:
+def test_no_mesh_and_factors(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     bare = load_payload(part(tmp_path, CONE))
     rough = load_payload(part(tmp_path, CONE, "roughness: 7.5 um\nmicro_hardness: 0.7 GPa"))
     smooth = predict(bare, 300.0, mesh=False)
     assert smooth.mesh is None
     assert smooth.fit.n == pytest.approx(1.5, abs=1e-2)
-    assert predict(rough, 300.0, mesh=False, rough=True).fit.n > smooth.fit.n + 0.03
-    assert predict(bare, 3000.0, mesh=False, plastic=True).fit.n < smooth.fit.n - 0.03
-    assert main(["predict", str(tmp_path / "part.yaml"), "--no-mesh", "--rough"]) == 0
+    factors = tip_factors(rough, rough=True, plastic=False)
+    curve = predict(rough, 300.0, factors=factors, mesh=False)
+    assert curve.fit.n > smooth.fit.n + 0.03
+    factors = tip_factors(bare, rough=False, plastic=True)
+    assert predict(bare, 3000.0, factors=factors, mesh=False).fit.n < smooth.fit.n - 0.03
+    asked = ["predict", str(tmp_path / "part.yaml"), "--no-mesh", "--rough"]
+    assert main(asked) == 0
     part(tmp_path, CONE)
     with pytest.raises(BadInputError, match="highest force"):
         main(["predict", str(tmp_path / "part.yaml"), "--to", "0 N"])
-    with pytest.raises(BadInputError, match="no roughness"):
-        main(["predict", str(tmp_path / "part.yaml"), "--no-mesh", "--rough"])
+    with pytest.raises(BadInputError, match="roughness"):
+        main(asked)
+    asked += ["--to", "300 N", "--json", "--surface", "7.5 um, 0.7 GPa"]
+    capsys.readouterr()
+    assert main(asked) == 0
+    assert json.loads(capsys.readouterr().out)["fit"]["n"] == pytest.approx(curve.fit.n)
+    assert main([*asked, "--tip-radius", "40 mm"]) == 0
+    assert json.loads(capsys.readouterr().out)["fit"]["n"] > curve.fit.n + 0.01
     part(tmp_path, TABLE, "force_limit: 400 N")
     with pytest.raises(BadInputError, match="no tip radius"):
         main(["predict", str(tmp_path / "part.yaml"), "--plastic"])

@@ -122,7 +122,7 @@ def test_the_last_name_is_on_the_disk_when_a_record_is_finished(
 
 
 def dead(recorder: Recorder) -> None:
-    os.kill(recorder.writer_pid, signal.SIGKILL)
+    os.kill(recorder._process.pid, signal.SIGKILL)
     recorder._process.wait()
 
 
@@ -168,8 +168,8 @@ def test_sync_waits_for_all_that_was_pushed(
     start: Start, make: SimpleNamespace, monkeypatch: pytest.MonkeyPatch, what: str
 ) -> None:
     recorder = start()
-    os.kill(recorder.writer_pid, signal.SIGSTOP)
-    until(lambda: b") T " in Path(f"/proc/{recorder.writer_pid}/stat").read_bytes())
+    os.kill(recorder._process.pid, signal.SIGSTOP)
+    until(lambda: b") T " in Path(f"/proc/{recorder._process.pid}/stat").read_bytes())
     if what == "row":
         recorder.tick(make.tick(0))
     else:
@@ -178,7 +178,7 @@ def test_sync_waits_for_all_that_was_pushed(
 
     def go_on(seconds: float) -> None:
         if not sleeps:
-            os.kill(recorder.writer_pid, signal.SIGCONT)
+            os.kill(recorder._process.pid, signal.SIGCONT)
         sleeps.append(seconds)
         sleep(seconds)
 
@@ -249,13 +249,13 @@ def test_lossless_waits_for_the_writer(start: Start, make: SimpleNamespace) -> N
 def test_a_full_ring_drops_the_newest_and_says_so(start: Start, make: SimpleNamespace) -> None:
     recorder = start({**RATES_HZ, "force": 60.0}, lossless=False)
     capacity = recorder._shared.capacity["force"]
-    os.kill(recorder.writer_pid, signal.SIGSTOP)
+    os.kill(recorder._process.pid, signal.SIGSTOP)
     try:
         for i in range(capacity + 10):
             recorder.force(make.force(i))
         problem = next(filter(None, (recorder.problem() for _ in range(1000))), "")
     finally:
-        os.kill(recorder.writer_pid, signal.SIGCONT)
+        os.kill(recorder._process.pid, signal.SIGCONT)
     assert "10 of force" in problem
     got = read_recording(recorder.finish({}, "stopped"))
     assert got.force.sequence.tolist() == list(range(capacity))
@@ -265,7 +265,7 @@ def test_a_full_ring_drops_the_newest_and_says_so(start: Start, make: SimpleName
 def test_signals_to_the_group_do_not_reach_the_writer(start: Start, make: SimpleNamespace) -> None:
     recorder = start()
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        os.kill(recorder.writer_pid, number)
+        os.kill(recorder._process.pid, number)
     fill(recorder, make, 100)
     assert len(read_recording(recorder.finish({}, "stopped")).force.sequence) == 100
 
@@ -277,7 +277,7 @@ def test_a_full_disk_is_a_problem_and_leaves_a_repairable_file(
     fill(recorder, make, 200)
     until(lambda: recorder.recorded("tick") == 100)
     size = recorder.part_path.stat().st_size + 4096
-    resource.prlimit(recorder.writer_pid, resource.RLIMIT_FSIZE, (size, size))
+    resource.prlimit(recorder._process.pid, resource.RLIMIT_FSIZE, (size, size))
     written = 200
     while not (problem := recorder.problem()):
         recorder.force(make.force(written))
@@ -298,7 +298,7 @@ def test_a_failed_writer_keeps_the_file_until_the_run_lets_go(
 ) -> None:
     recorder = start()
     size = recorder.part_path.stat().st_size
-    resource.prlimit(recorder.writer_pid, resource.RLIMIT_FSIZE, (size, size))
+    resource.prlimit(recorder._process.pid, resource.RLIMIT_FSIZE, (size, size))
     recorder.force(make.force(0))
     until(lambda: recorder._shared.counters[0] == State.FAILED)
     recorder._file_fd, held = os.open(os.devnull, os.O_RDONLY), recorder._file_fd

@@ -6,9 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from stepload.jobs.jobs import Job
 from stepload_verify.campaign.ablation import jobs_without, without
-from stepload_verify.campaign.result import Result
+from stepload_verify.campaign.result import Job, Result
 
 STOPPED = Result(
     series="one", index=0, rig_class="one axis, two channels", healthy=False, wrong=("force_nan",),

@@ -18,8 +18,7 @@ from stepload.engine.tick import Engine
 from stepload.engine.watch import Trip
 from stepload.errors import BadInputError
 from stepload.feasibility.limits import RunLimits
-from stepload.jobs.jobs import Job
-from stepload_verify.campaign.result import Result
+from stepload_verify.campaign.result import Job, Result
 from stepload_verify.campaign.summary import Group, claimed, group
 
 

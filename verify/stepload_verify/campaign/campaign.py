@@ -2,28 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
-from dataclasses import dataclass
 from pathlib import Path
 
-from stepload.jobs.jobs import Job, run_all
+from stepload.jobs.jobs import run_all
 from stepload.jobs.pool import Pool
-from stepload.jobs.store import Store
-from stepload_verify.campaign.result import Result
+from stepload.jobs.store import RowT, Store
+from stepload_verify.campaign.result import Job, Result
 from stepload_verify.campaign.work import Work
 
 FILES = ("campaign.json", "runs.jsonl")
-
-
-@dataclass(frozen=True, slots=True)
-class Progress:
-    """Progress of a campaign."""
-
-    done: int
-    total: int
-    above_elastic_limit: int
-    false_trips: int
 
 
 def jobs_for(runs: int, series: Sequence[str]) -> list[Job]:
@@ -37,7 +26,7 @@ def run_campaign(
     *,
     pool: Pool,
     directory: Path | None = None,
-    on_progress: Callable[[Progress], None] | None = None,
+    on_progress: Callable[[Sequence[Result]], None] | None = None,
 ) -> list[Result]:
     """Do those of these runs that are not in `directory` yet; all their results, in order.
 
@@ -45,17 +34,17 @@ def run_campaign(
         RefusedError: the directory holds another campaign.
     """
     if directory is None:
-        return _ordered(_finish(work, jobs, [], pool, None, on_progress), jobs)
+        return _finish(work, jobs, [], pool, None, on_progress)
     header: dict[str, object] = {
         "seed": work.seed,
         "faults": ",".join(work.kinds),
         "faults_per_run": work.at_once,
         "without": work.ablation,
-        "plan": work.template.digest,
+        "plan": [source.sha256 for source in work.template.sources],
         "code": work.digest,
     }
     with Store(directory, FILES, header, Result.from_line) as store:
-        return _ordered(_finish(work, jobs, store.rows, pool, store, on_progress), jobs)
+        return _finish(work, jobs, store.rows, pool, store, on_progress)
 
 
 def _finish(
@@ -64,30 +53,27 @@ def _finish(
     results: list[Result],
     pool: Pool,
     store: Store[Result] | None,
-    on_progress: Callable[[Progress], None] | None,
+    on_progress: Callable[[Sequence[Result]], None] | None,
 ) -> list[Result]:
-    wanted = set(jobs)
-    there = {Job(row.series, row.index) for row in results}
+    place = {job: number for number, job in enumerate(jobs)}
+    kept = [row for row in results if Job(row.series, row.index) in place]
+    there = {Job(row.series, row.index) for row in kept}
     left = [job for job in jobs if job not in there]
-    kept = [row for row in results if Job(row.series, row.index) in wanted]
-    above = sum(_above(row) for row in kept)
-    false = sum(row.false_trip for row in kept)
-    with closing(run_all(work, left, pool)) as batches:
+    collect(run_all(work, left, pool), kept, store, on_progress)
+    return sorted(kept, key=lambda row: place[Job(row.series, row.index)])
+
+
+def collect(
+    batches: Generator[list[RowT], None, None],
+    rows: list[RowT],
+    store: Store[RowT] | None,
+    on_progress: Callable[[Sequence[RowT]], None] | None,
+) -> None:
+    """Add the batches to the rows and to their store, as they come."""
+    with closing(batches):
         for batch in batches:
             if store:
                 store.add(batch)
-            kept += batch
-            above += sum(_above(row) for row in batch)
-            false += sum(row.false_trip for row in batch)
+            rows += batch
             if on_progress:
-                on_progress(Progress(len(kept), len(jobs), above, false))
-    return kept
-
-
-def _above(row: Result) -> bool:
-    return not row.hazard and row.peak_ratio > 1.0
-
-
-def _ordered(results: Sequence[Result], jobs: Sequence[Job]) -> list[Result]:
-    place = {job: number for number, job in enumerate(jobs)}
-    return sorted(results, key=lambda row: place[Job(row.series, row.index)])
+                on_progress(rows)

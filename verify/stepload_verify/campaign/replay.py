@@ -7,11 +7,10 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from stepload.errors import BadInputError, RefusedError
-from stepload.jobs.jobs import Job
 from stepload.record.outcome import RunOutcome
 from stepload.record.rows import Phase, TickRow
 from stepload_verify.campaign.ablation import Ablation
-from stepload_verify.campaign.result import Result
+from stepload_verify.campaign.result import Job, Result
 from stepload_verify.campaign.scenario import (
     ONE_AXIS,
     SIX_AXES,

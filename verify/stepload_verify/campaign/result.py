@@ -13,6 +13,14 @@ REFUSED = "refused"
 
 
 @dataclass(frozen=True, slots=True)
+class Job:
+    """One run to be done; with the seed of the work its series and number decide all draws."""
+
+    series: str
+    index: int
+
+
+@dataclass(frozen=True, slots=True)
 class Result:
     """One run. `rule` is what stopped it, "" if nothing did; times in s of world time.
 

@@ -78,32 +78,9 @@ def rate_bound(events: int, runs: int) -> float:
 
     With no event it is 1 − 0.05^(1/n), about 3/n.
     """
-    if runs == 0 or events >= runs:
-        return 1.0
-    if events == 0:
-        return -math.expm1(math.log1p(-CONFIDENCE) / runs)
-    low, high = events / runs, 1.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if _at_most(events, runs, middle) > 1.0 - CONFIDENCE:
-            low = middle
-        else:
-            high = middle
-    return high
+    from scipy.special import betaincinv
 
-
-def _at_most(events: int, runs: int, rate: float) -> float:
-    """Probability of so many events or fewer."""
-    return sum(
-        math.exp(
-            math.lgamma(runs + 1)
-            - math.lgamma(i + 1)
-            - math.lgamma(runs - i + 1)
-            + i * math.log(rate)
-            + (runs - i) * math.log1p(-rate)
-        )
-        for i in range(events + 1)
-    )
+    return float(betaincinv(events + 1, runs - events, CONFIDENCE)) if events < runs else 1.0
 
 
 def quantile(values: Sequence[float], share: float) -> float:

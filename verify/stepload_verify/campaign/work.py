@@ -14,13 +14,12 @@ import stepload
 from stepload.feasibility.bounds import stuck_ratio
 from stepload.feasibility.preflight import Preflight, derive
 from stepload.feasibility.reason import PlanVerdict, Severity
-from stepload.jobs.jobs import Job
 from stepload.plan.model import Plan
 from stepload.rig.world import WorldSpec, load_world
 from stepload_verify.campaign.ablation import Ablation
 from stepload_verify.campaign.lab_plans import lab_plan
 from stepload_verify.campaign.mounts import draw_stance, fits, mounted
-from stepload_verify.campaign.result import REFUSED, Result
+from stepload_verify.campaign.result import REFUSED, Job, Result
 from stepload_verify.campaign.scenario import SIX_AXES, Scenario, draw
 from stepload_verify.campaign.single import run_scenario
 from stepload_verify.campaign.truth import draw_truth

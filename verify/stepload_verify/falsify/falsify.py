@@ -6,7 +6,6 @@ import csv
 import math
 import re
 from collections.abc import Callable, Sequence
-from contextlib import closing
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,6 +14,7 @@ from stepload.jobs.jobs import run_all
 from stepload.jobs.pool import Pool
 from stepload.jobs.store import Store
 from stepload.plan.model import Plan
+from stepload_verify.campaign.campaign import collect
 from stepload_verify.campaign.work import loaded
 from stepload_verify.falsify.hunt import Hunt, Row
 from stepload_verify.falsify.scene import Bench
@@ -62,14 +62,15 @@ def falsify(
         RefusedError: the directory holds another search.
     """
     if directory is None:
-        return ranked(_finish(what, strata, [], None, pool, on_progress))
+        return _finish(what, strata, [], None, pool, on_progress)
     header: dict[str, object] = {
-        "seed": what.seed, "plan": what.template.digest, "code": what.digest,
+        "seed": what.seed, "plan": [source.sha256 for source in what.template.sources],
+        "code": what.digest,
     }  # fmt: skip
     with Store(directory, FILES, header, Row.from_line) as store:
         wanted = {stratum.name for stratum in strata}
         kept = [r for r in store.rows if r.series in wanted and r.index == what.evaluations]
-        rows = ranked(_finish(what, strata, kept, store, pool, on_progress))
+        rows = _finish(what, strata, kept, store, pool, on_progress)
     _write(directory, what, strata, rows)
     return rows
 
@@ -84,14 +85,8 @@ def _finish(
 ) -> list[Row]:
     there = {row.series for row in rows}
     left = [stratum for stratum in strata if stratum.name not in there]
-    with closing(run_all(what, left, pool, 1)) as batches:
-        for batch in batches:
-            if store:
-                store.add(batch)
-            rows += batch
-            if on_progress:
-                on_progress(rows)
-    return rows
+    collect(run_all(what, left, pool, 1), rows, store, on_progress)
+    return ranked(rows)
 
 
 def ranked(rows: Sequence[Row]) -> list[Row]:

@@ -6,15 +6,15 @@ broken by a rig with several figures at an end at once. On each rig several faul
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from random import Random
 from typing import Any
 
 import numpy as np
 
+from stepload.declaration.sections import adapter
 from stepload.plan.model import Plan
 from stepload_verify.falsify.scene import Bench, length, rig_length
 from stepload_verify.falsify.strata import Stratum
@@ -105,21 +105,13 @@ class Row:
 
     def to_line(self) -> str:
         """One line of JSON, without its line end."""
-        return json.dumps(asdict(self), separators=(",", ":"), allow_nan=False)
+        return str(adapter(Row).dump_json(self).decode())
 
     @classmethod
     def from_line(cls, line: str) -> Row:
-        """The inverse of `to_line`.
-
-        Raises:
-            ValueError: not such a line.
-        """
-        try:
-            data = json.loads(line)
-            points = {name: tuple(data[name]) for name in ("point", "hazard_point")}
-            return cls(**{**data, **points})
-        except (TypeError, KeyError) as error:
-            raise ValueError(f"not a row of a search: {error}") from error
+        """The inverse of `to_line`; raises ValueError where it is no such line."""
+        row: Row = adapter(Row).validate_json(line)
+        return row
 
 
 def to_the_ends(number: float) -> float:

@@ -4,21 +4,26 @@ from __future__ import annotations
 
 from stepload.contact.elastic import equivalent_modulus
 from stepload_verify.paper.printed import ALUMINIUM, SPHERE
-from stepload_verify.paper.section import Section
+from stepload_verify.paper.rows import Section
 
-_COPY = """\
+_OTHER_MEANS = """\
+A test runs every command below, in this order. Leave out `--dry-run` on your own rig. Dry runs \
+show no agreement with the paper.
+
 ```console
 $ stepload paper --out paper.md                  # this page, its figures, and the curves in paper/
 $ stepload plans copy system-stiffness
 $ stepload plans copy plastic-sphere
-```"""
+```
 
-_CALIBRATE = """\
+The system stiffness first (26):
+
 ```console
 $ stepload calibrate system-stiffness.yaml --dry-run --seed 1 --record calibration/stvf.json
-```"""
+```
 
-_SPHERE_PLAN = """\
+A plan with that record, `sphere.yaml`:
+
 ```yaml
 stepload: 1
 payload: payloads/plastic-sphere.yaml
@@ -31,22 +36,24 @@ procedure:
   hold: 3 s
   surface_distance: 5 mm
 identify: {temperature: 23 degC}
-```"""
+```
 
-_RUN = """\
 ```console
 $ stepload run sphere.yaml --dry-run --seed 2 --out test-1
 $ stepload identify test-1/run.mcap
-```"""
+```
 
-_ELEMENTS = """\
+Finite elements with (10) and the product's own hardness; then the curve of this page. Its zero is \
+the mean plane, that of a run is its touch: `compare` finds other secants and the same chord.
+
 ```console
 $ stepload predict payloads/plastic-sphere.yaml --to "300 N" --rough --csv elements.csv
 $ stepload identify elements.csv --secant-force "300 N"
-$ stepload compare test-1 --curve paper/elements-plastic-sphere.csv --curve-modulus "{modulus}"
-```"""
+$ stepload compare test-1 --curve paper/elements-plastic-sphere.csv --curve-modulus "MODULUS"
+```
 
-_INSTRON = """\
+Another machine and counter body, `instron.yaml`; its curve is scaled by E_eq:
+
 ```yaml
 stepload: 1
 payload:
@@ -57,22 +64,24 @@ payload:
   roughness: 7.5 µm
 rig: one-axis                                    # K_s, resolutions and misfit of the Instron
 procedure: {step: 50 N, top_force: 300 N, hold: 3 s, surface_distance: 5 mm}
-```"""
+```
 
-_AGAINST = """\
 ```console
 $ stepload run instron.yaml --dry-run --seed 3 --out instron
 $ stepload identify paper/instron-plastic-sphere.csv --secant-force "300 N" --msde "1.31 um"
 $ stepload compare test-1 --curve paper/instron-plastic-sphere.csv --curve-plate "200 GPa, 0.29"
 ```"""
 
-_TESTS = """\
+_ROBOT_RIG = """\
+The plastic sphere a second time, and test 1 against test 2:
+
 ```console
 $ stepload run sphere.yaml --dry-run --seed 4 --out test-2
 $ stepload compare test-1 test-2 --out tests
-```"""
+```
 
-_REFUSED = """\
+The other payloads are refused at 300 N:
+
 ```console
 $ stepload plans copy plastic-cone
 $ stepload plans copy plastic-pyramid
@@ -84,55 +93,17 @@ $ stepload preflight plastic-pyramid.yaml        # refused: 257 F_c
 $ stepload preflight aluminium-sphere.yaml       # refused: above F_c and beyond K_max
 $ stepload preflight plastic-cube.yaml           # refused: beyond K_max
 $ stepload preflight plastic-prism.yaml          # refused: beyond K_max
-```"""
+```
+
+Below F_c, 9.6 and 1.2 N, the tips leave little above the touch of 4 N; the aluminium sphere is \
+beyond K_max below its F_c, too."""
 
 
-def other_means() -> Section:
-    """V-A: system stiffness, payload, finite elements and another machine."""
-    modulus = equivalent_modulus(SPHERE.material, ALUMINIUM)
-    lines = (
-        "A test runs every command below, in this order. Leave out `--dry-run` on your own rig. "
-        "Dry runs show no agreement with the paper.",
-        "",
-        _COPY,
-        "",
-        "The system stiffness first (26):",
-        "",
-        _CALIBRATE,
-        "",
-        "A plan with that record, `sphere.yaml`:",
-        "",
-        _SPHERE_PLAN,
-        "",
-        _RUN,
-        "",
-        "Finite elements with (10) and the product's own hardness; then the curve of this page. "
-        "Its zero is the mean plane, that of a run is its touch: `compare` finds other secants and "
-        "the same chord.",
-        "",
-        _ELEMENTS.format(modulus=f"{modulus / 1e9:.2f} GPa"),
-        "",
-        "Another machine and counter body, `instron.yaml`; its curve is scaled by E_eq:",
-        "",
-        _INSTRON,
-        "",
-        _AGAINST,
+def sections() -> tuple[Section, ...]:
+    """V-A: other means for the same payload; V-B: the payloads twice, and what is refused."""
+    modulus = f"{equivalent_modulus(SPHERE.material, ALUMINIUM) / 1e9:.2f} GPa"
+    other_means = _OTHER_MEANS.replace("MODULUS", modulus)
+    return (
+        Section("V-A: other means for the same payload", (other_means,)),
+        Section("V-B: the payloads on the robot rig", (_ROBOT_RIG,)),
     )
-    return Section("V-A: other means for the same payload", lines)
-
-
-def robot_rig() -> Section:
-    """V-B: the payloads on the robot rig, twice, and what cannot be pressed."""
-    lines = (
-        "The plastic sphere a second time, and test 1 against test 2:",
-        "",
-        _TESTS,
-        "",
-        "The other payloads are refused at 300 N:",
-        "",
-        _REFUSED,
-        "",
-        "Below F_c, 9.6 and 1.2 N, the tips leave little above the touch of 4 N; the aluminium "
-        "sphere is beyond K_max below its F_c, too.",
-    )
-    return Section("V-B: the payloads on the robot rig", lines)

@@ -19,8 +19,7 @@ from stepload_verify.paper.printed import (
     SPHERE,
     Payload,
 )
-from stepload_verify.paper.rows import number
-from stepload_verify.paper.section import Section
+from stepload_verify.paper.rows import Section, number
 from stepload_verify.paper.simulated import KNOWN, RUNS, TOUCH, Kept, curve_csv, rig_of, seed_of
 from stepload_verify.paper.step_load import press
 from stepload_verify.paper.tables import elements

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from stepload_verify.paper import commands, discussion, intervals, rigs, simulated, tables
 from stepload_verify.paper.figures import all_figures
-from stepload_verify.paper.rows import SHOWS, Kind, Row, Verdict
-from stepload_verify.paper.section import Section
+from stepload_verify.paper.rows import SHOWS, Kind, Row, Section, Verdict
 from stepload_verify.paper.simulated import SEED, Kept
 
 KEPT = "simulated.csv"
@@ -31,6 +29,10 @@ _VERDICTS = """\
 - **shows nothing**: inside a band wider than ±0.25 in n̂ or ±20 % in the secant;
 - **differs**: the rest."""
 
+_COUNTED = (
+    "| evidence | numbers | agree | near | show nothing | differ | what it rests on |",
+    "|---|---|---|---|---|---|---|",
+)
 _MISSING = """\
 # What cannot be had
 
@@ -45,39 +47,23 @@ The text of the paper is not part of this project. These are missing:
 - the sizes of cube and prism."""
 
 
-@dataclass(frozen=True, slots=True)
-class Part:
-    """Sections under one heading."""
-
-    title: str
-    about: str
-    sections: tuple[Section, ...]
-
-    def text(self) -> str:
-        """The part as Markdown."""
-        head = [f"# {self.title}", "", *((self.about, "") if self.about else ())]
-        return "\n".join([*head, *(section.text() for section in self.sections)])
+Parts = Mapping[str, Sequence[Section]]
+"""Sections by the heading over them."""
 
 
-def parts(kept: Kept, *, figures: bool = True) -> list[Part]:
+def parts(kept: Kept, *, figures: bool = True) -> Parts:
     """The whole page from what is kept; every number in it follows from that and equations."""
     counted = {key[-1]: found for key, found in kept.items() if key[1] == "intervals"}
-    return [
-        Part(
-            "The printed numbers",
-            "",
+    return {
+        "The printed numbers":
             (tables.theory(), tables.table_one(kept), tables.table_two(kept), tables.prose(kept)),
-        ),
-        Part("What they show", "", (discussion.payloads(kept),)),
-        Part("Figures", "", (discussion.figures(all_figures() if figures else {}),)),
-        Part(
-            "How it was computed",
-            "",
+        "What they show": (discussion.payloads(kept),),
+        "Figures": (discussion.figures(all_figures() if figures else {}),),
+        "How it was computed":
             (discussion.finite_elements(), discussion.sequence(), intervals.section(counted, SEED),
              rigs.shares()),
-        ),
-        Part("As commands", "", (commands.other_means(), commands.robot_rig())),
-    ]  # fmt: skip
+        "As commands": commands.sections(),
+    }  # fmt: skip
 
 
 def generate(out: Path) -> list[Row]:
@@ -97,46 +83,43 @@ def generate(out: Path) -> list[Row]:
     return [row for row in counted_rows(made) if row.verdict is Verdict.DIFFERS]
 
 
-def sections_of(made: Iterable[Part]) -> list[Section]:
+def sections_of(made: Parts) -> list[Section]:
     """All of their sections."""
-    return [section for part in made for section in part.sections]
+    return [section for part in made.values() for section in part]
 
 
-def text(made: list[Part]) -> str:
+def text(made: Parts) -> str:
     """The Markdown of the whole document."""
-    return "\n".join([_HEAD, "", *summary(made), "", _VERDICTS, "", *(p.text() for p in made),
-                      _MISSING, ""])  # fmt: skip
+    body = [
+        line
+        for title, part in made.items()
+        for line in (f"# {title}", "", *(section.text() for section in part))
+    ]
+    return "\n".join([_HEAD, "", *summary(made), "", _VERDICTS, "", *body, _MISSING, ""])
 
 
-def counted_rows(made: Iterable[Part]) -> list[Row]:
+def counted_rows(made: Parts) -> list[Row]:
     """Every printed number that is not a repeat."""
     return [row for section in sections_of(made) for row in section.rows if not row.repeats]
 
 
-def summary(made: list[Part]) -> list[str]:
+def summary(made: Parts) -> list[str]:
     """How many printed numbers, by kind of evidence and verdict."""
     rows = [row for section in sections_of(made) for row in section.rows]
     once = counted_rows(made)
-    lines = [
-        "| evidence | numbers | agree | near | show nothing | differ | what it rests on |",
-        "|---|---|---|---|---|---|---|",
-    ]
-    lines += [
-        _counts(kind, [row for row in once if row.kind is kind], SHOWS[kind]) for kind in Kind
-    ]
     known = [row for section in sections_of(made) for row in section.beside if not row.repeats]
-    lines += [
+    return [
+        *_COUNTED,
+        *(_counts(kind, [row for row in once if row.kind is kind], SHOWS[kind]) for kind in Kind),
         _counts("**all**", once, ""),
         "",
         f"{len(rows)} numbers are printed; {len(rows) - len(once)} of them repeat Table I in "
         "Table II. The simulated runs begin at a touch of 3 N, as declared before they were made. "
         "The same numbers with the zero known, not counted above:",
         "",
-        "| evidence | numbers | agree | near | show nothing | differ | what it rests on |",
-        "|---|---|---|---|---|---|---|",
+        *_COUNTED,
         _counts("simulated, zero known", known, "δ from the mean plane, as in (10)"),
     ]
-    return lines
 
 
 def _counts(name: str, rows: list[Row], shows: str) -> str:

@@ -17,8 +17,7 @@ from stepload.identification.samples import uniform_in_force
 from stepload.identification.verdict import Judgement, judge
 from stepload_verify.paper import laws
 from stepload_verify.paper.printed import SECANT_FORCE_N, SPHERE
-from stepload_verify.paper.rows import number
-from stepload_verify.paper.section import Section
+from stepload_verify.paper.rows import Section, number
 from stepload_verify.paper.step_load import SCENARIO_C, STVF, RawRun, press
 
 HELD = ("holds the secant from the mean plane", "holds the secant from the touch", "chord, ratio")

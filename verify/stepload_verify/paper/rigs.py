@@ -9,8 +9,7 @@ from stepload.feasibility.draft_plan import plan_of
 from stepload.identification.identifiability import identifiability
 from stepload.plan.shipped import payload_folder
 from stepload_verify.paper.printed import FLAT_FACE, PAYLOADS, SECANT_FORCE_N
-from stepload_verify.paper.rows import number
-from stepload_verify.paper.section import Section
+from stepload_verify.paper.rows import Section, number
 from stepload_verify.paper.step_load import INSTRON, STVF
 
 _ARMS = ("ur5e", "ur16e")

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 NEAR = 0.05
@@ -88,6 +88,22 @@ class Row:
             return self.ours <= float(self.printed)
         low, high = self.span or (self.ours, self.ours)
         return meets(self.printed, low, high)
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """`lines` are Markdown with the tables in place, `rows` the printed numbers in them,
+    `beside` the same from other evidence, not counted, `files` SVG and CSV text by file name."""
+
+    title: str
+    lines: tuple[str, ...]
+    rows: tuple[Row, ...] = ()
+    beside: tuple[Row, ...] = ()
+    files: Mapping[str, str] = field(default_factory=dict)
+
+    def text(self) -> str:
+        """The section as Markdown."""
+        return "\n".join([f"## {self.title}", "", *self.lines, ""])
 
 
 def meets(printed: str, low: float, high: float) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,14 +38,13 @@ class Errors:
 
     `touch_force_n` is the threshold at which the zero of position is taken (None: zero known),
     `stiffness_sigma` the relative error of the believed K_s, `smooth_m` the sd of the kinematic
-    error with its correlation `length_n` and `kernel`.
+    error with its correlation `length_n`.
     """
 
     touch_force_n: float | None = 3.0
     stiffness_sigma: float = 0.0
     smooth_m: float = 0.0
     length_n: float = 50.0
-    kernel: Literal["squared", "exponential"] = "squared"
 
 
 SCENARIO_C = Errors(stiffness_sigma=0.02, smooth_m=0.54e-6)
@@ -107,19 +106,17 @@ def press(law: Law, rig: StepRig, errors: Errors, rng: np.random.Generator) -> R
 def smooth_error(force_n: FloatArray, errors: Errors, rng: np.random.Generator) -> FloatArray:
     """A draw (N,) of the kinematic error in m: one function of force for the whole run."""
     top = float(force_n.max())
-    draw = _root(errors.length_n / top, errors.kernel) @ rng.standard_normal(_KNOTS)
+    draw = _root(errors.length_n / top) @ rng.standard_normal(_KNOTS)
     knots = np.linspace(0.0, top, _KNOTS)
     return np.asarray(errors.smooth_m * np.interp(force_n, knots, draw))
 
 
 @cache
-def _root(length: float, kernel: str) -> FloatArray:
+def _root(length: float) -> FloatArray:
     """Square root of the correlation over a range of 1."""
     knots = np.linspace(0.0, 1.0, _KNOTS)
     distance = np.abs(np.subtract.outer(knots, knots)) / length
-    value, vector = np.linalg.eigh(
-        np.exp(-0.5 * distance**2) if kernel == "squared" else np.exp(-distance)
-    )
+    value, vector = np.linalg.eigh(np.exp(-0.5 * distance**2))
     return np.asarray(vector * np.sqrt(np.clip(value, 0.0, None)))
 
 

@@ -24,8 +24,17 @@ from stepload_verify.paper.printed import (
     Estimate,
     Payload,
 )
-from stepload_verify.paper.rows import NEAR, Kind, Row, Verdict, half_digit, number, off, table
-from stepload_verify.paper.section import Section
+from stepload_verify.paper.rows import (
+    NEAR,
+    Kind,
+    Row,
+    Section,
+    half_digit,
+    meets,
+    number,
+    off,
+    table,
+)
 from stepload_verify.paper.simulated import KNOWN, QUANTITIES, TOUCH, Kept
 from stepload_verify.paper.step_load import STVF
 
@@ -60,6 +69,7 @@ def table_one(kept: Kept) -> Section:
             kept, payload, test, label, getattr(payload, field)[test is Test.TWO]
         )
     ]
+    rows, beside = zip(*pairs, strict=True)
     return Section(
         "Table I",
         (
@@ -70,7 +80,8 @@ def table_one(kept: Kept) -> Section:
             "",
             *_pairs_that_fit(),
         ),
-        *_unzipped(pairs),
+        rows,
+        beside,
     )
 
 
@@ -117,7 +128,7 @@ def table_two(kept: Kept) -> Section:
             for h in _HARDNESS_PA
         ),
     ]
-    rows, beside = _unzipped(tests)
+    rows, beside = zip(*tests, strict=True)
     return Section("Table II", tuple(lines), (*rows, *meshes), beside)
 
 
@@ -292,10 +303,6 @@ def _near(quantity: str, texts: Estimate) -> float:
     return math.expm1(NEAR * float(texts.n) * math.log(float(texts.secant) / SECANT_FORCE_N))
 
 
-def _unzipped(pairs: list[tuple[Row, Row]]) -> tuple[tuple[Row, ...], tuple[Row, ...]]:
-    return tuple(touch for touch, _ in pairs), tuple(known for _, known in pairs)
-
-
 def _both_zeros(pairs: Iterable[tuple[Row, Row]]) -> list[str]:
     lines = [
         "| quantity | printed | touch at 3 N | deviation | verdict | zero known | deviation "
@@ -326,22 +333,17 @@ def secant_span(estimate: Estimate) -> tuple[float, float]:
 
 def misfits() -> list[tuple[str, Estimate]]:
     """Printed rows whose secant (28) is not that of their K̂ and n̂ within rounding."""
-    rows = [
-        (f"{p.name}, {place}", estimate)
+    return [
+        (f"{p.name}, {place}", each)
         for p in PAYLOADS
-        for place, estimate in (
+        for place, each in (
             ("test 1, RS-BTLS", p.rs_btls[0]), ("test 2, RS-BTLS", p.rs_btls[1]),
             ("test 1, RS-RTLS", p.rs_rtls[0]), ("test 2, RS-RTLS", p.rs_rtls[1]),
             ("Instron", p.instron), ("finite elements", p.smooth),
             ("finite elements × (10)", p.rough),
         )
+        if not meets(each.secant, *secant_span(each))
     ]  # fmt: skip
-    return [
-        (name, each)
-        for name, each in rows
-        if Row("", each.secant, 1.0, Kind.ARITHMETIC, secant_span(each)).verdict
-        is not Verdict.AGREES
-    ]
 
 
 def _pairs_that_fit() -> list[str]:
