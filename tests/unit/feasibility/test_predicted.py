@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ import pytest
 
 from stepload.cli.main import app
 from stepload.contact.materials import Body, Profile, RoundedCone, RoundedPyramid
-from stepload.errors import BadInputError
+from stepload.errors import BadInputError, DomainError
 from stepload.feasibility.predicted import MESHED, cache_directory, predict
 from stepload.feasibility.preflight import preflight_of
 from stepload.feasibility.theory import theory_of
@@ -149,6 +150,7 @@ def test_preflight_uses_the_curve_that_is_kept(
     assert plot.read_text().lstrip().startswith("<?xml")
     after = theory_of(payload, 200.0)
     assert after.law.equation == MESHED
+    assert after.counted.lower_n <= before.counted.lower_n  # F_c never rises by a mesh
     assert (after.law.k, after.law.n) == pytest.approx((told["fit"]["k"], told["fit"]["n"]))
     assert theory_of(payload, 190.0).law == theory_of(payload, 190.0).stiffest != after.law
     monkeypatch.setitem(sys.modules, "gmsh", None)  # what is kept needs no mesh
@@ -160,9 +162,36 @@ def test_preflight_uses_the_curve_that_is_kept(
     (kept,) = cache_directory().iterdir()
     data = json.loads(kept.read_text())
     data["deformation_m"] = [10.0 * each for each in data["deformation_m"]]
-    for text in (json.dumps(data), "{}"):  # not believed, not readable
+    empty = json.dumps({key: [] if isinstance(data[key], list) else data[key] for key in data})
+    for text in (json.dumps(data), empty, "{}"):  # not believed, not readable
         kept.write_text(text)
         assert theory_of(payload, 200.0).law == before.law
+
+
+def test_a_body_that_yields_below_the_limit_of_its_tip(tmp_path: Path) -> None:
+    narrow = "{shape: profile, exponents: [2], gaps: [69.7 um], at_radius: 2 mm, body: {B}}"
+    path = part(tmp_path, narrow.replace("B", "height: 20 mm, radius: 2.5 mm"))
+    before = theory_of(load_payload(path), 300.0)
+    found = predict(load_payload(path), 700.0).mesh
+    assert found is not None
+    assert found.yield_force_n == pytest.approx(447.0, rel=0.02)
+    for top_n in (300.0, 700.0, None):  # whatever the force that the mesh was made for
+        after = theory_of(load_payload(path), top_n)
+        assert (after.elastic_limit_n, after.limit_equation) == (found.yield_force_n, MESHED)
+        assert after.counted.sigma_ln == pytest.approx(before.counted.sigma_ln)
+    declared = replace(load_payload(path), declared_force_limit_n=99.0)
+    assert theory_of(declared).elastic_limit_n == 99.0
+    (kept,) = cache_directory().iterdir()
+    kept.rename(kept.with_name(kept.name.replace("-700", "-600")))  # not of these forces
+    assert theory_of(load_payload(path)).elastic_limit_n == before.elastic_limit_n
+
+
+def test_rubber_is_not_meshed(tmp_path: Path) -> None:
+    path = part(tmp_path, CONE)
+    path.write_text(path.read_text().replace("poisson_ratio: 0.3,", "poisson_ratio: 0.5,"))
+    with pytest.raises(DomainError, match="Poisson"):
+        predict(load_payload(path), 200.0)
+    assert predict(load_payload(path), 200.0, mesh=False).fit.n > 1.0
 
 
 def test_no_mesh_and_factors(tmp_path: Path) -> None:
