@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from typer import Argument, Option
 
 from stepload.cli.options import quantity
+from stepload.errors import BadInputError
 from stepload.report.terminal import AsJson, Output
 
 if TYPE_CHECKING:
@@ -37,8 +38,11 @@ def predict(
     """
     from stepload.feasibility import predicted
     from stepload.plan.room_to_write import check_new
+    from stepload.record.curves import FACTORED
 
     output = Output(as_json=as_json)
+    if plot is not None and plot.suffix.lower() not in (".svg", ".png"):
+        raise BadInputError(f"--plot {plot}", hint="a file that ends in .svg or .png")
     for flag, path in (("--csv", csv), ("--plot", plot)):
         if path is not None:
             check_new(flag, path)
@@ -49,7 +53,9 @@ def predict(
     figures = list(_figures(body, found))
     output.table("figures", ("", "value", "note"), figures)
     if csv is not None:
-        lines = ["displacement_m,force_n"]
+        parts = ["(10)"] * rough + ["(15)"] * plastic
+        lines = [f"# {FACTORED} {' and '.join(parts)}"] if parts else []
+        lines += ["displacement_m,force_n"]
         curve = zip(found.deformation_m.tolist(), found.force_n.tolist(), strict=True)
         lines += [f"{deformation!r},{force!r}" for deformation, force in curve]
         csv.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -128,7 +128,7 @@ def _figures(preflight: Preflight) -> Iterator[tuple[str, str, str]]:
         note = f"to {deformations[1]}, {secants}"
     yield "deformation", deformations[0], note
     if theory.law.equation != MESHED and can_be_meshed(preflight.plan.payload):
-        yield "body", "left out", "theory of a large body; `stepload predict` meshes this one"
+        yield "body", "left out", "until `stepload predict` has meshed it"
     expected = None if refused else expected_of(preflight)
     if expected is not None:
         chord = expected.chord

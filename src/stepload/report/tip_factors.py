@@ -13,7 +13,7 @@ from stepload.errors import BadInputError
 from stepload.feasibility.predicted import predict
 from stepload.identification.fit import FloatArray
 from stepload.plan.model import Payload
-from stepload.record.curves import Curve
+from stepload.record.curves import FACTORED, Curve
 from stepload.units import format_quantity, parse_named
 
 SHAPES = (".yaml", ".yml")
@@ -48,7 +48,7 @@ class TipFactors:
             figures.append(f"σ_eq {format_quantity(self.roughness_m, 'm')}")
             if self.micro_hardness_pa is not None:
                 figures.append(f"H_mic {format_quantity(self.micro_hardness_pa, 'Pa')}")
-        return f"deformation × factor of {' and '.join(said)}: {', '.join(figures)}"
+        return f"{FACTORED} {' and '.join(said)}: {', '.join(figures)}"
 
 
 def tip_factors(
@@ -95,9 +95,15 @@ def tip_factors(
 
 
 def with_factors(curve: Curve, factors: TipFactors | None) -> Curve:
-    """A curve of deformation from its zero, with the factors; points in contact only."""
+    """A curve of deformation from its zero, with the factors; points in contact only.
+
+    Raises:
+        BadInputError: the curve has them already.
+    """
     if factors is None:
         return curve
+    if told := next((note for note in curve.notes if note.startswith(FACTORED)), ""):
+        raise BadInputError(f"the curve has a factor already: {told}", hint="leave the factor out")
     assert curve.displacement_m is not None  # see `deformation_curve`
     keep = curve.force_n > 0.0
     force_n = curve.force_n[keep]

@@ -203,6 +203,13 @@ def test_no_mesh_and_factors(tmp_path: Path) -> None:
     assert predict(rough, 300.0, mesh=False, rough=True).fit.n > smooth.fit.n + 0.03
     assert predict(bare, 3000.0, mesh=False, plastic=True).fit.n < smooth.fit.n - 0.03
     assert main(["predict", str(tmp_path / "part.yaml"), "--no-mesh", "--rough"]) == 0
+    curve = tmp_path / "rough.csv"
+    asked = ["predict", str(tmp_path / "part.yaml"), "--no-mesh", "--rough", "--csv", str(curve)]
+    assert main(asked) == 0
+    with pytest.raises(BadInputError, match=r"already.*\(10\)"):  # never twice
+        main(["identify", str(curve), "--payload", str(tmp_path / "part.yaml"), "--rough"])
+    with pytest.raises(BadInputError, match="--plot"):
+        main(["predict", str(tmp_path / "part.yaml"), "--plot", str(tmp_path / "curve.jpg")])
     part(tmp_path, CONE)
     with pytest.raises(BadInputError, match="highest force"):
         main(["predict", str(tmp_path / "part.yaml"), "--to", "0 N"])
