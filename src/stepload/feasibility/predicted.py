@@ -27,6 +27,7 @@ from stepload.contact.finite_elements import (
     yield_force,
 )
 from stepload.contact.half_space import SHARES, half_space
+from stepload.contact.limit import onset_in
 from stepload.contact.material_range import is_range
 from stepload.contact.materials import Profile, RoundedCone, RoundedPyramid, Sphere
 from stepload.contact.power_law import ContactLaw
@@ -166,8 +167,11 @@ def meshed(payload: Payload, to_n: float) -> Meshed:
     with suppress(DomainError):  # beyond the profile that is known
         if (strength_pa := payload.material.yield_strength_pa) is not None:
             near = int(np.abs(fine.mises_pa - strength_pa).argmin())
-            share = strength_pa / float(fine.mises_pa[near])
-            onset_n = yield_force(*bodies, near_n=float(force_n[near]) * share**3)
+            near_n = float(force_n[near] * (strength_pa / fine.mises_pa[near]) ** 3)
+            tip = onset_in(payload.material, *bodies)
+            if tip is not None and fine.mises_pa[0] > strength_pa:
+                near_n = tip.force_n
+            onset_n = yield_force(*bodies, near_n=near_n)
     found = Meshed(
         _listed(force_n), _listed(fine.deformation_m), _listed(fine.contact_radius_m),
         _listed(fine.mises_pa), _listed(coarse.deformation_m), fine.nodes, coarse.nodes, onset_n,
