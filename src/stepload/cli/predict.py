@@ -98,6 +98,7 @@ def _curve(found: Prediction) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
 
 def _figures(payload: Payload, found: Prediction) -> Iterator[tuple[str, str, str]]:
     from stepload.contact.limit import elastic_limit
+    from stepload.contact.material_range import is_range
     from stepload.units import format_quantity as f
     from stepload.units import percent
 
@@ -108,7 +109,9 @@ def _figures(payload: Payload, found: Prediction) -> Iterator[tuple[str, str, st
     onset = elastic_limit(payload.geometry, payload.material, payload.plate)
     if onset is not None:
         yield "F_c", f(onset.force_n, "N"), "(13), of the tip"
-    if found.hertz_share is not None:
+    if is_range(payload.material) or is_range(payload.plate):
+        yield "material", "a range", "the curve is that of its middle"
+    if found.hertz_share is not None and found.hertz_share > 1e-6:
         yield "off Hertz", percent(found.hertz_share, 2), "of the highest force, smooth, (7)"
     if mesh is None or found.coarse is None:
         return

@@ -38,8 +38,6 @@ PER_RADIUS = 24
 """Elements per contact radius of a body of revolution."""
 PER_RADIUS_3D = 5
 """Of a pyramid."""
-LARGEST_POISSON = 0.499
-"""Of a meshed body."""
 _MARGIN = 1.6
 """Radius in which contact is looked for, over that on a half-space."""
 _NEAR = 4.0
@@ -280,18 +278,8 @@ def made_mesh(gmsh: Any, kind: Any, dimension: int) -> Any:
 
 
 def lame(material: Material) -> tuple[float, float]:
-    """λ and µ in Pa.
-
-    Raises:
-        DomainError: the body does not change its volume: these elements would lock.
-    """
-    modulus, ratio = material.youngs_modulus_pa, material.poisson_ratio
-    if ratio > LARGEST_POISSON:
-        raise DomainError(
-            f"finite elements of {material.name!r} need a Poisson ratio of at most"
-            f" {LARGEST_POISSON}, not {ratio:g}",
-            hint="--no-mesh: as on a half-space; or a measured ratio, of rubber 0.49",
-        )
+    """λ and µ in Pa; an incompressible body is taken as nearly so."""
+    modulus, ratio = material.youngs_modulus_pa, min(material.poisson_ratio, 0.499)
     return modulus * ratio / ((1.0 + ratio) * (1.0 - 2.0 * ratio)), 0.5 * modulus / (1.0 + ratio)
 
 

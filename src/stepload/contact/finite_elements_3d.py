@@ -21,6 +21,7 @@ from stepload.contact.finite_elements import (
     plate_compliance,
 )
 from stepload.contact.materials import Body, Material, RoundedPyramid
+from stepload.errors import DomainError
 
 FloatArray = NDArray[np.float64]
 _GROWTH = 0.35
@@ -54,18 +55,25 @@ def pyramid_surface(
 
     Raises:
         BadInputError: scikit-fem or gmsh is not installed.
+        DomainError: the contact is large against the pyramid.
     """
     skfem, gmsh = libraries()
     slope = 1.0 / math.tan(pyramid.half_angle_rad)
     rounded_m = pyramid.radius_m * (1.0 / math.sin(pyramid.half_angle_rad) - 1.0)
     top_m = body.height_m + rounded_m
     about_m = _MARGIN * reach_m * math.hypot(1.0, slope)
+    if about_m > 0.9 * top_m:
+        raise DomainError(
+            f"the contact, some {reach_m * 1e3:.3g} mm, is large against the pyramid",
+            hint="press less, or describe a larger body",
+        )
     sharp = _sharp(skfem, gmsh, pyramid, body, top_m, reach_m / per_radius, about_m)
     points = sharp.p.copy()
     edge = slope * np.maximum(points[0], points[1])
     on_face = np.abs(points[2] - edge) < 1e-9 * top_m
-    # The sharp tip is moved to the round one, and what lies above it less and less.
+    # The sharp tip is moved to the round one, what lies above it less and less, the top not at all.
     share = np.clip(1.0 - (points[2] - edge) / (6.0 * rounded_m), 0.0, 1.0)
+    share *= np.clip((top_m - points[2]) / (top_m - about_m), 0.0, 1.0)
     points[2] += share * (pyramid_gap(pyramid, points[0], points[1]) + rounded_m - edge)
     mesh, tol = skfem.MeshTet(points, sharp.t), 1e-9 * top_m
     first, second = lame(material)

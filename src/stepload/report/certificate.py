@@ -180,7 +180,7 @@ def geometry(shape: Geometry) -> str:
         return f"profile, {points} points" if points else f"profile, {terms} powers of r"
     if isinstance(shape, RoundedCone | RoundedPyramid):
         kind = "cone" if isinstance(shape, RoundedCone) else "pyramid"
-        angle = f(shape.half_angle_rad, "rad")
+        angle = f"{math.degrees(shape.half_angle_rad):.4g}°"
         tip = _pm(shape.radius_m, shape.radius_sigma_m, "m")
         return f"rounded {kind}, half angle {angle}, radius of the tip {tip}"
     if not isinstance(shape, Sphere | BluntTip | FlatPunch):

@@ -47,6 +47,15 @@ def test_a_cap_on_a_large_block_is_hertzian_and_yields_at_f_c() -> None:
     assert found == pytest.approx(onset.force_n, rel=0.05)
 
 
+def test_an_incompressible_body_is_near_hertz() -> None:
+    rubber, sphere = Material("rubber", 5e6, 0.5), Sphere(30e-3)
+    curve = contact_curve(sphere, rubber, ALUMINIUM, [0.05, 0.1])
+    law = law_for(sphere, rubber, ALUMINIUM)
+    assert curve.deformation_m == pytest.approx(
+        [law.deformation(0.05), law.deformation(0.1)], rel=0.05
+    )
+
+
 def test_a_yield_force_far_from_the_guess_is_not_told() -> None:
     assert yield_force(CONE, ACETAL, ALUMINIUM, near_n=1.0) is None
     weak = replace(ACETAL, yield_strength_pa=None)
@@ -88,6 +97,13 @@ def test_the_pyramid_of_table_ii_on_a_coarse_mesh() -> None:
     assert 300.0 / softer < fit.secant_n_per_m
 
 
+def test_a_blunt_pyramid_is_nearly_hertzian() -> None:
+    blunt = RoundedPyramid(20e-3, math.radians(30.0), 25e-3)
+    curve = contact_curve(blunt, ACETAL, ALUMINIUM, [50.0, 100.0], per_radius=3)
+    law = law_for(blunt, ACETAL, ALUMINIUM)
+    assert law.k * curve.deformation_m**1.5 == pytest.approx(curve.force_n, rel=0.08)
+
+
 def test_factors_are_one_where_nothing_is_rough_or_yields() -> None:
     below = np.array([1.0, 9.0])
     assert yield_factor(below, 3.3e-3, ACETAL, ALUMINIUM) == pytest.approx(1.0)
@@ -113,6 +129,8 @@ def test_what_cannot_be_meshed_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
             contact_curve(shape, ACETAL, ALUMINIUM, 300.0)
     with pytest.raises(DomainError):
         contact_curve(CONE, ACETAL, ALUMINIUM, 0.0)
+    with pytest.raises(DomainError):
+        contact_curve(PYRAMID, ACETAL, ALUMINIUM, 1e7)
     monkeypatch.setitem(sys.modules, "gmsh", None)
     with pytest.raises(BadInputError) as caught:
         libraries()

@@ -13,7 +13,7 @@ import pytest
 
 from stepload.cli.main import app
 from stepload.contact.materials import Body, Profile, RoundedCone, RoundedPyramid
-from stepload.errors import BadInputError, DomainError
+from stepload.errors import BadInputError
 from stepload.feasibility.predicted import MESHED, cache_directory, predict
 from stepload.feasibility.preflight import preflight_of
 from stepload.feasibility.theory import theory_of
@@ -184,14 +184,6 @@ def test_a_body_that_yields_below_the_limit_of_its_tip(tmp_path: Path) -> None:
     (kept,) = cache_directory().iterdir()
     kept.rename(kept.with_name(kept.name.replace("-700", "-600")))  # not of these forces
     assert theory_of(load_payload(path)).elastic_limit_n == before.elastic_limit_n
-
-
-def test_rubber_is_not_meshed(tmp_path: Path) -> None:
-    path = part(tmp_path, CONE)
-    path.write_text(path.read_text().replace("poisson_ratio: 0.3,", "poisson_ratio: 0.5,"))
-    with pytest.raises(DomainError, match="Poisson"):
-        predict(load_payload(path), 200.0)
-    assert predict(load_payload(path), 200.0, mesh=False).fit.n > 1.0
 
 
 def test_no_mesh_and_factors(tmp_path: Path) -> None:
