@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from typer import Argument, Option
 
 from stepload.cli.options import Plastic, Rough, Surface, TipRadius, quantity
+from stepload.errors import BadInputError
 from stepload.report.terminal import AsJson, Output
 
 if TYPE_CHECKING:
@@ -42,6 +43,8 @@ def predict(
     from stepload.report.tip_factors import tip_factors
 
     output = Output(as_json=as_json)
+    if plot is not None and plot.suffix.lower() not in (".svg", ".png"):
+        raise BadInputError(f"--plot {plot}", hint="a file that ends in .svg or .png")
     for flag, path in (("--csv", csv), ("--plot", plot)):
         if path is not None:
             check_new(flag, path)
@@ -53,7 +56,8 @@ def predict(
     figures = list(_figures(body, found))
     output.table("figures", ("", "value", "note"), figures)
     if csv is not None:
-        lines = ["displacement_m,force_n"]
+        lines = [f"# {factors.note}"] if factors is not None else []
+        lines += ["displacement_m,force_n"]
         curve = zip(found.deformation_m.tolist(), found.force_n.tolist(), strict=True)
         lines += [f"{deformation!r},{force!r}" for deformation, force in curve]
         csv.write_text("\n".join(lines) + "\n", encoding="utf-8")

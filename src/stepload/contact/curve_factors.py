@@ -20,6 +20,8 @@ from stepload.errors import DomainError
 from stepload.units import format_quantity
 
 FloatArray = NDArray[np.float64]
+FACTORED = "deformation × factor of"
+"""Begins the comment, or note, of a curve that (10) or (15) has multiplied."""
 
 
 def rough_factor(
@@ -114,4 +116,4 @@ class TipFactors:
             figures.append(f"σ_eq {format_quantity(self.roughness_m, 'm')}")
             if self.micro_hardness_pa is not None:
                 figures.append(f"H_mic {format_quantity(self.micro_hardness_pa, 'Pa')}")
-        return f"deformation × factor of {' and '.join(said)}: {', '.join(figures)}"
+        return f"{FACTORED} {' and '.join(said)}: {', '.join(figures)}"

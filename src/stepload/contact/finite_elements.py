@@ -32,7 +32,7 @@ from stepload.contact.materials import (
 from stepload.errors import BadInputError, DomainError
 
 FloatArray = NDArray[np.float64]
-VERSION = 1
+VERSION = 2
 """Of the method; a curve that another version computed is not used again."""
 PER_RADIUS = 24
 """Elements per contact radius of a body of revolution."""

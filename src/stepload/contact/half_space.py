@@ -112,11 +112,13 @@ def _powers(exponents: tuple[float, ...], coefficients: tuple[float, ...], end_m
 
 
 def _table(profile: Profile) -> Gap:
-    """Monotone cubic interpolation (Fritsch and Carlson, 1980) of a table."""
-    from scipy.interpolate import PchipInterpolator
+    """Cubics with slopes of parabolas, monotone (Fritsch and Carlson, 1980); z = b r² is exact."""
+    from scipy.interpolate import CubicHermiteSpline
 
     radii, gaps = np.array(profile.table_m).T
-    z = PchipInterpolator(radii, gaps)
+    slopes = np.maximum(np.gradient(gaps, radii, edge_order=2), 0.0)
+    slopes[1:] = np.minimum(slopes[1:], 3.0 * np.diff(gaps) / np.diff(radii))
+    z = CubicHermiteSpline(radii, gaps, slopes)
     return Gap(z, z.derivative(), float(radii[-1]))
 
 

@@ -27,6 +27,7 @@ from stepload.contact.finite_elements import (
     yield_force,
 )
 from stepload.contact.half_space import SHARES, half_space
+from stepload.contact.limit import onset_in
 from stepload.contact.material_range import is_range
 from stepload.contact.materials import Profile, RoundedCone, RoundedPyramid, Sphere
 from stepload.contact.power_law import ContactLaw
@@ -39,6 +40,8 @@ from stepload.plan.model import Payload
 MESHED = "finite elements"
 MOST_OFF = 5.0
 """Factor from the half-space in the secant beyond which a kept curve is not believed."""
+MOST_COARSE = 0.25
+"""Share by which the meshes of a kept curve differ at most."""
 COARSER = 0.7
 """Elements per contact radius of the second mesh, over those of the first."""
 
@@ -140,7 +143,7 @@ def meshed(payload: Payload, to_n: float) -> Meshed:
         BadInputError: scikit-fem or gmsh is not installed.
         DomainError: a number outside the domain of the theory.
     """
-    if (kept := _kept(payload, to_n)) is not None:
+    if (kept := _read(_file_of(payload, to_n))) is not None:
         return kept
     started_s = time.perf_counter()
     bodies = payload.geometry, payload.material, payload.plate
@@ -152,8 +155,13 @@ def meshed(payload: Payload, to_n: float) -> Meshed:
     fine = contact_curve(*bodies, force_n)
     onset_n = None
     with suppress(DomainError):  # beyond the profile that is known
-        share = (payload.material.yield_strength_pa or 0.0) / fine.mises_pa[-1]
-        onset_n = yield_force(*bodies, near_n=to_n * float(share) ** 3) if share else None
+        if (strength_pa := payload.material.yield_strength_pa) is not None:
+            near = int(np.abs(fine.mises_pa - strength_pa).argmin())
+            near_n = float(force_n[near] * (strength_pa / fine.mises_pa[near]) ** 3)
+            tip = onset_in(payload.material, *bodies)
+            if tip is not None and fine.mises_pa[0] > strength_pa:
+                near_n = tip.force_n
+            onset_n = yield_force(*bodies, near_n=near_n)
     found = Meshed(
         _listed(force_n), _listed(fine.deformation_m), _listed(fine.contact_radius_m),
         _listed(fine.mises_pa), _listed(coarse.deformation_m), fine.nodes, coarse.nodes, onset_n,
@@ -171,18 +179,33 @@ def meshed_law(payload: Payload, to_n: float) -> ContactLaw | None:
     """The power law (25) of the curve that is kept for a payload up to a force; never meshes.
 
     None where there is none, one that is off the half-space by more than `MOST_OFF`, or a material
-    is known as a range only. A whole sphere is not its half
-    held at the equator, so it keeps Hertz.
+    is known as a range only. A whole sphere is not its half held at the equator, so it keeps Hertz.
     """
-    sized = not isinstance(payload.geometry, Sphere) and has_size(payload)
-    if not sized or is_range(payload.material) or is_range(payload.plate):
-        return None
-    if (kept := _kept(payload, to_n)) is None:
+    if not can_be_meshed(payload) or (kept := _read(_file_of(payload, to_n))) is None:
         return None
     fit = rs_btls(kept.deformation_m, kept.force_n, secant_force_n=to_n)
     theory = law_for(payload.geometry, payload.material, payload.plate, to_n)
     off = fit.secant_n_per_m / theory.secant(to_n)
     return ContactLaw(fit.k, fit.n, MESHED) if 1.0 / MOST_OFF < off < MOST_OFF else None
+
+
+def meshed_onset(payload: Payload) -> float | None:
+    """The least force in N at which von Mises reaches Y, of all curves that are kept for a payload.
+
+    None as of `meshed_law`, or where no curve has it.
+    """
+    if not can_be_meshed(payload):
+        return None
+    kept = map(_read, _file_of(payload, 1.0).parent.glob(f"{_name_of(payload)}-*.json"))
+    return min(
+        (found.yield_force_n for found in kept if found and found.yield_force_n), default=None
+    )
+
+
+def can_be_meshed(payload: Payload) -> bool:
+    """Whether a mesh is of the payload as it is pressed."""
+    ranges = is_range(payload.material) or is_range(payload.plate)
+    return not isinstance(payload.geometry, Sphere) and has_size(payload) and not ranges
 
 
 def cache_directory() -> Path:
@@ -191,22 +214,33 @@ def cache_directory() -> Path:
     return (Path(home) if home else Path.home() / ".cache") / "stepload" / "mesh"
 
 
-def _file_of(payload: Payload, to_n: float) -> Path:
-    """Named by everything that the curve depends on."""
+def _name_of(payload: Payload) -> str:
+    """Named by everything that the curves depend on but the highest force."""
     bodies = [
         (body.youngs_modulus_pa, body.poisson_ratio, body.yield_strength_pa)
         for body in (payload.material, payload.plate)
     ]
     shape = type(payload.geometry).__name__, astuple(payload.geometry)
-    content = (VERSION, PER_RADIUS, PER_RADIUS_3D, shape, bodies, float(f"{to_n:.9g}"))
-    return cache_directory() / f"{hashlib.sha256(repr(content).encode()).hexdigest()[:32]}.json"
+    content = (VERSION, PER_RADIUS, PER_RADIUS_3D, shape, bodies)
+    return hashlib.sha256(repr(content).encode()).hexdigest()[:32]
 
 
-def _kept(payload: Payload, to_n: float) -> Meshed | None:
+def _file_of(payload: Payload, to_n: float) -> Path:
+    return cache_directory() / f"{_name_of(payload)}-{to_n:.9g}.json"
+
+
+def _read(path: Path) -> Meshed | None:
+    """The curve of a file; None where it is damaged, or is not on the forces of its name."""
     with suppress(OSError, ValueError):
-        found = adapter(Meshed).validate_json(_file_of(payload, to_n).read_bytes())
+        found = adapter(Meshed).validate_json(path.read_bytes())
         assert isinstance(found, Meshed)
-        return found
+        to_n = float(path.stem.partition("-")[2])
+        curves = np.array([found.force_n, found.deformation_m, found.coarse_deformation_m,
+                           found.contact_radius_m, found.mises_pa])  # fmt: skip
+        on_forces = np.allclose(curves[0], to_n * np.array(SHARES), rtol=1e-6, atol=0.0)
+        rises = bool(np.all(np.diff(curves[:3], prepend=0.0) > 0.0))
+        if on_forces and rises and np.allclose(curves[1], curves[2], rtol=MOST_COARSE, atol=0.0):
+            return found
     return None
 
 

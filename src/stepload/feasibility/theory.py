@@ -14,10 +14,10 @@ from stepload.contact.limit_uncertainty import (
     probability_below,
 )
 from stepload.contact.material_range import is_range, softest, stiffest
-from stepload.contact.materials import Material
+from stepload.contact.materials import Material, Sphere
 from stepload.contact.power_law import ContactLaw
 from stepload.errors import RefusedError
-from stepload.feasibility.predicted import meshed_law
+from stepload.feasibility.predicted import MESHED, meshed_law, meshed_onset
 from stepload.plan.model import Payload
 
 DECLARED = "declared in the plan"
@@ -72,7 +72,8 @@ def theory_of(payload: Payload, to_n: float | None = None) -> Theory:
     """Law and elastic limit of a payload; a declared limit counts where it is lower than theory's.
 
     The law of a shape that has no power law is fitted up to `to_n`, or to the limit where that is
-    lower. A curve that finite elements have computed for these forces (`stepload predict`) rules.
+    lower. A curve that finite elements have computed for these forces (`stepload predict`) rules;
+    the force at which von Mises reaches Y in any of them counts where it is lowest.
 
     The two are compared twice: as they stand, and less their uncertainties. Where a body is known
     as a range only a limit must be declared; that of the other body counts too, where it is known.
@@ -96,6 +97,8 @@ def theory_of(payload: Payload, to_n: float | None = None) -> Theory:
         raise RefusedError(
             no_limit_reason(*bodies), hint="declare the payload's force_limit in the plan"
         )
+    if (meshed_n := meshed_onset(payload)) is not None:
+        known.append((meshed_n, _of_mesh(payload, meshed_n)))
     limit_n, limit = min(known, key=lambda each: each[0])
     counted = min((counted for _, counted in known), key=lambda counted: counted.lower_n)
     to_n = limit_n if to_n is None else min(to_n, limit_n)
@@ -125,6 +128,14 @@ def _of_theory(payload: Payload, equation: str) -> CountedLimit:
     ruling = min(limits, key=lambda limit: limit.lower_end(coverage))
     counted = _counted(ruling, f"{equation} elastic-plastic sphere", coverage)
     return replace(counted, probability=probability_below(limits, counted.lower_n))
+
+
+def _of_mesh(payload: Payload, meshed_n: float) -> CountedLimit:
+    """As uncertain as (13), of a sphere where the shape has no tip radius."""
+    bodies = payload.material, payload.plate
+    like = limit_in(*bodies, payload.geometry) or limit_in(*bodies, Sphere(1.0))
+    sources = like.sources if like else ()
+    return _counted(DoubtedLimit(meshed_n, sources), MESHED, payload.limit_coverage)
 
 
 def _declared(payload: Payload, declared_n: float) -> CountedLimit:
@@ -157,9 +168,9 @@ def chance_of_yield(payload: Payload, theory: Theory, force_n: float) -> float |
         bodies = payload.geometry, payload.material, payload.plate
         chances.append(probability_below(doubted_limits(*bodies), force_n))
     counted = theory.counted
-    if counted.sigma_ln > 0.0 and counted.equation == DECLARED:
-        declared = DoubtedLimit(counted.value_n, counted.sources)
-        chances.append(declared.probability_below(force_n))
+    if counted.sigma_ln > 0.0 and counted.equation in (DECLARED, MESHED):
+        stated = DoubtedLimit(counted.value_n, counted.sources)
+        chances.append(stated.probability_below(force_n))
     elif counted.equation == DECLARED:
         return None
     return max(chances, default=None)

@@ -9,6 +9,7 @@ from typing import NoReturn, TextIO
 
 import numpy as np
 
+from stepload.contact.curve_factors import FACTORED
 from stepload.errors import BadInputError
 from stepload.record.curve_header import (
     HINT,
@@ -61,12 +62,13 @@ def _fail(path: Path, line: int, column: int, message: str, hint: str = HINT) ->
 
 @dataclass(frozen=True, slots=True)
 class _Head:
-    """The header, the line it is in, how many lines were read, and one that was read ahead."""
+    """The header, its line, how many lines were read, one read ahead, and what `FACTORED` says."""
 
     header: Header
     at: int
     read: int
     ahead: tuple[str, ...] = ()
+    factored: tuple[str, ...] = ()
 
 
 def _lines(path: Path, file: TextIO) -> Iterator[str]:
@@ -98,27 +100,29 @@ def _find_header(path: Path, file: TextIO) -> _Head:
     """
     best: tuple[int, HeaderError] | None = None
     last, comments, number = "", [], 0
+    factored: tuple[str, ...] = ()
     for number, line in enumerate(_lines(path, file), 1):
         text = line.strip()
         if text.startswith("#"):
             comments.append((number, text.lstrip("# ")))
+            factored = tuple(told for _, told in comments if told.startswith(FACTORED))
         if not text or text.startswith("#"):
             continue
         try:
-            return _Head(parse_header(line), number, number)
+            return _Head(parse_header(line), number, number, (), factored)
         except HeaderError as error:
             if best is None or error.known > best[1].known:
                 best = number, error
         if last:
             try:
-                return _Head(parse_header(last, line), number - 1, number)
+                return _Head(parse_header(last, line), number - 1, number, (), factored)
             except HeaderError:
                 pass
         last = line
         if _is_row(text):
             for at, comment in reversed(comments):
                 try:
-                    return _Head(parse_header(comment), at, number - 1, (line,))
+                    return _Head(parse_header(comment), at, number - 1, (line,), factored)
                 except HeaderError as error:
                     if error.known > best[1].known:
                         best = at, error
@@ -219,6 +223,7 @@ def _in_order(path: Path, table: Table, time_s: FloatArray) -> None:
 def _notes(head: _Head, table: Table) -> Iterator[str]:
     if head.at > 1:
         yield f"the columns are named in line {head.at}; what stands above was skipped"
+    yield from head.factored
     for column in head.header.columns:
         if column.name != column.role:
             unit = column.unit or "SI"

@@ -86,6 +86,8 @@ def compare(
             hint='--tolerance "5 %": the smallest difference of stiffness that matters',
         )
     groups, runs = grouped(runs, sizes), labelled(runs)
+    if both := sorted({run.name for run in runs} & {each.name for each in given}):
+        raise BadInputError(f"a run and a curve are called {both[0]!r}", hint="--curve NAME=FILE")
     tops_n = [*map(reached_secant_force_n, runs)] or [each.curve.force_n.max() for each in given]
     at = secant_force_n or float(min(tops_n))
     compared = tuple(compared_run(run, at) for run in runs)

@@ -61,7 +61,7 @@ class BoundsRow(Row):
     bound_m: float | None = figure("δ_Δ + √MSDE; null: the curve is exact.")
     bounds_n_per_m: tuple[float, float] | None = figure(
         "The secant by RS-BTLS with the deformation less and more by that.",
-        "RS-BTLS, δ ± (δ_Δ + √MSDE)",
+        "δ ± (δ_Δ + √MSDE)",
     )
     touch_secant_n_per_m: float | None = figure(
         "Secant from the fitted touch, or from the zero of the curve.", "zero fitted"

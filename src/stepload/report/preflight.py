@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from stepload.errors import DomainError
 from stepload.feasibility.advice import NONE_HELPS
 from stepload.feasibility.conditions import expected_result
+from stepload.feasibility.predicted import MESHED, can_be_meshed
 from stepload.feasibility.preflight import Preflight
 from stepload.feasibility.reason import PlanVerdict, Reason, findings
 from stepload.feasibility.theory import DECLARED, chance_of_yield
@@ -126,6 +127,8 @@ def _figures(preflight: Preflight) -> Iterator[tuple[str, str, str]]:
     if len(deformations) > 1:
         note = f"to {deformations[1]}, {secants}"
     yield "deformation", deformations[0], note
+    if theory.law.equation != MESHED and can_be_meshed(preflight.plan.payload):
+        yield "body", "left out", "until `stepload predict` has meshed it"
     expected = None if refused else expected_of(preflight)
     if expected is not None:
         chord = expected.chord
@@ -171,7 +174,8 @@ def _of_limit(preflight: Preflight) -> str:
     limit_n, counted = theory.elastic_limit_n, theory.counted
     share = top_n / limit_n
     times = f"{share:.3g} times" if share > 1.0 else f"{100.0 * share:.0f} % of"
-    source = "(stated)" if theory.limit_equation == DECLARED else theory.limit_equation.split()[0]
+    sources = {DECLARED: "(stated)", MESHED: "(mesh)"}
+    source = sources.get(theory.limit_equation, theory.limit_equation.split()[0])
     words = f"{times} F_c = {f(limit_n, 'N')} {source}"
     if counted.lower_n >= limit_n:
         return words

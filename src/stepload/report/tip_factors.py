@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from stepload.contact.curve_factors import TipFactors
+from stepload.contact.curve_factors import FACTORED, TipFactors
 from stepload.contact.elastic import equivalent_radius
 from stepload.contact.materials import Sphere
 from stepload.errors import BadInputError
@@ -61,9 +61,15 @@ def tip_factors(
 
 
 def with_factors(curve: Curve, factors: TipFactors | None) -> Curve:
-    """A curve of deformation from its zero, with the factors; points in contact only."""
+    """A curve of deformation from its zero, with the factors; points in contact only.
+
+    Raises:
+        BadInputError: the curve has them already.
+    """
     if factors is None:
         return curve
+    if told := next((note for note in curve.notes if note.startswith(FACTORED)), ""):
+        raise BadInputError(f"the curve has a factor already: {told}", hint="leave the factor out")
     assert curve.displacement_m is not None  # see `deformation_curve`
     keep = curve.force_n > 0.0
     force_n = curve.force_n[keep]

@@ -65,10 +65,10 @@ def test_a_rounded_cone_is_its_tip_first_and_its_flank_at_last() -> None:
 
 
 def test_a_table_of_a_parabola_is_one() -> None:
-    r = np.linspace(0.0, 8e-3, 41)
+    r = np.array([0.0, 3.0, 5.0, 6.0, 8.0]) * 1e-3  # the contact is inside the first interval
     table = Profile(table_m=tuple(zip(r.tolist(), (0.5 * r * r / RADIUS).tolist(), strict=True)))
     found, exact = (half_space(shape, E, FORCES[1:]) for shape in (table, PARABOLA))
-    assert found.deformation_m == pytest.approx(exact.deformation_m, rel=2e-3)
+    assert found.deformation_m == pytest.approx(exact.deformation_m, rel=1e-9)
     with pytest.raises(DomainError, match="leaves the profile"):
         half_space(table, E, 1e6)
 

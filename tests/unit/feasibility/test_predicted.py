@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -150,6 +151,7 @@ def test_preflight_uses_the_curve_that_is_kept(
     assert plot.read_text().lstrip().startswith("<?xml")
     after = theory_of(payload, 200.0)
     assert after.law.equation == MESHED
+    assert after.counted.lower_n <= before.counted.lower_n  # F_c never rises by a mesh
     assert (after.law.k, after.law.n) == pytest.approx((told["fit"]["k"], told["fit"]["n"]))
     assert theory_of(payload, 190.0).law == theory_of(payload, 190.0).stiffest != after.law
     monkeypatch.setitem(sys.modules, "gmsh", None)  # what is kept needs no mesh
@@ -161,9 +163,28 @@ def test_preflight_uses_the_curve_that_is_kept(
     (kept,) = cache_directory().iterdir()
     data = json.loads(kept.read_text())
     data["deformation_m"] = [10.0 * each for each in data["deformation_m"]]
-    for text in (json.dumps(data), "{}"):  # not believed, not readable
+    empty = json.dumps({key: [] if isinstance(data[key], list) else data[key] for key in data})
+    for text in (json.dumps(data), empty, "{}"):  # not believed, not readable
         kept.write_text(text)
         assert theory_of(payload, 200.0).law == before.law
+
+
+def test_a_body_that_yields_below_the_limit_of_its_tip(tmp_path: Path) -> None:
+    narrow = "{shape: profile, exponents: [2], gaps: [69.7 um], at_radius: 2 mm, body: {B}}"
+    path = part(tmp_path, narrow.replace("B", "height: 20 mm, radius: 2.5 mm"))
+    before = theory_of(load_payload(path), 300.0)
+    found = predict(load_payload(path), 700.0).mesh
+    assert found is not None
+    assert found.yield_force_n == pytest.approx(447.0, rel=0.02)
+    for top_n in (300.0, 700.0, None):  # whatever the force that the mesh was made for
+        after = theory_of(load_payload(path), top_n)
+        assert (after.elastic_limit_n, after.limit_equation) == (found.yield_force_n, MESHED)
+        assert after.counted.sigma_ln == pytest.approx(before.counted.sigma_ln)
+    declared = replace(load_payload(path), declared_force_limit_n=99.0)
+    assert theory_of(declared).elastic_limit_n == 99.0
+    (kept,) = cache_directory().iterdir()
+    kept.rename(kept.with_name(kept.name.replace("-700", "-600")))  # not of these forces
+    assert theory_of(load_payload(path)).elastic_limit_n == before.elastic_limit_n
 
 
 def test_no_mesh_and_factors(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -178,7 +199,12 @@ def test_no_mesh_and_factors(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     factors = tip_factors(bare, rough=False, plastic=True)
     assert predict(bare, 3000.0, factors=factors, mesh=False).fit.n < smooth.fit.n - 0.03
     asked = ["predict", str(tmp_path / "part.yaml"), "--no-mesh", "--rough"]
-    assert main(asked) == 0
+    table = tmp_path / "rough.csv"
+    assert main([*asked, "--csv", str(table)]) == 0
+    with pytest.raises(BadInputError, match=r"already.*\(10\)"):  # never twice
+        main(["identify", str(table), "--payload", str(tmp_path / "part.yaml"), "--rough"])
+    with pytest.raises(BadInputError, match="--plot"):
+        main(["predict", str(tmp_path / "part.yaml"), "--plot", str(tmp_path / "curve.jpg")])
     part(tmp_path, CONE)
     with pytest.raises(BadInputError, match="highest force"):
         main(["predict", str(tmp_path / "part.yaml"), "--to", "0 N"])

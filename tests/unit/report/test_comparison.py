@@ -328,6 +328,11 @@ def test_an_inexact_curve_widens_its_difference() -> None:
     assert half(2e-6) == pytest.approx(np.hypot(half(0.0), added), rel=0.02)
 
 
+def test_a_curve_has_not_the_name_of_a_run() -> None:
+    with pytest.raises(BadInputError, match="called 'a'"):
+        compare([saved("a")], given=[CurveGiven("a", curve(1.0))])
+
+
 def test_several_curves_share_the_chance_of_a_false_alarm() -> None:
     (one,) = compare([saved("a")], given=[CurveGiven("A", curve(1.0))]).curve
     two = compare([saved("a")], given=[CurveGiven(name, curve(1.0)) for name in "AB"]).curve
