@@ -1,12 +1,13 @@
 """The rows of a table of numbers: by numpy's reader where all is plain, else cell by cell.
 
 What is refused is named with its place. The decimal mark is that of the first number that has one;
-the other mark is refused, since "1,234" may be either.
+the other mark is refused, since "1,234" may be either, and so are commas that may all group.
 """
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TextIO
@@ -19,7 +20,11 @@ from stepload.record.curve_header import Header
 FloatArray = NDArray[np.float64]
 
 MAX_LINE = 4096
-_MISSING = frozenset({"", "-", "--", "nan", "na", "n/a", "#n/a", "null", "none", "nil"})
+_ERRORS = frozenset({"#n/a", "#ref!", "#div/0!", "#value!", "#name?", "#num!", "#null!"})
+"""What a spreadsheet writes in place of a number."""
+_MISSING = _ERRORS | {"", "-", "--", "nan", "na", "n/a", "null", "none", "nil"}
+_GROUPED = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
+"""A number whose comma may group thousands as well as begin the decimals."""
 
 
 class RowError(Exception):
@@ -43,7 +48,7 @@ class Table:
 
 
 def read_rows(file: TextIO, header: Header, number: int, first: Sequence[str] = ()) -> Table:
-    """Read what follows the header; empty lines and lines with # are skipped.
+    """Read what follows the header; empty lines and comments after # are skipped.
 
     Args:
         file: the text behind what has been read.
@@ -58,10 +63,44 @@ def read_rows(file: TextIO, header: Header, number: int, first: Sequence[str] = 
     for at, line in enumerate(lines, number + 1):
         if len(line) > MAX_LINE:
             raise RowError(at, MAX_LINE, f"a line of more than {MAX_LINE} characters")
-    numbers = [at for at, x in enumerate(lines, number + 1) if x.lstrip()[:1] not in ("", "#")]
+    numbers = [at for at, x in enumerate(lines, number + 1) if _is_row(x, header.delimiter)]
     kept = [lines[at - number - 1] for at in numbers]
+    _require_decimals(kept, numbers, header)
     values = _plain(kept, header) if kept else None
     return _strict(kept, numbers, header) if values is None else Table(values, numbers)
+
+
+def _is_row(line: str, delimiter: str | None) -> bool:
+    """Whether a line is no comment: a # in it may be the error of a spreadsheet."""
+    text = line.strip()
+    if not text.startswith("#"):
+        return bool(text)
+    return text.split(delimiter, 1)[0].strip(' "').lower() in _ERRORS
+
+
+def _require_decimals(lines: Sequence[str], numbers: Sequence[int], header: Header) -> None:
+    """Refuse commas that group thousands, or may: one that cannot shows that all begin decimals."""
+    if header.delimiter == ",":
+        return
+    first: tuple[int, str, str] | None = None
+    for number, line in zip(numbers, lines, strict=True):
+        if "," not in line:
+            continue
+        cells = line.split(header.delimiter)
+        for column in header.columns:
+            text = cells[column.place].strip(' "\t') if column.place < len(cells) else ""
+            if "," in text and not _GROUPED.fullmatch(text):
+                return
+            if "," in text and first is None:
+                first = number, column.name, text
+    if first is not None:
+        number, name, text = first
+        raise RowError(
+            number, 1,
+            f"{name}: {text!r} may be {text.replace(',', '')} or {text.replace(',', '.')}; every"
+            " comma has three digits behind it. Write the numbers without grouping, or decimals"
+            " with a point",
+        )  # fmt: skip
 
 
 def _plain(lines: Sequence[str], header: Header) -> FloatArray | None:

@@ -93,6 +93,30 @@ def test_rows_without_a_number_are_dropped_counted_and_said(tmp_path: Path) -> N
         read_curve(write(tmp_path, HEAD + "\n".join(lines)))
 
 
+@pytest.mark.parametrize("where", ["{error};{i};{i}", "{i};{i};{error}"])
+def test_an_error_of_a_spreadsheet_is_no_comment(tmp_path: Path, where: str) -> None:
+    lines = [f"{i};{i};{i}" for i in range(1, 101)]
+    lines[50:] = [where.format(i=i, error=e) for i, e in enumerate(["#N/A", "#REF!"] * 25, 51)]
+    path = write(tmp_path, "time_s;displacement_m;force_n\n" + "\n".join(lines))
+    with pytest.raises(BadInputError, match=r":52:\d: '#N/A' .* 50 of 100 rows lack a number"):
+        read_curve(path)
+
+
+def test_commas_that_may_group_thousands_are_asked_about(tmp_path: Path) -> None:
+    head = "displacement_m;force_n\n"
+    forces = ["998", "1,906", "2,003", "141,535"]
+
+    def rows(forces: list[str]) -> Path:
+        return write(tmp_path, head + "".join(f"{i};{text}\n" for i, text in enumerate(forces)))
+
+    with pytest.raises(BadInputError, match=r":3:1: force_n: '1,906' may be 1906 or 1\.906"):
+        read_curve(rows(forces))
+    for decimal in ("0,125", "1,5"):  # a comma that begins decimals: all do
+        assert read_curve(rows([*forces, decimal])).force_n[1] == 1.906
+    with pytest.raises(BadInputError, match="1,234,567"):
+        read_curve(rows([*forces, "1,234,567"]))
+
+
 def test_an_instrument_writes_above_its_columns(tmp_path: Path) -> None:
     text = (
         "Mon Apr 29 10:41:06 2019\n\nNumber of Points = 3\nTest: load, hold, unload\n"
