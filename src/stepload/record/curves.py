@@ -135,8 +135,8 @@ def _find_header(path: Path, file: TextIO) -> _Head:
 def read_curve(path: Path) -> Curve:
     """Read a table separated by comma, semicolon or tab (then also with decimal commas) or spaces.
 
-    Columns may stand in any order among others; empty lines and comments after # are skipped. Rows in
-    which a number is missing are dropped and counted.
+    Columns may stand in any order among others; empty lines and comments after # are skipped. Rows
+    in which a number is missing are dropped and counted.
 
     Raises:
         BadInputError: with file:line:column, what is there and what is expected.
