@@ -9,6 +9,7 @@ changes neither what a command does nor its exit code.
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import re
 import shutil
@@ -68,14 +69,17 @@ def visible(text: str) -> str:
 
 
 @contextlib.contextmanager
-def _perhaps_gone(stream: TextIO) -> Iterator[None]:
+def _perhaps_gone(stream: TextIO, *, must_arrive: bool = False) -> Iterator[None]:
+    """Print nowhere once nobody takes it; an output that `must_arrive` may lack its reader only."""
     try:
         yield
-    except OSError:
+    except OSError as error:
         with contextlib.suppress(OSError, ValueError):
             nothing = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nothing, stream.fileno())
             os.close(nothing)
+        if must_arrive and error.errno != errno.EPIPE:
+            raise
 
 
 def column_widths(cells: Sequence[Sequence[str]], width: int) -> list[int]:
@@ -189,7 +193,7 @@ class Output:
     def result(self, data: Mapping[str, Any]) -> None:
         """The JSON object of this command; printed only with `--json`."""
         if self.as_json:
-            with _perhaps_gone(sys.stdout):
+            with _perhaps_gone(sys.stdout, must_arrive=True):
                 print(json_text(data), flush=True)
 
     def error(self, error: SteploadError) -> None:
@@ -203,4 +207,5 @@ class Output:
             )
         with _perhaps_gone(sys.stderr):
             print(shown, file=sys.stderr, flush=True)
-        self.result({"error": error.message, "hint": error.hint, "exit_code": error.exit_code})
+        with contextlib.suppress(OSError):
+            self.result({"error": error.message, "hint": error.hint, "exit_code": error.exit_code})
