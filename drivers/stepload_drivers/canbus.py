@@ -98,6 +98,9 @@ class FastSlcan(slcanBus):
         return can.Message(self._read_s, frame[0], is_extended_id=False, data=frame[1]), False
 
 
+GREETING = b"< hi >"
+
+
 class WatchedSocketcand(SocketCanDaemonBus):
     """socketcand whose closed connection is an error instead of silence.
 
@@ -141,7 +144,7 @@ def _socketcand(channel: str, timeout_s: float) -> can.BusABC:
             f"socketcand channel {channel!r} is not HOST:PORT/BUS", hint="e.g. 10.0.0.5:29536/can0"
         )
     with socket.create_connection((host, int(port)), timeout=timeout_s) as probe:
-        if probe.recv(256) != b"< hi >":
+        if probe.recv(len(GREETING)) != GREETING:  # frames of a bus that is busy may follow
             raise can.CanInitializationError("no socketcand server answers there")
     return WatchedSocketcand(  # type: ignore[no-untyped-call]
         bus or "can0", host, int(port), tcp_tune=True
