@@ -13,7 +13,6 @@ from typing import Annotated
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from stepload.contact.power_law import LAW_NAMES
 from stepload.declaration import quantities as q
 from stepload.declaration.sections import CHECKED, DERIVED, INTERNAL, SECTION, Contradiction
 from stepload.identification.conditions import BRANCHES
@@ -167,8 +166,6 @@ class IdentifyPlan:
     """Force of the secant; default: 300 N or `top_force`."""
     branch: Annotated[str, q.Choice(BRANCHES)] = "loading"
     """Branch whose chord is the result; reloading: the second loading."""
-    laws: tuple[Annotated[str, q.Choice(tuple(LAW_NAMES))], ...] = ()
-    """Contact laws that may be fitted; default: all that apply."""
     resolution_multiple_p: Annotated[float, q.number(1.0, 100.0), Field(alias="p")] = 2.0
     """Multiple of the position resolution lost at the zero (29)."""
     compensation_quality_s: Annotated[float, q.number(1.0, 1000.0), Field(alias="s")] = 20.0

@@ -216,7 +216,6 @@ procedure:
 identify:
   kind: payload
   secant_force: 200 N
-  laws: [power, hertz]
   branch: loading
   p: 2
   s: 20
