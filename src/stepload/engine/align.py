@@ -121,8 +121,9 @@ class Shifting:
                 return Exit.STOP
             if course.rest_at_goal(rest_s):
                 break
-        if abs(sup.smooth_n) > 0.5 * course.limits.touch_force_n:
-            return not_open(course, 0.5 * course.limits.touch_force_n)
+        free_n = 0.5 * course.limits.touch_force_n + sup.zero_drift_n
+        if abs(sup.smooth_n) > free_n:
+            return not_open(course, free_n)
         if self._along is None:
             self._along = self._direction(low_m, low)
         self.places.setdefault(course.shift_m, self._place())
@@ -131,9 +132,10 @@ class Shifting:
         while not course.now_s - arrived_s >= rest_s:
             yield
             felt_n = math.hypot(sup.force_n, sup.force.across_n)
-            if felt_n > aligning.felt_n:
+            limit_n = aligning.felt_n + sup.zero_drift_n
+            if felt_n > limit_n:
                 return course.fail(
-                    "shift_blocked", felt_n, aligning.felt_n, "N",
+                    "shift_blocked", felt_n, limit_n, "N",
                     f"{felt_n:.3g} N were felt while the arm went sideways"
                     f" {aligning.clear_m * 1e3:.3g} mm away from every surface seen so far: the"
                     " plate is steeper than 5 deg, or something stands in the way. Look at the"

@@ -140,6 +140,12 @@ class Supervisor:
         """Travel since the answer that R6 counts from."""
         return self.answers.travel_m
 
+    @property
+    def zero_drift_n(self) -> float:
+        """How far the zero may have drifted as stated since it was taken, as F_allowed has room."""
+        drifted_n = self._limits.drift_n_per_s * (self._now_s - self._zeroed_s)
+        return min(drifted_n, self._limits.zero_shift_n)
+
     def still_closed(self, now_s: float) -> str:
         """Why the contact cannot be said to be open; "" where every channel shows that it is."""
         limits = self._limits
@@ -394,8 +400,7 @@ class Supervisor:
         limit_n, across_n = limits.touch_force_n, self.force.smooth_across_n
         across_limit_n, pulls = self._across_limit_n, force_n < -limit_n
         if pulls and limits.cross_check:
-            drifted_n = limits.drift_n_per_s * (self._now_s - self._zeroed_s)
-            limit_n += min(drifted_n, limits.zero_shift_n)
+            limit_n += self.zero_drift_n
             pulls = force_n < -limit_n
         across = across_n > across_limit_n and across_n > 2.0 * abs(force_n)
         if self.force.fresh:
