@@ -124,19 +124,22 @@ def table(rows: Iterable[Row]) -> list[str]:
     return lines
 
 
-def grid(rows: Sequence[Row], columns: int, *, printed: bool = True) -> list[str]:
-    """A Markdown table with `columns` numbers a line: as printed, if wanted, and ours.
+def grid(rows: Sequence[Row], columns: int, beside: Sequence[Row] = ()) -> list[str]:
+    """A Markdown table with `columns` numbers a line: printed, ours, and below ours `beside`.
 
     Quantities are "line: column".
     """
     names = [row.quantity.rpartition(": ")[2] for row in rows[:columns]]
-    head = [f"{whose} {name}" for whose in (["printed"] * printed + ["our"]) for name in names]
+    head = [f"{whose} {name}" for whose in ("printed", "our") for name in names]
     lines = [f"| | {' | '.join(head)} |", "|---" * (1 + len(head)) + "|"]
+    ours = [cell(row) for row in rows]
+    if beside:
+        ours = [f"{one}<br>*{cell(row)}*" for one, row in zip(ours, beside, strict=True)]
     for first in range(0, len(rows), columns):
-        some = rows[first : first + columns]
-        cells = [some[0].quantity.rpartition(": ")[0]]
-        cells += [row.printed for row in some] if printed else []
-        lines.append(f"| {' | '.join([*cells, *map(cell, some)])} |")
+        some = slice(first, first + columns)
+        label = rows[first].quantity.rpartition(": ")[0]
+        cells = [label, *(row.printed for row in rows[some]), *ours[some]]
+        lines.append(f"| {' | '.join(cells)} |")
     return lines
 
 
