@@ -112,7 +112,7 @@ def identify(
         time_s: times that do not fall, shape (N,).
         known: what else is known, by the names of `stepload.report.conditions.Stated`:
             `system_stiffness_n_per_m`, `elastic_limit_n`, `force_noise_n`, `position_noise_m`,
-            `secant_force_n`, `laws` and others.
+            `secant_force_n` and others.
 
     Raises:
         BadInputError: columns of different lengths, numbers that are not finite or are masked, an

@@ -19,8 +19,6 @@ def tilted_plan(
     tilt_y_deg: float = 0.0,
     *,
     friction: float = 0.1,
-    sensor_turn_rad: float = 0.0,
-    lateral_stiffness_n_per_m: float | None = None,
     alignment: Alignment | None = ALIGNMENT,
     **procedure: Any,
 ) -> Plan:
@@ -35,7 +33,6 @@ def tilted_plan(
         friction=friction,
         tilt_x_rad=math.radians(tilt_x_deg),
         tilt_y_rad=math.radians(tilt_y_deg),
-        sensor_turn_z_rad=sensor_turn_rad,
     )
     return replace(
         plan,
@@ -43,6 +40,5 @@ def tilted_plan(
             rig,
             simulation=replace(rig.simulation, mount=mount),
             force=replace(rig.force, axis="+fz", rated_force_n=(1000.0,) * 3),
-            arm=replace(rig.arm, lateral_stiffness_n_per_m=lateral_stiffness_n_per_m),
         ),
     )

@@ -77,26 +77,14 @@ def test_a_drift_beyond_the_plan_is_found(changed):
     assert line["remedy"]
 
 
-@pytest.mark.long
-def test_the_loop_delay_is_measured_against_a_spring():
-    code, told = doctor(PLAN, "--seconds", "1", "--still", "--against-spring")
-    assert code == 0
-    line = lines_of(told)["loop delay against a spring"]
-    truth_s = 4e-3 + 40e-3 + 3e-3 + 2e-3
-    assert line["value"] == pytest.approx(truth_s, abs=8e-3)
-    rig = YAML(typ="safe").load(told["rig"])["rig"]
-    assert parse_quantity(rig["loop_delay"], "s") >= line["value"]
-
-
 def test_an_arm_that_does_not_confirm_its_stop_is_not_moved_again(monkeypatch):
     def deaf(self, timeout_s):
         raise DeviceError("no answer", code="refused_command")
 
     monkeypatch.setattr(WorldArm, "safe", deaf)
     monkeypatch.setattr(WorldArm, "prove_stop", lambda *_: pytest.fail("moved again"))
-    code, told = doctor(PLAN, "--seconds", "1", "--against-spring")
+    code, told = doctor(PLAN, "--seconds", "1")
     lines = lines_of(told)
     assert code == 4
     assert lines["arm: stop"]["mark"] == "fail"
     assert lines["arm: motion"]["mark"] == "skipped"
-    assert lines["loop delay against a spring"]["mark"] == "skipped"

@@ -225,17 +225,13 @@ def doctor(
     still: Annotated[
         bool, Option("--still", help="Move nothing; stop and delays stay unproven.")
     ] = False,
-    against_spring: Annotated[
-        bool, Option("--against-spring", help="Measure the loop delay T in contact, on a spring.")
-    ] = False,
     seconds: Annotated[float, Option(help="How long to watch the data at rest.")] = 10.0,
     hazards_read: HazardsRead = False,
     as_json: AsJson = False,
 ) -> None:
     """Examine a plan's rig: data, disk, clocks, stop. Exit 0: sound; 4: not.
 
-    Needs free air: the arm moves up to 2 mm away from the plate, at up to 4 mm/s, and back. With
-    --against-spring it also runs the plan's approach and presses up to its top force.
+    Needs free air: the arm moves up to 2 mm away from the plate, at up to 4 mm/s, and back.
 
     Example: stepload doctor procedures/plastic-sphere.yaml --dry-run
     """
@@ -245,16 +241,16 @@ def doctor(
     from stepload.session.experiment import refuse_simulated
     from stepload.setup.checkup import examine
 
-    out, operator = Output(as_json=as_json), Operator()
+    out = Output(as_json=as_json)
     preflight = preflight_of(load_plan(plan))
     if not dry_run:
         refuse_simulated(preflight.plan)
-    if not dry_run and not hazards_read and not (still and not against_spring):
+    if not dry_run and not hazards_read and not still:
         ask_hazards(preflight)
-    with operator.listening():
+    with Operator().listening():
         found = examine(
-            preflight, dry_run=dry_run, seconds=seconds, still=still, against_spring=against_spring,
-            tell=lambda line: out.finding(line.finding), operator=operator,
+            preflight, dry_run=dry_run, seconds=seconds, still=still,
+            tell=lambda line: out.finding(line.finding),
         )  # fmt: skip
     if found.snippet:
         out.line("\nmeasured, for the rig file:\n")

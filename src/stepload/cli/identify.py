@@ -65,9 +65,6 @@ def identify(
     plastic: Plastic = False,
     surface: Surface = None,
     tip_radius: TipRadius = None,
-    law: Annotated[
-        list[str] | None, Option(help="Laws that figures may rest on: hertz,power …; auto: all.")
-    ] = None,
     branch: Annotated[
         str | None, Option(help="Chord that is the result: loading, unloading, reloading.")
     ] = None,
@@ -86,7 +83,7 @@ def identify(
     Example: stepload identify runs/20260801-101500-demo --out again
     """
     from stepload.plan.load import load_payload
-    from stepload.report.conditions import Stated, laws_of, with_payload
+    from stepload.report.conditions import Stated, with_payload
     from stepload.report.from_file import is_record, results_of_file, system_results_of_file
     from stepload.report.identified import identification_data
     from stepload.report.run_document import identification_document, system_document
@@ -104,7 +101,6 @@ def identify(
         position_noise_m=position_noise,
         travel_drift_m_per_s=drift,
         nonlinearity=nonlinearity,
-        laws=laws_of(law or ()),
         branch=branch,
         tared=tared,
     )

@@ -107,7 +107,7 @@ _PHASES = {
     "tare, free air": (Phase.WARM_UP, Phase.FREE_AIR, Phase.TARE, Phase.DRIFT_CHECK),
     "align": (Phase.ALIGN,),
     "touch": (Phase.FAST_APPROACH, Phase.GUARDED_APPROACH, Phase.DWELL, Phase.TOUCH_RETRACT),
-    "cycle": (Phase.LOAD, Phase.HOLD, Phase.NULLING, Phase.UNLOAD, Phase.UNLOAD_HOLD),
+    "cycle": (Phase.LOAD, Phase.HOLD, Phase.UNLOAD, Phase.UNLOAD_HOLD),
     "retract, tare": (Phase.RETRACT, Phase.POST_TARE),
     "paused": (Phase.PAUSED,),
     "safing": (Phase.SAFING,),

@@ -12,20 +12,6 @@ from dataclasses import dataclass
 from stepload.contact.checks import require_positive
 from stepload.errors import DomainError
 
-LAW_NAMES = {
-    "power": "power law",
-    "linear": "power law, linear (n = 1)",
-    "hertz": "power law, Hertz (n = 1.5)",
-    "cone": "power law, cone (n = 2)",
-    "hertz-linear": "Hertz and a linear part",
-    "two-springs": "two springs",
-    "stop": "Hertz against a stop",
-    "elastic-plastic": "elastic-plastic (15)",
-    "rough": "rough sphere (10)",
-    "adhesive": "Hertz with adhesion",
-}
-"""The laws that a user may choose, with their common names."""
-
 
 @dataclass(frozen=True, slots=True)
 class ContactLaw:

@@ -117,14 +117,12 @@ def _check_held(arm: Arm) -> None:
 
 def _check_shift(plan: Plan, arm: Arm, *, dry_run: bool) -> None:
     """Refuse an arm that cannot move across its approach where the plan needs that."""
-    requested = plan.procedure.alignment is not None or plan.procedure.nulling is not None
-    if not requested or arm.can_shift:
+    if plan.procedure.alignment is None or arm.can_shift:
         return
     raise DeviceError(
-        "procedure.alignment and procedure.nulling need an arm that can go across its approach, "
-        "and this one cannot",
+        "procedure.alignment needs an arm that can go across its approach, and this one cannot",
         code=FaultCode.REFUSED_COMMAND,
-        hint=SIX_AXES_REMEDY if dry_run else "leave both out, and align by hand",
+        hint=SIX_AXES_REMEDY if dry_run else "leave it out, and align by hand",
     )
 
 

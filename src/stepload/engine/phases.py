@@ -38,7 +38,6 @@ class May(StrEnum):
     TOWARDS = "towards the surface"
     BACK = "back"
     BACK_OR_ACROSS = "back, then across the approach"
-    ACROSS = "across the approach"
     OPEN = "back; where that presses, to where the force was least"
 
 

@@ -18,7 +18,7 @@ from stepload.engine.run_state import RunState
 from stepload.engine.steps import Control, LoadSteps
 from stepload.engine.stopping_rule import StoppingRule, Verdict, judge, nearest
 from stepload.engine.zeroing import Adopt, Zeroing
-from stepload.feasibility.aligning import Aligning, NullingLaw
+from stepload.feasibility.aligning import Aligning
 from stepload.feasibility.until import Until
 from stepload.record.rows import Phase
 
@@ -38,8 +38,7 @@ class RunSequence:
         controller: makes the step controller.
         until: the deformation needed at every level where the plan may end its loading early, else
             None.
-        aligning, nulling: parameters of the touches on a circle and of nulling the lateral force;
-            None where the plan does not ask for it.
+        aligning: parameters of the touches on a circle; None where the plan asks for none.
     """
 
     def __init__(
@@ -51,10 +50,9 @@ class RunSequence:
         until: Until | None = None,
         tell: Say = nothing,
         aligning: Aligning | None = None,
-        nulling: NullingLaw | None = None,
     ) -> None:
         self._tell = tell
-        self.steps = LoadSteps(course, controller, nulling)
+        self.steps = LoadSteps(course, controller)
         self._course = course
         self._zeroing = Zeroing(course, adopt)
         self._approach = Approach(course, self._zeroing)

@@ -7,11 +7,9 @@ from collections.abc import Callable
 
 from stepload.engine.controller import StepController
 from stepload.engine.force_state import SettleTest
-from stepload.engine.nulling import Nulling
 from stepload.engine.phases import Exit, May, Steps, phase
 from stepload.engine.retract import not_open
 from stepload.engine.run_state import RunState
-from stepload.feasibility.aligning import NullingLaw
 from stepload.feasibility.bounds import step_patience_s
 from stepload.feasibility.limits import RunLimits
 from stepload.record.rows import Phase
@@ -31,16 +29,12 @@ class LoadSteps:
     Args:
         course: state of the run.
         controller: makes `controller`, which brings the force to a level.
-        nulling: law by which lateral force is nulled before a level is held, None where it is not.
     """
 
-    def __init__(
-        self, course: RunState, controller: Control, nulling: NullingLaw | None = None
-    ) -> None:
+    def __init__(self, course: RunState, controller: Control) -> None:
         self._course = course
         self._control = controller
         self._settle = SettleTest()
-        self._nulling = Nulling(course, nulling)
         self._same_contact = False
         self._force_sum_n = self._position_sum_m = 0.0
         self._ticks = 0
@@ -62,11 +56,7 @@ class LoadSteps:
 
     def step(self, number: int, level_n: float, up: bool = True) -> Steps:
         """Rise or come down to `level_n` and hold it; `number` is the step's in the record."""
-        return (
-            (yield from self._go(number, level_n, up))
-            or (yield from self._nulling.null())
-            or (yield from self._hold(up))
-        )
+        return (yield from self._go(number, level_n, up)) or (yield from self._hold(up))
 
     @phase(Phase.LOAD, "in contact, below the level", May.TOWARDS, Exit.FAIL)
     @phase(Phase.UNLOAD, "in contact, above the level", May.BACK, Exit.FAIL)

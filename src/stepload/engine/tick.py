@@ -80,7 +80,7 @@ class Engine:
         )
         self.steps = RunSequence(
             self.course, self._adopt, start_level, controller, preflight.until,
-            lambda words: self.on_word(words), preflight.aligning, preflight.nulling,
+            lambda words: self.on_word(words), preflight.aligning,
         ).steps  # fmt: skip
         self._plan = plan
         self._measured = Measured(0.0, 0.0)

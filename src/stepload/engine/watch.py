@@ -158,19 +158,6 @@ class ForceWatch(_StreamWatch):
         self._lives_across: bool | None = None
         self.raw_n = self.smooth_n = float("nan")
 
-    @property
-    def load_across_n(self) -> tuple[float, float]:
-        """Filtered lateral force of the tip on the plate along axes 1 and 2 of the pressing frame.
-
-        These are the sensor's axes in cyclic order from the pressing axis on; less that at `tare`.
-        """
-        if self._smooth_i != self._smooth_i:
-            return 0.0, 0.0
-        zero = self._zero
-        one = self._sign * (self._smooth_i - zero[self._i])
-        other = self._sign * (self._smooth_j - zero[self._j])
-        return (other, one) if self._index == 1 else (one, other)
-
     def torque_beside(self, lever_m: float) -> float:
         """Lateral torque in N·m that a force on the axis does not explain, filtered and tared.
 

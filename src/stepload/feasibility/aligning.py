@@ -31,17 +31,6 @@ FELT_SIGMAS = 8.0
 HUMP_SIGMAS = 3.0
 SURE = 2.0
 """Coverage factor of a tilt, in standard uncertainties (95 %)."""
-NULL_FROM_N = 3.0
-NULL_FASTEST_M_S = 1e-3
-NULL_ROOM_SHARE = 0.5
-"""Share of the room below F_lim that lateral force may grow by before the arm reacts."""
-NULL_SIGMAS = 2.0
-NULL_S = 0.2
-NULL_TIMES = 10.0
-NULL_LOOPS = 3.0
-"""Least time constant in loop delays: three times the stiffness is then stable with a gain margin
-of 1.5."""
-NULL_FILTER_TICKS = 10.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,37 +57,6 @@ class Aligning:
     tilt_error_rad: float
 
 
-@dataclass(frozen=True, slots=True)
-class NullingLaw:
-    """How lateral force is nulled, in SI units.
-
-    Attributes:
-        stiffness_n_per_m: largest lateral stiffness that is believed possible.
-        time_constant_s: of the decay if that stiffness is the true one.
-        largest_m: limit of all shifts together.
-        fastest_m_s: limit of the speed of a shift.
-        from_n: axial force from which on lateral force is nulled.
-        dead_n: lateral force that is ignored.
-        longest_s: time that one level may take.
-        turn_rad: rotation of the sensor against the arm, about the approach.
-    """
-
-    stiffness_n_per_m: float
-    time_constant_s: float
-    largest_m: float
-    fastest_m_s: float
-    from_n: float
-    dead_n: float
-    longest_s: float
-    turn_rad: float
-
-
-def lateral_stiffness(rig: Rig) -> float:
-    """The largest lateral stiffness in N/m that is believed possible."""
-    stated = rig.arm.lateral_stiffness_n_per_m
-    return GUESSED_FACTOR * largest_stiffness(rig) if stated is None else stated
-
-
 def aligning_of(plan: Plan, limits: RunLimits) -> Aligning | None:
     """How a plan's touches on a circle are made; None where it asks for none.
 
@@ -110,7 +68,9 @@ def aligning_of(plan: Plan, limits: RunLimits) -> Aligning | None:
         return None
     felt_n = max(limits.touch_force_n, FELT_SIGMAS * limits.noise_n)
     press = press_rig(rig, limits.noise_n)
-    sideways = replace(press, stiffness_n_per_m=lateral_stiffness(rig))
+    stated = rig.arm.lateral_stiffness_n_per_m
+    stiffness = GUESSED_FACTOR * largest_stiffness(rig) if stated is None else stated
+    sideways = replace(press, stiffness_n_per_m=stiffness)
     speed_m_s = largest_speed(
         sideways,
         force_n=limits.force_limit_n,
@@ -142,48 +102,20 @@ def aligning_of(plan: Plan, limits: RunLimits) -> Aligning | None:
     )
 
 
-def nulling_of(plan: Plan, limits: RunLimits) -> NullingLaw | None:
-    """How a plan nulls lateral force; None where it does not."""
-    requested = plan.procedure.nulling
-    if requested is None:
-        return None
-    stiffness = lateral_stiffness(plan.rig)
-    constant_s = requested.time_constant_s or max(NULL_S, least_time_constant_s(limits))
-    room_n = NULL_ROOM_SHARE * max(0.0, limits.force_limit_n - limits.top_force_n)
-    return NullingLaw(
-        stiffness_n_per_m=stiffness,
-        time_constant_s=constant_s,
-        largest_m=requested.largest_shift_m,
-        fastest_m_s=min(NULL_FASTEST_M_S, room_n / (stiffness * limits.reaction_s)),
-        from_n=max(NULL_FROM_N, limits.touch_force_n),
-        dead_n=NULL_SIGMAS * limits.noise_n,
-        longest_s=NULL_TIMES * constant_s,
-        turn_rad=requested.sensor_turn_rad,
-    )
-
-
-def least_time_constant_s(limits: RunLimits) -> float:
-    """The shortest time constant of nulling that this control loop is stable with."""
-    return NULL_LOOPS * (limits.loop_s + NULL_FILTER_TICKS * limits.period_s)
-
-
 def aligning_reasons(plan: Plan, limits: RunLimits | None) -> Iterator[Reason]:
     """Reasons against sideways motion with this rig."""
     procedure, rig = plan.procedure, plan.rig
-    if procedure.alignment is None and procedure.nulling is None:
+    if procedure.alignment is None:
         return
     if not can_shift(rig):
         yield Reason(
             "arm_cannot_shift", Severity.REFUSE,
-            f"Alignment and nulling need an arm that moves laterally; the driver "
-            f"{rig.arm.driver!r} does not.",
+            f"Alignment needs an arm that moves laterally; the driver {rig.arm.driver!r} does not.",
             SIX_AXES_REMEDY
             if rig.arm.driver == SIMULATED
-            else "leave both out; align by hand, with a dial gauge on the plate",
-            key="procedure",
+            else "leave it out; align by hand, with a dial gauge on the plate",
+            key="procedure.alignment",
         )  # fmt: skip
-    if procedure.nulling is not None:
-        yield from _nulling_reasons(plan, limits)
     if limits is not None and (aligning := aligning_of(plan, limits)) is not None:
         yield from _alignment_reasons(plan, aligning)
 
@@ -196,35 +128,6 @@ def can_shift(rig: Rig) -> bool:
         return load_arm(rig.arm.driver).can_shift
     except BadInputError:  # a plan that was made without a driver
         return False
-
-
-def _nulling_reasons(plan: Plan, limits: RunLimits | None) -> Iterator[Reason]:
-    rig, requested = plan.rig, plan.procedure.nulling
-    assert requested is not None
-    if len(rig.force.rated_force_n) != 3:
-        yield Reason(
-            "nulling_sensor", Severity.REFUSE,
-            "Nulling needs a force sensor that measures lateral force.",
-            "state rig.force.rated_force of a six-axis sensor, or leave nulling out",
-            key="procedure.nulling",
-        )  # fmt: skip
-    if limits is None:
-        return
-    least_s = least_time_constant_s(limits)
-    if requested.time_constant_s is not None and requested.time_constant_s < least_s:
-        yield Reason(
-            "nulling_too_fast", Severity.REFUSE,
-            f"The time constant of nulling, {requested.time_constant_s:.3g} s, is too short for a"
-            f" loop delay of {limits.loop_s:.3g} s.",
-            f"time_constant: {least_s:.2g} s or more", requested.time_constant_s, least_s, "s",
-            key="procedure.nulling.time_constant",
-        )  # fmt: skip
-    yield Reason(
-        "nulling", Severity.NOTE,
-        "Nulling lowers lateral force at each level; it biases the stiffness where tool and sensor "
-        "are misaligned.",
-        "a calibration with lateral force corrects better (stepload calibrate)",
-    )  # fmt: skip
 
 
 def _alignment_reasons(plan: Plan, aligning: Aligning) -> Iterator[Reason]:

@@ -71,7 +71,6 @@ def conditions_of(plan: Plan, theory: Theory) -> Conditions:
             None if theory.is_range else equivalent_modulus(payload.material, payload.plate)
         ),
         plate_pa=payload.plate.youngs_modulus_pa / (1.0 - payload.plate.poisson_ratio**2),
-        laws=wanted.laws,
         branch=wanted.branch,
         pose=rig.arm.pose,
         temperature_c=wanted.temperature_c,

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from stepload.contact.power_law import ContactLaw
 from stepload.contact.validity import DomainDoubt, Pressed, domain_doubts
+from stepload.feasibility.predicted import body_left_out
 from stepload.feasibility.reason import Reason, Severity
 from stepload.feasibility.theory import ENDS, Theory
 from stepload.plan.model import Payload, Plan
@@ -29,6 +30,7 @@ def payload_doubts(
         DomainError: a number outside the domain of contact theory.
     """
     found: dict[str, DomainDoubt] = {}
+    body = body_left_out(payload, theory.law)
     for end in ENDS if theory.is_range else ENDS[:1]:
         for doubt in domain_doubts(
             Pressed(
@@ -41,6 +43,7 @@ def payload_doubts(
                 micro_hardness_pa=payload.micro_hardness_pa,
                 height_m=payload.height_m,
                 used_limit_n=theory.counted.lower_n,
+                body=body,
             )
         ):
             before = found.setdefault(doubt.code, doubt)

@@ -29,7 +29,7 @@ from stepload.contact.finite_elements import (
 from stepload.contact.half_space import SHARES, half_space
 from stepload.contact.limit import onset_in
 from stepload.contact.material_range import is_range
-from stepload.contact.materials import Profile, RoundedCone, RoundedPyramid, Sphere
+from stepload.contact.materials import Body, Profile, RoundedCone, RoundedPyramid, Sphere
 from stepload.contact.power_law import ContactLaw
 from stepload.declaration.sections import adapter
 from stepload.errors import DomainError
@@ -206,6 +206,13 @@ def can_be_meshed(payload: Payload) -> bool:
     """Whether a mesh is of the payload as it is pressed."""
     ranges = is_range(payload.material) or is_range(payload.plate)
     return not isinstance(payload.geometry, Sphere) and has_size(payload) and not ranges
+
+
+def body_left_out(payload: Payload, law: ContactLaw) -> Body | None:
+    """The finite body of a payload that neither `law` nor F_c regards; None where there is none."""
+    if law.equation == MESHED or not can_be_meshed(payload) or meshed_onset(payload) is not None:
+        return None
+    return size_of(payload.geometry)
 
 
 def cache_directory() -> Path:

@@ -10,13 +10,7 @@ from dataclasses import dataclass, replace
 
 from stepload.errors import DomainError, RefusedError
 from stepload.feasibility.advice import advised
-from stepload.feasibility.aligning import (
-    Aligning,
-    NullingLaw,
-    aligning_of,
-    aligning_reasons,
-    nulling_of,
-)
+from stepload.feasibility.aligning import Aligning, aligning_of, aligning_reasons
 from stepload.feasibility.bounds import Measured, press_rig
 from stepload.feasibility.conditions import expected_result
 from stepload.feasibility.domains import domain_reasons
@@ -36,7 +30,7 @@ from stepload.feasibility.reasons import (
     rig_reasons,
     softness,
 )
-from stepload.feasibility.schedule import NULLING_TIMES, Stage, align_s, schedule
+from stepload.feasibility.schedule import Stage, align_s, schedule
 from stepload.feasibility.stiffness import stiffness_reasons
 from stepload.feasibility.theory import Theory, theory_of
 from stepload.feasibility.until import Until, until_of, until_reasons
@@ -75,7 +69,7 @@ class Preflight:
     `refusal` says why. Speeds and force budget are then those at the largest safe force; where no
     force is safe the speeds are 0 and the budget is empty. `bounds` are the rig's delays and
     inertia, `until` the deformation needed at every level where the plan may end its loading early,
-    `aligning` and `nulling` the parameters of motion across the approach. `secant_n_per_m`, at
+    `aligning` the parameters of motion across the approach. `secant_n_per_m`, at
     `identify.secant_force_n` of the plan, and the deformation are theory's.
     """
 
@@ -98,7 +92,6 @@ class Preflight:
     loading_times: LoadTimes | None = None
     until: Until | None = None
     aligning: Aligning | None = None
-    nulling: NullingLaw | None = None
 
     @property
     def duration_s(self) -> float:
@@ -214,16 +207,15 @@ def _derived(plan: Plan, measured: Measured | None) -> Preflight:
     pressing, limits, refusal = _pressed(plan, theory, safe_n, measured)
     found = None if plan.identify.kind == "system" else _identifiability_of(plan)
     stages: tuple[Stage, ...] = ()
-    loading_times = aligning = nulling = None
+    loading_times = aligning = None
     if limits is not None:
         loading_times = load_times(plan, limits, theory.law)
-        aligning, nulling = aligning_of(plan, limits), nulling_of(plan, limits)
+        aligning = aligning_of(plan, limits)
         stages = schedule(
             plan.procedure,
             limits,
             loading_times,
             align_s=align_s(plan.procedure, limits, aligning) if aligning is not None else 0.0,
-            null_s=NULLING_TIMES * nulling.time_constant_s if nulling is not None else 0.0,
         )
     reasons = [
         *force_reasons(plan, safe_n, refusal, theory),
@@ -263,7 +255,6 @@ def _derived(plan: Plan, measured: Measured | None) -> Preflight:
         stages=stages,
         loading_times=loading_times,
         aligning=aligning,
-        nulling=nulling,
     )
 
 

@@ -31,8 +31,6 @@ AGAIN = "touch again"
 APPROACH = (ALIGN, FAST, GUARDED, AGAIN)
 """From the first zero of the force to the first load step."""
 UNDER_LOAD = (LOAD_STEP, UNLOAD_STEP, UNLOAD_BETWEEN)
-NULLING_TIMES = 5.0
-"""Time constants that nulling is expected to take at a level."""
 SLOW_SHARE = 0.5
 """Share of the guarded speed that is used where the surface is known."""
 
@@ -108,7 +106,6 @@ def schedule(
     loading_times: LoadTimes,
     *,
     align_s: float = 0.0,
-    null_s: float = 0.0,
 ) -> tuple[Stage, ...]:
     """Expected stages of a run that meets no trouble, from open devices on.
 
@@ -118,7 +115,6 @@ def schedule(
     Args:
         loading_times: times of the load steps, without their holds.
         align_s: time of the touches on a circle; 0 without them.
-        null_s: time in which lateral force is nulled before a level is held; 0 without.
     """
     fast_m_s, guarded_m_s = limits.fast_speed_m_s, limits.guarded_speed_m_s
     back_m, band_m = procedure.retract_m, procedure.surface_uncertainty_m
@@ -128,10 +124,9 @@ def schedule(
     settled_s = 4.0 / limits.step_rate_per_s + SETTLED_S
     longest_s = procedure.hold_s + procedure.settle_timeout_s
     hold_s = min(max(procedure.hold_s, settled_s), longest_s)
-    held_s = hold_s + null_s
-    up = tuple(each + held_s for each in loading_times.up_s)
+    up = tuple(each + hold_s for each in loading_times.up_s)
     down = (
-        tuple(each + held_s for each in reversed(loading_times.down_s)) if procedure.unload else ()
+        tuple(each + hold_s for each in reversed(loading_times.down_s)) if procedure.unload else ()
     )
     rest_s = REST_S + 4.0 * limits.loop_s
     back_s = back_m / limits.retract_speed_m_s + rest_s

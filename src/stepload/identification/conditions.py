@@ -170,7 +170,6 @@ class Conditions:
         theory_k, theory_n: the payload's contact law by theory (3), in N/m^n.
         modulus_pa: equivalent modulus (4) of payload and plate.
         plate_pa: E/(1 − ν²) of the plate alone.
-        laws: names of the chosen laws, see `power_law.LAW_NAMES`; empty: all laws are tried.
         pose, temperature_c: of the run; "" and None where the plan does not state them.
         across: what is known of the effect of lateral force.
         arm: whether a serial arm presses, which friction at the contact makes stiffer.
@@ -202,7 +201,6 @@ class Conditions:
     theory_n: float | None = None
     modulus_pa: float | None = None
     plate_pa: float | None = None
-    laws: tuple[str, ...] = ()
     pose: str = ""
     temperature_c: float | None = None
     across: Across = field(default_factory=Across)

@@ -7,7 +7,7 @@ that the data cannot distinguish: they prefer none of them.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -19,7 +19,6 @@ from stepload.identification.laws import (
     ADHESIVE,
     BILINEAR,
     HERTZ_LINEAR,
-    LAWS,
     PLASTIC,
     POWER,
     ROUGH,
@@ -161,13 +160,6 @@ def fit_laws(data: Whitened, told: Conditions, *, adhesive: bool) -> dict[str, L
     if adhesive:
         laws.append(ADHESIVE)
     found = {law.name: fit_law(data, law, told) for law in laws}
-    return {name: fit for name, fit in found.items() if fit is not None}
-
-
-def chosen_fits(data: Whitened, laws: Mapping[str, LawFit], told: Conditions) -> dict[str, LawFit]:
-    """The chosen laws that can be fitted, by name; those in `laws` are fitted already."""
-    chosen = [LAWS[word] for word in told.laws]
-    found = {law.name: laws.get(law.name) or fit_law(data, law, told) for law in chosen}
     return {name: fit for name, fit in found.items() if fit is not None}
 
 

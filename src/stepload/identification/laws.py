@@ -1,4 +1,4 @@
-"""Contact laws to choose from, each as deformation over force.
+"""Contact laws, each as deformation over force.
 
 For a given shape parameter every law here is linear: δ = δ0 + Σ c_j b_j(F), with coefficients that
 must not be negative. Forces are in units of the top force, so that a shape parameter means the same
@@ -22,7 +22,6 @@ from stepload.contact.plastic import (
     LATE_FACTOR,
     LATE_MEETS_FORCE,
 )
-from stepload.contact.power_law import LAW_NAMES
 from stepload.contact.rough import P0_BRANCH
 from stepload.identification.fit import FloatArray
 
@@ -103,40 +102,25 @@ def _nothing(size: int) -> Callable[[float], FloatArray]:
     return lambda _: np.zeros(size)
 
 
-def _fixed(word: str, n: float) -> Law:
-    """A power law with a fixed exponent."""
-    return Law(LAW_NAMES[word], _power, _nothing(1), np.array([1.0 / n]), 1)
+def _power_law(name: str, grid: FloatArray, parameters: int) -> Law:
+    return Law(name, _power, _nothing(1), grid, parameters)
 
 
-LAWS = {
-    "power": Law(LAW_NAMES["power"], _power, _nothing(1), np.linspace(0.25, 1.1, 52), 2),
-    "linear": _fixed("linear", 1.0),
-    "hertz": _fixed("hertz", 1.5),
-    "cone": _fixed("cone", 2.0),
-    "hertz-linear": Law(
-        LAW_NAMES["hertz-linear"], _hertz_linear, _nothing(2), np.zeros(1), 2
-    ),
-    "two-springs": Law(
-        LAW_NAMES["two-springs"], _bilinear, _nothing(2), np.linspace(0.06, 0.9, 22), 3
-    ),
-    "stop": Law(
-        LAW_NAMES["stop"], _stiffening, _nothing(2), np.linspace(0.06, 0.9, 22), 3
-    ),
-    "elastic-plastic": Law(
-        LAW_NAMES["elastic-plastic"], _plastic, _nothing(1), np.geomspace(0.02, 0.55, 14), 2
-    ),
-    "rough": Law(
-        LAW_NAMES["rough"], _rough, lambda ratio: np.array([0.5 * 1.605**2 * ratio]),
-        np.geomspace(2e-3, 0.25, 26), 2,
-    ),
-    "adhesive": Law(
-        LAW_NAMES["adhesive"], _adhesive, lambda pull: np.array([pull**HERTZ]),
-        np.geomspace(1e-3, 0.3, 16), 2,
-    ),
-}  # fmt: skip
-"""Every law, by the name that selects it."""
-POWER, HERTZ_LINEAR, BILINEAR = LAWS["power"], LAWS["hertz-linear"], LAWS["two-springs"]
-STIFFENING, PLASTIC = LAWS["stop"], LAWS["elastic-plastic"]
-ROUGH, ADHESIVE = LAWS["rough"], LAWS["adhesive"]
-FIXED = (LAWS["hertz"], LAWS["cone"], LAWS["linear"])
+POWER = _power_law("power law", np.linspace(0.25, 1.1, 52), 2)
+HERTZ_LINEAR = Law("Hertz and a linear part", _hertz_linear, _nothing(2), np.zeros(1), 2)
+BILINEAR = Law("two springs", _bilinear, _nothing(2), np.linspace(0.06, 0.9, 22), 3)
+STIFFENING = Law("Hertz against a stop", _stiffening, _nothing(2), np.linspace(0.06, 0.9, 22), 3)
+PLASTIC = Law("elastic-plastic (15)", _plastic, _nothing(1), np.geomspace(0.02, 0.55, 14), 2)
+ROUGH = Law(
+    "rough sphere (10)", _rough, lambda ratio: np.array([0.5 * 1.605**2 * ratio]),
+    np.geomspace(2e-3, 0.25, 26), 2,
+)  # fmt: skip
+ADHESIVE = Law(
+    "Hertz with adhesion", _adhesive, lambda pull: np.array([pull**HERTZ]),
+    np.geomspace(1e-3, 0.3, 16), 2,
+)  # fmt: skip
+FIXED = tuple(
+    _power_law(f"power law, {name}", np.array([1.0 / n]), 1)
+    for name, n in (("Hertz (n = 1.5)", 1.5), ("cone (n = 2)", 2.0), ("linear (n = 1)", 1.0))
+)
 """Exponents that follow from theory."""

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
-from stepload.contact.power_law import LAW_NAMES
 from stepload.errors import DomainError
 from stepload.identification import figures
 from stepload.identification.branches import (
@@ -25,14 +24,7 @@ from stepload.identification.conditions import BRANCHES
 from stepload.identification.elastic import Elastic, jump_of, usual_creep
 from stepload.identification.fit import FloatArray
 from stepload.identification.inelastic import Inelastic
-from stepload.identification.lawfit import (
-    CANNOT_TELL,
-    LawFit,
-    Whitened,
-    chosen_fits,
-    fit_law,
-    fit_laws,
-)
+from stepload.identification.lawfit import CANNOT_TELL, LawFit, Whitened, fit_law, fit_laws
 from stepload.identification.laws import FIXED, POWER
 from stepload.identification.loops import Branch, Loop
 from stepload.identification.quantity import (
@@ -155,13 +147,10 @@ def _with_laws(run: RunData, read: Read, drift_m_per_s: float | None) -> Judgeme
     fitted = [fit_laws(each, told, adhesive=run.adhesive) for each in loadings]
     data, laws = loadings[here], fitted[here]
     every = [each for each in fitted if each]
-    chosen = [chosen_fits(*both, told) for both in zip(loadings, fitted, strict=True)]
     power = laws.get(POWER.name)
-    # A chosen law that cannot be fitted with the middle correlation length is not used at all.
-    counting = [each for each in chosen if each and chosen[here]] if told.laws else every
     read_from = replace(
         read.reading,
-        law_sets=counting if power is not None else [],
+        law_sets=every if power is not None else [],
         power=power.best.shape if power is not None else 1.0,
         doubts=(
             *run.doubts,
@@ -170,10 +159,7 @@ def _with_laws(run: RunData, read: Read, drift_m_per_s: float | None) -> Judgeme
             *of_gauge,
             *_jumps(data, every, main, first, elastic),
         ),
-        law_doubts=(
-            *run.law_doubts,
-            *_refused(counting[here] if len(counting) > here else {}, laws),
-        ),
+        law_doubts=(*run.law_doubts, *_refused(laws)),
     )
     found = figures.quantities(run, read_from)
     for name in BRANCHES[1:]:
@@ -185,16 +171,13 @@ def _with_laws(run: RunData, read: Read, drift_m_per_s: float | None) -> Judgeme
             f"{percent(inelastic.share, 2)} of the deformation is not elastic ({inelastic.largest})"
         )
         read_from = replace(read_from, exponent_doubts=(said_of,))
-    if told.laws:
-        unbound = figures.quantities(run, replace(read_from, law_sets=every))
-        notes.append(_chosen(told.laws, found, unbound))
     return Judgement(
         headline=headline,
         quantities=found,
         inelastic=inelastic,
         drift_m_per_s=drift_m_per_s,
         exponent=figures.exponent(read_from),
-        laws=_rows(laws, chosen[here], data),
+        laws=_rows(laws, data),
         notes=tuple(notes),
         covariance=(None if power is None else figures.parameter_covariance(run, read_from, power)),
     )
@@ -204,18 +187,18 @@ def _within(headline: Quantity) -> float:
     return NORMAL_95 * combined([line for line in headline.lines if line.source not in OF_SIGNS])
 
 
-def _refused(counting: Mapping[str, LawFit], every: Mapping[str, LawFit]) -> list[str]:
-    """That the data refuse every law that counts: by the stated errors, or for another one."""
-    if not counting:
+def _refused(laws: Mapping[str, LawFit]) -> list[str]:
+    """That the data, by their stated errors, refuse every law."""
+    if not laws:
         return []
-    best = min(counting.values(), key=lambda fit: fit.chi2)
+    best = min(laws.values(), key=lambda fit: fit.chi2)
     most = _largest_chi2(best.degrees)
-    if best.chi2 > most:
-        return [
-            f"no law fits: the best one ({best.law.name}) leaves χ² = {best.chi2:.3g}, and the"
-            f" stated errors allow {most:.3g}"
-        ]
-    return figures.beaten(best, every)
+    if best.chi2 <= most:
+        return []
+    return [
+        f"no law fits: the best one ({best.law.name}) leaves χ² = {best.chi2:.3g}, and the stated"
+        f" errors allow {most:.3g}"
+    ]
 
 
 def _jumps(
@@ -246,32 +229,14 @@ def _largest_chi2(degrees: int) -> float:
     return float(chdtri(max(degrees, 1), REFUSED))
 
 
-def _rows(
-    laws: Mapping[str, LawFit], chosen: Mapping[str, LawFit], data: Whitened
-) -> tuple[LawRow, ...]:
+def _rows(laws: Mapping[str, LawFit], data: Whitened) -> tuple[LawRow, ...]:
     """All laws and the exponents that theory knows, the best first."""
     fixed = [fit for law in FIXED if (fit := fit_law(data, law)) is not None]
-    every = {**{fit.law.name: fit for fit in fixed}, **laws, **chosen}
+    every = {**{fit.law.name: fit for fit in fixed}, **laws}
     lowest = min((fit.chi2 for fit in every.values()), default=0.0)
-    counts = chosen or laws
     return tuple(
-        LawRow(name, fit.chi2, fit.degrees, fit.chi2 <= lowest + CANNOT_TELL, name in counts)
+        LawRow(name, fit.chi2, fit.degrees, fit.chi2 <= lowest + CANNOT_TELL, name in laws)
         for name, fit in sorted(every.items(), key=lambda item: item[1].chi2)
-    )
-
-
-def _chosen(
-    words: Sequence[str], found: Mapping[str, Quantity], unbound: Mapping[str, Quantity]
-) -> str:
-    """Remarks on what the choice of laws assumes and changes."""
-    names = " or ".join(LAW_NAMES[word] for word in words)
-    touch = "secant_from_touch"
-    if touch not in found:
-        return f"law chosen: {names}; it cannot be fitted to this loading, no figure rests on it"
-    low, high = (format_quantity(end, "N/m") for end in unbound[touch].interval_n_per_m)
-    return (
-        f"law chosen: {names}; with all laws the 95 % interval of the secant from touch is "
-        f"{low} to {high}"
     )
 
 

@@ -6,17 +6,16 @@ Other rooms import every part of a plan from here.
 import dataclasses
 from collections.abc import Iterator
 from itertools import pairwise
+from math import radians
 from pathlib import Path
 from typing import Annotated
 
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from stepload.contact.power_law import LAW_NAMES
 from stepload.declaration import quantities as q
 from stepload.declaration.sections import CHECKED, DERIVED, INTERNAL, SECTION, Contradiction
 from stepload.identification.conditions import BRANCHES
-from stepload.plan.aligning import Alignment, Nulling
 from stepload.plan.payload import Payload
 from stepload.plan.problems import PlanError, Problem
 from stepload.plan.rig import (
@@ -31,14 +30,27 @@ from stepload.plan.rig import (
 )
 from stepload.plan.simulation import Simulation
 from stepload.plan.system_stiffness import Provenance, RecordPolicy, SystemStiffness
+from stepload.rig.device import LARGEST_SHIFT_M
 
 __all__ = [
     "Alignment", "ArmSpec", "DeviceSpec", "DisplacementSpec", "ForceSpec", "IdentifyPlan",
-    "Nulling", "Payload", "Plan", "Procedure", "Provenance", "RecordPlan", "RecordPolicy", "Rig",
+    "Payload", "Plan", "Procedure", "Provenance", "RecordPlan", "RecordPolicy", "Rig",
     "SecondForce", "SecondForceSource", "Simulation", "SourceFile", "Structure", "SystemStiffness",
 ]  # fmt: skip
 
 MAX_LEVELS = 1000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class Alignment:
+    """Three touches on a circle before anything is loaded tell how the plate is tilted."""
+
+    radius_m: Annotated[float, q.Quantity("m", 1e-3, LARGEST_SHIFT_M)] = LARGEST_SHIFT_M
+    """Radius of the circle; the plate must be flat and free there."""
+    max_tilt_rad: Annotated[float, q.Quantity("rad", radians(0.05), radians(3.0))] = radians(1.0)
+    """Largest tilt, its uncertainty included, at which the run goes on."""
+    touch_error_m: q.Length = 20e-6
+    """Standard uncertainty of one touch; raised where resolution and speed need more."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
@@ -93,8 +105,6 @@ class Procedure:
     """Largest distance of the contact from the sensor axis (R14); needs `rig.force.lever`."""
     alignment: Alignment | None = None
     """Measures the plate tilt by three touches on a circle; `{}`: all defaults; none: off."""
-    nulling: Nulling | None = None
-    """Removes lateral force before each hold; `{}`: all defaults; none: off."""
 
     sound = CHECKED
 
@@ -156,8 +166,6 @@ class IdentifyPlan:
     """Force of the secant; default: 300 N or `top_force`."""
     branch: Annotated[str, q.Choice(BRANCHES)] = "loading"
     """Branch whose chord is the result; reloading: the second loading."""
-    laws: tuple[Annotated[str, q.Choice(tuple(LAW_NAMES))], ...] = ()
-    """Contact laws that may be fitted; default: all that apply."""
     resolution_multiple_p: Annotated[float, q.number(1.0, 100.0), Field(alias="p")] = 2.0
     """Multiple of the position resolution lost at the zero (29)."""
     compensation_quality_s: Annotated[float, q.number(1.0, 1000.0), Field(alias="s")] = 20.0

@@ -83,9 +83,7 @@ class ArmSpec(DeviceSpec):
     pose: q.Remark = ""
     """Name of the pose; compared with the calibration record."""
     lateral_stiffness_n_per_m: q.Stiffness | None = None
-    """Largest lateral stiffness, for alignment and nulling; none: three times the largest axial
-    one.
-    """
+    """Largest lateral stiffness, for alignment; none: three times the largest axial one."""
     structure: Structure = Structure.ARM
     """arm: a serial arm, which also gives way sideways; machine: a guided axis."""
     kinematics: q.PathText | None = None

@@ -37,7 +37,6 @@ class Phase(IntEnum):
     DONE = 15
     FREE_AIR = 16
     ALIGN = 18
-    NULLING = 19
 
 
 class TickFields(NamedTuple, Generic[Whole, Number]):

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from numbers import Real
 from pathlib import Path
 from typing import Any
 
-from stepload.contact.power_law import LAW_NAMES
 from stepload.errors import BadInputError
 from stepload.feasibility.conditions import conditions_of
 from stepload.feasibility.preflight import Preflight
@@ -93,8 +92,6 @@ def _check(found: Conditions) -> None:
         raise ValueError(f"branch {found.branch!r}")
     if found.kind not in ("payload", "system"):
         raise ValueError(f"kind {found.kind!r}")
-    if unknown := [word for word in found.laws if word not in LAW_NAMES]:
-        raise ValueError(f"laws {unknown!r}")
     across = found.across
     if min(*across.sigma_m_per_n, across.reach, 1.0 - abs(across.correlation)) < 0.0:
         raise ValueError("an uncertainty of the lateral force is impossible")
@@ -119,9 +116,7 @@ _SOURCES = (
     "travel_drift_m_per_s",
     "nonlinearity",
 )
-_CONDITIONS = ("secant_force_n", "elastic_limit_n", "theory_k", "theory_n", "laws", "branch")
-AUTO = "auto"
-"""Word that leaves the choice of laws to the data, whatever the plan of the record says."""
+_CONDITIONS = ("secant_force_n", "elastic_limit_n", "theory_k", "theory_n", "branch")
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +134,6 @@ class Stated:
         elastic_limit_n: F_c.
         theory_k, theory_n: the payload's law (3).
         tared: the force is zero in free air, though the file does not show it.
-        laws: names of the laws that figures may rest on; empty: all that can be tried.
         branch: whose chord is the result: loading, unloading or reloading.
 
     Raises:
@@ -160,13 +154,12 @@ class Stated:
     theory_k: float | None = None
     theory_n: float | None = None
     tared: bool = False
-    laws: tuple[str, ...] | None = None
     branch: str | None = None
 
     def __post_init__(self) -> None:
         if self.branch is not None and self.branch not in BRANCHES:
             raise BadInputError(f"branch {self.branch!r}", hint=f"one of {', '.join(BRANCHES)}")
-        for name in (*_SOURCES, *_CONDITIONS[:-2]):
+        for name in (*_SOURCES, *_CONDITIONS[:-1]):
             value = getattr(self, name)
             if value is None:
                 continue
@@ -199,24 +192,6 @@ class Stated:
             others["across"] = Across(at_share=(0.0, 0.0), stated=True)
             changed = _without_table(changed)
         return replace(conditions, sources=changed, **others)
-
-
-def laws_of(texts: Sequence[str]) -> tuple[str, ...] | None:
-    """Laws as given on a command line, each text one or several with commas between; None where
-    there are none, empty for `auto`.
-
-    Raises:
-        BadInputError: a word is not known, or `auto` is not alone.
-    """
-    words = [word.strip() for text in texts for word in text.split(",")]
-    for word in words:
-        if word not in LAW_NAMES and (word != AUTO or len(set(words)) > 1):
-            problem = "leaves no choice beside it" if word == AUTO else "is not a law"
-            raise BadInputError(
-                f"--law {word}: {word!r} {problem}",
-                hint=f"laws: {', '.join(LAW_NAMES)}; or {AUTO} alone",
-            )
-    return tuple(dict.fromkeys(word for word in words if word != AUTO)) if words else None
 
 
 def with_payload(path: Path, stated: Stated) -> Stated:

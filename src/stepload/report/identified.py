@@ -261,9 +261,6 @@ class Identified(Row):
         " nothing was identified.", 
     )  # fmt: skip
     reasons: tuple[str, ...] = figure("Why, and what a reader must know.")
-    laws_chosen: tuple[str, ...] = figure(
-        "Laws that the plan or the caller allows; empty: all.", at="conditions.laws"
-    )
     contact: Annotated[Contact, BeforeValidator(contact_of)] = figure(
         "How the contact was made.", at="run.alignment.quality"
     )

@@ -54,33 +54,18 @@ def reopened(data: PressData) -> str:
 
 
 def sideways(events: Sequence[Event]) -> tuple[str, ...]:
-    """The plate's tilt where it was touched on a circle, and the lateral force that was nulled."""
-    told = []
+    """The plate's tilt where it was touched on a circle."""
     tilts = [event.data for event in events if event.kind == "tilt"]
-    if tilts:
-        angle, sigma, limit = (
-            math.degrees(number_or_nan(tilts[-1].get(key)))
-            for key in ("angle_rad", "sigma_rad", "limit_rad")
-        )
-        told.append(
-            f"three touches on a circle: the plate is tilted by {angle:.2f} ± {2.0 * sigma:.2f}"
-            f" deg (95 %) against the approach, {limit:.2g} deg were allowed"
-        )
-    nulled = [event.data for event in events if event.kind == "nulled"]
-    if nulled:
-        before_n, after_n = (
-            max(number_or_nan(data.get(key)) for data in nulled) for key in ("before_n", "after_n")
-        )
-        told.append(
-            f"nulling took the lateral force off before {len(nulled)} holds: at the most"
-            f" {before_n:.3g} N before it, {after_n:.3g} N after it"
-        )
-    if any(data.get("why") in ("grown", "useless") for data in nulled):
-        told.append(
-            "nulling did not take the lateral force off and was given up: see"
-            " procedure.nulling.sensor_turn"
-        )
-    return tuple(told)
+    if not tilts:
+        return ()
+    angle, sigma, limit = (
+        math.degrees(number_or_nan(tilts[-1].get(key)))
+        for key in ("angle_rad", "sigma_rad", "limit_rad")
+    )
+    return (
+        f"three touches on a circle: the plate is tilted by {angle:.2f} ± {2.0 * sigma:.2f}"
+        f" deg (95 %) against the approach, {limit:.2g} deg were allowed",
+    )
 
 
 def levels(events: Sequence[Event]) -> tuple[str, ...]:

@@ -45,7 +45,7 @@ PHASE_TINT = {
     Phase[name]: tint
     for tint, names in {
         "#e8edf3": "FREE_AIR TARE POST_TARE", "#f3ecdc": "ALIGN TOUCH_RETRACT",
-        "#d2e0ee": "NULLING", "#e4efe8": "FAST_APPROACH RETRACT",
+        "#e4efe8": "FAST_APPROACH RETRACT",
         "#d3e8da": "GUARDED_APPROACH DWELL", "#dbe6f4": "LOAD", "#c6d8ee": "HOLD",
         "#f7e3d6": "UNLOAD", "#f1d3be": "UNLOAD_HOLD", "#f6d0cd": "SAFING",
     }.items()

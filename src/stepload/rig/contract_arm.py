@@ -281,7 +281,7 @@ def check_shift(trial: Trial) -> str:
     """An arm that says it can shift does so, along axes 1 and 2, and refuses what no arm may do."""
     kind = trial.make()
     if isinstance(kind, Arm) and not kind.can_shift:
-        raise SkippedCheck("this arm cannot shift: plans with alignment or nulling are refused")
+        raise SkippedCheck("this arm cannot shift: plans with alignment are refused")
     with moving_arm(trial) as arm:
         if not arm.can_shift:
             raise SkippedCheck("this arm cannot shift as it is set up")

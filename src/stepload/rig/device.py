@@ -212,7 +212,7 @@ class Arm(Device):
         Args:
             position_m: travel from the start pose towards the plate.
             shift_m: travel from the start pose along axes 1 and 2 of the pressing frame. It is only
-                for touches beside the axis and for nulling lateral force, is limited as the travel
+                for touches beside the axis, is limited as the travel
                 is, and a retract keeps it. An arm that cannot shift refuses one.
 
         Raises:

@@ -40,7 +40,7 @@ def doctor(setup: Setup) -> Found:
     preflight = preflight_of(load_plan(setup.plan))
     setup.answers.consent("may_move")
     found = checkup.examine(
-        preflight, dry_run=False, seconds=DOCTOR_S, still=False, against_spring=False,
+        preflight, dry_run=False, seconds=DOCTOR_S, still=False,
         tell=lambda line: setup.tell(f"{line.mark.upper():7} {line.finding.text}"),
     )  # fmt: skip
     if found.failed:

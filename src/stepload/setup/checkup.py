@@ -8,13 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stepload.engine.open_rig import OpenRig, opened
-from stepload.engine.operator import Operator
 from stepload.engine.realtime import realtime_conditions
 from stepload.errors import BadInputError, DeviceError
 from stepload.feasibility.preflight import Preflight
 from stepload.plan.model import ForceSpec, Plan
 from stepload.rig.usb import MAX_LATENCY_MS, USB_SERIAL, latency_timer_ms
-from stepload.setup import host, loop_delay, motion, streams
+from stepload.setup import host, motion, streams
 from stepload.setup.check_line import CheckLine, Mark, graded, without_number
 from stepload.setup.streams import Watched, devices, watch
 from stepload.setup.yaml_keys import Value, written
@@ -60,10 +59,8 @@ class _Examination:
             self._tell(line)
 
     def failed(self, *names: str) -> bool:
-        """Whether one of these lines has failed, or any line at all."""
-        return any(
-            line.mark is Mark.FAIL and (not names or line.name in names) for line in self.lines
-        )
+        """Whether one of these lines has failed."""
+        return any(line.mark is Mark.FAIL and line.name in names for line in self.lines)
 
     def offer(self, *path: str, value: float, unit: str, remark: str) -> None:
         """A measured figure at a key of the rig; 0 is none (a resolution hides it)."""
@@ -124,17 +121,6 @@ def _at_rest(exam: _Examination, rig: OpenRig, seconds: float) -> None:
     _data(exam, seen, seconds)
 
 
-def _spring(exam: _Examination, rig: OpenRig, operator: Operator) -> None:
-    if exam.failed():
-        exam.add(without_number("loop delay against a spring", Mark.SKIPPED,
-                                "not pressed: something failed before"))  # fmt: skip
-        return
-    line, loop_s = loop_delay.check_spring(exam.preflight, rig, operator)
-    exam.add(line)
-    if loop_s is not None:
-        exam.offer("loop_delay", value=loop_s, unit="s", remark="against a spring")
-
-
 def _motion(exam: _Examination, rig: OpenRig) -> None:
     """Each motion is made only if the checks that it relies on have passed."""
     plan = exam.plan
@@ -165,7 +151,7 @@ def _motion(exam: _Examination, rig: OpenRig) -> None:
     line = graded(
         "loop delay T", loop_s, "s", warn=limit_s, fail=1.3 * limit_s,
         message="measured response in free air, the plan's force delay, one force period, two "
-        "ticks; measure it --against-spring once",
+        "ticks",
         remedy="state it as rig.loop_delay",
     )  # fmt: skip
     exam.add(line)
@@ -192,9 +178,7 @@ def examine(
     dry_run: bool,
     seconds: float,
     still: bool,
-    against_spring: bool,
     tell: Tell,
-    operator: Operator | None = None,
 ) -> Checkup:
     """Run every check; a device that does not open ends the examination.
 
@@ -202,9 +186,7 @@ def examine(
         dry_run: the simulated rig in virtual time instead of the plan's devices.
         seconds: how long the data are watched at rest.
         still: nothing is moved.
-        against_spring: T is measured in contact, by the plan's own run with small steps.
         tell: is given every line as soon as it is known.
-        operator: where stop requests come in, for `against_spring`.
 
     Raises:
         BadInputError: `seconds` is no time, or too short; nothing is opened.
@@ -232,8 +214,6 @@ def examine(
                     _at_rest(exam, rig, seconds)
                     if not still:
                         _motion(exam, rig)
-                if against_spring:
-                    _spring(exam, rig, operator or Operator())
             finally:
                 rig.arm.safe(SAFE_S)
             exam.add(*_faults(rig))

@@ -12,6 +12,7 @@ from stepload.contact.elastic import law_for
 from stepload.contact.limit import elastic_limit
 from stepload.contact.materials import (
     BluntTip,
+    Body,
     FlatPunch,
     Geometry,
     Material,
@@ -103,6 +104,16 @@ def test_a_thin_payload_is_doubted() -> None:
     assert (doubt.value, doubt.limit) == (pytest.approx(0.1001, abs=1e-5), 0.1)
     assert not doubt.impossible
     assert found(height_m=5e-5)["thin_payload"].impossible
+
+
+def test_a_narrow_body_is_no_half_space() -> None:
+    radius_m = math.sqrt(0.0287 * law_for(SMOOTH.geometry, ACETAL, ALUMINIUM).deformation(300.0))
+    assert found(body=Body(0.02, 4.01 * radius_m)) == {}
+    doubt = found(body=Body(0.02, 3.99 * radius_m))["narrow_body"]
+    assert (doubt.value, doubt.limit) == (pytest.approx(0.2506, abs=1e-4), 0.25)
+    assert doubt.impossible
+    wide = Body(0.02, 4.5 * radius_m)  # a run may load up to the F_c that is used
+    assert "narrow_body" in found(body=wide, used_limit_n=500.0)
 
 
 def test_yield_by_how_far_it_goes() -> None:

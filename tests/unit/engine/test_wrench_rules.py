@@ -25,8 +25,7 @@ from stepload.feasibility.lateral import (
 from stepload.feasibility.limits import RunLimits
 from stepload.feasibility.preflight import preflight_of
 from stepload.feasibility.pressing import largest_top_force
-from stepload.plan.aligning import Alignment
-from stepload.plan.model import Plan, Structure
+from stepload.plan.model import Alignment, Plan, Structure
 from stepload.record.outcome import Cause
 from stepload.record.rows import Phase
 from stepload.rig.samples import ArmSample, ForceSample

@@ -9,10 +9,10 @@ import pytest
 from run_plans import preflight_for
 from tilted_plans import tilted_plan
 
-from stepload.feasibility.aligning import NULL_ROOM_SHARE, aligning_of, nulling_of
+from stepload.feasibility.aligning import aligning_of
 from stepload.feasibility.press import force_budget
 from stepload.feasibility.reason import Severity
-from stepload.plan.model import Alignment, Nulling, Plan
+from stepload.plan.model import Alignment, Plan
 from stepload.rig.device import Arm
 
 
@@ -26,7 +26,6 @@ def test_an_arm_that_cannot_shift_is_refused(monkeypatch: pytest.MonkeyPatch) ->
 
     monkeypatch.setattr("stepload.feasibility.aligning.load_arm", lambda _name: Fixed)
     assert codes(tilted_plan())["arm_cannot_shift"] is Severity.REFUSE
-    assert codes(tilted_plan(alignment=None, nulling=Nulling()))["arm_cannot_shift"] == "refuse"
 
 
 @pytest.mark.parametrize(("radius_m", "refused"), [(0.01, False), (0.0015, True)])
@@ -38,26 +37,6 @@ def test_a_tilt_that_the_touches_cannot_tell_is_refused(radius_m: float, refused
 def test_a_start_pose_without_room_is_refused() -> None:
     near = {"surface_distance_m": 2e-3, "surface_uncertainty_m": 5e-4}
     assert codes(tilted_plan(**near))["alignment_room"] is Severity.REFUSE
-
-
-def test_nulling_needs_a_sensor_that_measures_across_and_a_slow_loop() -> None:
-    plan = tilted_plan(alignment=None, nulling=Nulling())
-    blind = replace(plan.rig, force=replace(plan.rig.force, rated_force_n=()))
-    assert codes(replace(plan, rig=blind))["nulling_sensor"] is Severity.REFUSE
-    hasty = tilted_plan(alignment=None, nulling=Nulling(time_constant_s=0.1))
-    assert codes(hasty)["nulling_too_fast"] is Severity.REFUSE
-
-
-def test_a_slow_loop_gets_a_slow_nulling_where_the_plan_does_not_say() -> None:
-    plan = tilted_plan(alignment=None, nulling=Nulling())
-    slow = replace(plan, rig=replace(plan.rig, loop_delay_s=0.08))
-    law = preflight_for(slow).nulling
-    assert law is not None
-    assert law.time_constant_s == pytest.approx(3.0 * (0.08 + 10.0 * 0.002))
-    assert "nulling_too_fast" not in codes(slow)
-    quick = preflight_for(plan).nulling
-    assert quick is not None
-    assert quick.time_constant_s == 0.2
 
 
 def test_the_touch_error_is_at_least_what_resolution_and_speed_say() -> None:
@@ -88,15 +67,6 @@ def test_a_shift_that_hits_something_stays_below_the_force_limit() -> None:
             delay_s=press.reaction_s,
         )  # fmt: skip
         assert sum(term.value for term in budget) <= limits.force_limit_n * 1.0001
-
-
-def test_nulling_leaves_room_below_the_force_limit() -> None:
-    plan = tilted_plan(nulling=Nulling(), lateral_stiffness_n_per_m=1e7)
-    limits, law = preflight_for(plan).run_limits, preflight_for(plan).nulling
-    assert law is not None
-    grows_n = law.fastest_m_s * law.stiffness_n_per_m * limits.reaction_s
-    assert grows_n <= NULL_ROOM_SHARE * (limits.force_limit_n - limits.top_force_n) * 1.0001
-    assert nulling_of(tilted_plan(), limits) is None
 
 
 def test_the_schedule_has_the_touches() -> None:

@@ -24,8 +24,7 @@ from stepload.feasibility.lateral import (
 )
 from stepload.feasibility.preflight import derive
 from stepload.feasibility.pressing import largest_top_force
-from stepload.plan.aligning import Alignment
-from stepload.plan.model import Plan, Structure
+from stepload.plan.model import Alignment, Plan, Structure
 
 PLAN = stvf_plan()
 NU = PLAN.payload.material.poisson_ratio

@@ -16,6 +16,7 @@ from stepload.contact.materials import Body, Profile, RoundedCone, RoundedPyrami
 from stepload.errors import BadInputError
 from stepload.feasibility.predicted import MESHED, cache_directory, predict
 from stepload.feasibility.preflight import preflight_of
+from stepload.feasibility.reason import PlanVerdict
 from stepload.feasibility.theory import theory_of
 from stepload.plan.load import load_payload, load_plan
 from stepload.plan.problems import PlanError
@@ -48,6 +49,12 @@ def main(arguments: list[str]) -> int:
 @pytest.fixture(autouse=True)
 def _cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
+
+def verdict_on(plan: Path) -> tuple[PlanVerdict, bool]:
+    """The verdict of a plan, and whether its body is too narrow for a half-space."""
+    found = preflight_of(load_plan(plan))
+    return found.verdict, "narrow_body" in {reason.code for reason in found.reasons}
 
 
 def part(tmp_path: Path, geometry: str, more: str = "") -> Path:
@@ -173,9 +180,11 @@ def test_a_body_that_yields_below_the_limit_of_its_tip(tmp_path: Path) -> None:
     narrow = "{shape: profile, exponents: [2], gaps: [69.7 um], at_radius: 2 mm, body: {B}}"
     path = part(tmp_path, narrow.replace("B", "height: 20 mm, radius: 2.5 mm"))
     before = theory_of(load_payload(path), 300.0)
+    assert verdict_on(tmp_path / "plan.yaml") == (PlanVerdict.REFUSED, True)
     found = predict(load_payload(path), 700.0).mesh
     assert found is not None
     assert found.yield_force_n == pytest.approx(447.0, rel=0.02)
+    assert verdict_on(tmp_path / "plan.yaml")[1] is False
     for top_n in (300.0, 700.0, None):  # whatever the force that the mesh was made for
         after = theory_of(load_payload(path), top_n)
         assert (after.elastic_limit_n, after.limit_equation) == (found.yield_force_n, MESHED)

@@ -324,6 +324,8 @@ def test_exponents_that_theory_knows_are_told_apart_where_the_data_can() -> None
     assert rows["power law, Hertz (n = 1.5)"].alike
     assert not rows["power law, cone (n = 2)"].alike
     assert not rows["power law, linear (n = 1)"].alike
+    assert rows["power law"].counts
+    assert not rows["power law, Hertz (n = 1.5)"].counts
 
 
 def test_a_second_loading_alone_still_tells_what_has_set() -> None:

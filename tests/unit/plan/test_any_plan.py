@@ -193,10 +193,6 @@ procedure:
     radius: 8 mm
     max_tilt: 1 deg
     touch_error: 10 µm
-  nulling:
-    time_constant: 0.3 s
-    largest_shift: 0.2 mm
-    sensor_turn: 5 deg
   step: 50 N
   top_force: 300 N
   load_rate: 40 N/s
@@ -220,7 +216,6 @@ procedure:
 identify:
   kind: payload
   secant_force: 200 N
-  laws: [power, hertz]
   branch: loading
   p: 2
   s: 20

@@ -146,11 +146,3 @@ def test_a_gauge_needs_neither_table_nor_k_s() -> None:
 def test_a_table_goes_into_the_record_and_back() -> None:
     conditions = planned(preflight_of(with_table(smooth_length_n=40.0)))
     assert from_attachments({FILE: to_bytes(conditions)}) == conditions
-
-
-def test_a_choice_of_laws_goes_into_the_record_and_back() -> None:
-    plan = stvf_plan()
-    plan = replace(plan, identify=replace(plan.identify, laws=("hertz", "rough")))
-    conditions = planned(preflight_of(plan))
-    assert conditions.laws == ("hertz", "rough")
-    assert from_attachments({FILE: to_bytes(conditions)}) == conditions

@@ -7,10 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stepload.errors import BadInputError
-from stepload.report.conditions import laws_of
 from stepload.report.from_file import Stated, identify_file
-from stepload.report.identified import identification_data
 
 KS, K = 3.49e6, 6.57e8
 
@@ -51,23 +48,6 @@ def test_a_stated_length_is_taken_and_an_unknown_one_is_a_range(curve: Path) -> 
     assert told[source] == "0.5 µm over 40 N"
     unknown = sizes(curve, smooth_error_m=5e-7)
     assert unknown[source] != "0.5 µm over 40 N"
-
-
-@pytest.mark.parametrize("texts", [["herz"], ["auto,hertz"], ["hertz", "auto"], [""]])
-def test_a_law_nobody_knows_is_refused_with_the_list(texts: list[str]) -> None:
-    with pytest.raises(BadInputError) as caught:
-        laws_of(texts)
-    assert "power, linear, hertz" in (caught.value.hint or "")
-
-
-def test_the_choice_of_laws_reaches_a_curve_and_replaces_that_of_a_record(curve: Path) -> None:
-    given = Stated(system_stiffness_n_per_m=KS, smooth_error_m=5e-7, laws=("hertz",))
-    found, _ = identify_file(curve, given)
-    assert found.run.conditions.laws == ("hertz",)
-    assert found.conditions.laws == ("hertz",)
-    assert identification_data(found)["laws_chosen"] == ("hertz",)
-    assert Stated(laws=()).applied(found.conditions).laws == ()
-    assert Stated().applied(found.conditions).laws == ("hertz",)
 
 
 def test_a_stated_drift_takes_the_place_of_what_one_cycle_leaves_open(curve: Path) -> None:

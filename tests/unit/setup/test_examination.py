@@ -12,7 +12,7 @@ from run_plans import stvf_plan
 from stepload.errors import DeviceError
 from stepload.feasibility.preflight import preflight_of
 from stepload.rig.samples import ArmSample, ForceSample
-from stepload.setup import checkup, host, loop_delay, motion
+from stepload.setup import checkup, host, motion
 from stepload.setup.check_line import CheckLine, Mark
 from stepload.setup.streams import Watched
 
@@ -59,9 +59,6 @@ class Bench:
         monkeypatch.setattr(
             motion, "check_response", lambda plan, rig: (self.moved("check_response"), 5e-3)
         )
-        monkeypatch.setattr(
-            loop_delay, "check_spring", lambda *_: (self.moved("check_spring"), 9e-3)
-        )  # fmt: skip
 
     def line(self, name):
         return line(name, Mark.FAIL if name in self.failing else Mark.OK)
@@ -71,7 +68,7 @@ class Bench:
         return self.line(what.replace("check_", "arm: "))
 
     def examine(self, **how):
-        how = {"still": False, "against_spring": False, "seconds": 1.0, **how}
+        how = {"still": False, "seconds": 1.0, **how}
         return checkup.examine(ENVELOPE, dry_run=False, tell=lambda line: None, **how)
 
 
@@ -102,17 +99,6 @@ def test_still_moves_nothing(monkeypatch):
     bench = Bench(monkeypatch)
     bench.examine(still=True)
     assert bench.done == ["safe", "closed"]
-
-
-@pytest.mark.parametrize("name", ["", "force: data"])
-def test_a_spring_is_pressed_where_nothing_failed(monkeypatch, name):
-    bench = Bench(monkeypatch, name)
-    found = bench.examine(still=True, against_spring=True)
-    assert ("check_spring" in bench.done) == (name == "")
-    assert bench.done[-2:] == ["safe", "closed"]
-    spring_line = next(each for each in found.lines if "spring" in each.name)
-    assert (spring_line.mark is Mark.SKIPPED) == (name != "")
-    assert (("loop_delay",) in found.figures) == (name == "")
 
 
 def test_whatever_ends_the_examination_the_arm_is_told_to_stop(monkeypatch):
