@@ -38,9 +38,8 @@ _MISSING = """\
 The text of the paper is not part of this project. These are missing:
 
 - half-angles and bases of cone and pyramid, and what held the meshed bodies: chosen;
-- the micro-hardness behind (10): one is chosen for all, and none gives the rough aluminium sphere;
+- the micro-hardness behind (10), and the shares that run in between the tests: chosen;
 - where the paper took the zero of δ: simulated twice;
-- the surfaces between the tests: the shares that run in are chosen;
 - the measured data of Table I: simulated;
 - the printed figures as numbers; the sizes of cube and prism."""
 
