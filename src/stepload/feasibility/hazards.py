@@ -57,7 +57,7 @@ def hazards_of(rig: Rig) -> tuple[Hazard, ...]:
         Hazard(
             "two_faults",
             "Two independent faults in one run are not defended against.",
-            "docs/campaign.md gives the rate; an independent force trip helps",
+            "an independent force trip",
         ),
     )
 

@@ -7,18 +7,13 @@ from stepload_verify.paper.printed import ALUMINIUM, SPHERE
 from stepload_verify.paper.rows import Section
 
 _OTHER_MEANS = """\
-A test runs every command below, in this order. Leave out `--dry-run` on your own rig. Dry runs \
-show no agreement with the paper.
+Leave out `--dry-run` on your own rig. Dry runs show no agreement with the paper. The system \
+stiffness (26) comes first.
 
 ```console
-$ stepload paper --out paper.md                  # this page, its figures, and the curves in paper/
+$ stepload paper --out paper.md                  # this page, figures and curves in paper/
 $ stepload plans copy system-stiffness
 $ stepload plans copy plastic-sphere
-```
-
-The system stiffness first (26):
-
-```console
 $ stepload calibrate system-stiffness.yaml --dry-run --seed 1 --record calibration/stvf.json
 ```
 
@@ -43,8 +38,8 @@ $ stepload run sphere.yaml --dry-run --seed 2 --out test-1
 $ stepload identify test-1/run.mcap
 ```
 
-Finite elements with (10) and the product's own hardness; then the curve of this page. Its zero is \
-the mean plane, that of a run is its touch: `compare` finds other secants and the same chord.
+Finite elements with (10) and the product's own hardness, then the curve of this page. Its zero is \
+the mean plane: secants differ, the chord does not.
 
 ```console
 $ stepload predict payloads/plastic-sphere.yaml --to "300 N" --rough --csv elements.csv
@@ -52,7 +47,7 @@ $ stepload identify elements.csv --secant-force "300 N"
 $ stepload compare test-1 --curve paper/elements-plastic-sphere.csv --curve-modulus "MODULUS"
 ```
 
-Another machine and counter body, `instron.yaml`; its curve is scaled by E_eq:
+Another machine and counter body, `instron.yaml`:
 
 ```yaml
 stepload: 1
@@ -73,16 +68,11 @@ $ stepload compare test-1 --curve paper/instron-plastic-sphere.csv --curve-plate
 ```"""
 
 _ROBOT_RIG = """\
-The plastic sphere a second time, and test 1 against test 2:
+Test 1 against test 2; the other payloads are refused at 300 N:
 
 ```console
 $ stepload run sphere.yaml --dry-run --seed 4 --out test-2
 $ stepload compare test-1 test-2 --out tests
-```
-
-The other payloads are refused at 300 N:
-
-```console
 $ stepload plans copy plastic-cone
 $ stepload plans copy plastic-pyramid
 $ stepload plans copy aluminium-sphere
@@ -95,8 +85,8 @@ $ stepload preflight plastic-cube.yaml           # refused: beyond K_max
 $ stepload preflight plastic-prism.yaml          # refused: beyond K_max
 ```
 
-Below F_c, 9.6 and 1.2 N, the tips leave little above the touch of 4 N; the aluminium sphere is \
-beyond K_max below its F_c, too."""
+Below F_c the tips leave little above the touch of 4 N; the aluminium sphere is beyond K_max there \
+too."""
 
 
 def sections() -> tuple[Section, ...]:

@@ -19,18 +19,17 @@ _HEAD = """\
 D. Verscheure, I. Sharf, H. Bruyninckx, J. Swevers and J. De Schutter, "Identification of contact
 dynamics parameters for stiff robotic payloads". Numbers in parentheses are its equations.
 
-This page is generated: `stepload paper --out docs/paper.md`. Every printed number stands beside
-ours, and is counted once."""
+`stepload paper --out docs/paper.md` writes this page. Every printed number is counted once."""
 
 _VERDICTS = """\
-- **agrees**: printed and ours meet within half a unit of the last printed digit, or the printed one
-  lies within the simulated 5 to 95 % band;
-- **near**: ours, or the median, is within 5 %; K̂ within what 5 % of n̂ make of it;
-- **shows nothing**: inside a band wider than ±0.25 in n̂ or ±20 % in the secant;
-- **differs**: the rest."""
+- **=** agrees: within half a unit of the last printed digit, or the printed number lies within the
+  simulated 5 to 95 % band;
+- **≈** near: ours, or the median, is within 5 %; K̂ within what 5 % of n̂ make of it;
+- **?** shows nothing: inside a band wider than ±0.25 in n̂ or ±20 % in the secant;
+- **≠** differs: the rest."""
 
 _COUNTED = (
-    "| evidence | numbers | agree | near | show nothing | differ | what it rests on |",
+    "| evidence | numbers | = | ≈ | ? | ≠ | what it rests on |",
     "|---|---|---|---|---|---|---|",
 )
 _MISSING = """\
@@ -39,12 +38,10 @@ _MISSING = """\
 The text of the paper is not part of this project. These are missing:
 
 - half-angles and bases of cone and pyramid, and what held the meshed bodies: chosen;
-- the micro-hardness behind (10): one is chosen for all, and none gives the rough aluminium sphere;
+- the micro-hardness behind (10), and the shares that run in between the tests: chosen;
 - where the paper took the zero of δ: simulated twice;
-- the state of the surfaces between the tests: the shares that run in are chosen;
-- the measured data: K̂ and n̂ of Table I cannot be computed again, only simulated;
-- the printed figures as numbers: ours show the printed K̂, n̂ as dashed lines;
-- the sizes of cube and prism."""
+- the measured data of Table I: simulated;
+- the printed figures as numbers; the sizes of cube and prism."""
 
 
 Parts = Mapping[str, Sequence[Section]]
@@ -112,13 +109,10 @@ def summary(made: Parts) -> list[str]:
         *_COUNTED,
         *(_counts(kind, [row for row in once if row.kind is kind], SHOWS[kind]) for kind in Kind),
         _counts("**all**", once, ""),
+        _counts("not counted: simulated, zero known", known, "δ from the mean plane, as in (10)"),
         "",
         f"{len(rows)} numbers are printed; {len(rows) - len(once)} of them repeat Table I in "
-        "Table II. The simulated runs begin at a touch of 3 N, as declared before they were made. "
-        "The same numbers with the zero known, not counted above:",
-        "",
-        *_COUNTED,
-        _counts("simulated, zero known", known, "δ from the mean plane, as in (10)"),
+        "Table II. Simulated runs that count begin at a touch of 3 N.",
     ]
 
 

@@ -84,8 +84,7 @@ def section(counted: Mapping[str, Sequence[float]], seed: int) -> Section:
     low, high = secant.interval_n_per_m
     values = truth()
     lines = [
-        "The rough plastic sphere in test 1. The joint fit has the zero of δ free; 95 % intervals "
-        "over the laws that fit:",
+        "The rough plastic sphere in test 1; 95 % intervals over the laws that fit:",
         "",
         "| fit | K, N/m^n | n | zero, µm | secant, N/m |",
         "|---|---|---|---|---|",

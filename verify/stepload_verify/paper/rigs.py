@@ -62,10 +62,9 @@ def shares() -> Section:
     all_rigs = rigs()
     head = " | ".join(rig.name for rig in all_rigs)
     lines = [
-        "p = 2, s = 20, t = 5. Stiffness of each payload as a share of K_max; above 1 the rig "
-        "cannot identify it. Secants at the rig's top force, by (28) from RS-BTLS of test 1; cube "
-        f"and prism about {FLAT_FACE} N/m. The arms are stepload's profiles: indicative, not "
-        "measured.",
+        "p = 2, s = 20, t = 5. Secant at the rig's top force as a share of K_max; above 1 the rig "
+        "cannot identify the payload. Secants by (28) from RS-BTLS of test 1; cube and prism "
+        f"about {FLAT_FACE} N/m. The arms are stepload's profiles, not measured.",
         "",
         f"| | {head} |",
         "|---" * (1 + len(all_rigs)) + "|",

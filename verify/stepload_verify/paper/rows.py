@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 
@@ -31,12 +31,12 @@ SHOWS = {
 
 
 class Verdict(StrEnum):
-    """Of a printed number beside ours."""
+    """Of a printed number beside ours: agrees, near, shows nothing, differs."""
 
-    AGREES = "agrees"
-    NEAR = "near"
-    WIDE = "shows nothing"
-    DIFFERS = "**differs**"
+    AGREES = "="
+    NEAR = "≈"
+    WIDE = "?"
+    DIFFERS = "≠"
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,11 +66,6 @@ class Row:
     limit: bool = False
     repeats: bool = False
     why: str = ""
-
-    @property
-    def deviation(self) -> float:
-        """Relative deviation of ours from printed."""
-        return self.ours / float(self.printed) - 1.0
 
     @property
     def verdict(self) -> Verdict:
@@ -121,24 +116,37 @@ def half_digit(printed: str) -> float:
 
 def table(rows: Iterable[Row]) -> list[str]:
     """The rows as a Markdown table."""
-    lines = ["| quantity | printed | ours | deviation | verdict | evidence |",
-             "|---|---|---|---|---|---|"]  # fmt: skip
+    lines = ["| quantity | printed | ours | evidence |", "|---|---|---|---|"]
     for row in rows:
-        ours = number(row.ours)
-        if row.span:
-            ours += f" ({number(row.span[0])} to {number(row.span[1])})"
-        note = f"{row.verdict}; {row.why}" if row.why else row.verdict
         printed = f"≤ {row.printed}" if row.limit else row.printed
-        lines.append(f"| {row.quantity} | {printed} | {ours} | {off(row)} | {note} | {row.kind} |")
+        note = f"; {row.why}" if row.why else ""
+        lines.append(f"| {row.quantity} | {printed} | {cell(row)}{note} | {row.kind} |")
     return lines
 
 
-def off(row: Row) -> str:
-    """Deviation in %, as a factor where it is large; of a limit there is none."""
-    if row.limit:
-        return ""
-    ratio = 1.0 + row.deviation
-    return f"× {ratio:.2g}" if not 0.5 < ratio < 2.0 else f"{100 * row.deviation:+.1f} %"
+def grid(rows: Sequence[Row], columns: int, beside: Sequence[Row] = ()) -> list[str]:
+    """A Markdown table with `columns` numbers a line: printed, ours, and below ours `beside`.
+
+    Quantities are "line: column".
+    """
+    names = [row.quantity.rpartition(": ")[2] for row in rows[:columns]]
+    head = [f"{whose} {name}" for whose in ("printed", "our") for name in names]
+    lines = [f"| | {' | '.join(head)} |", "|---" * (1 + len(head)) + "|"]
+    ours = [cell(row) for row in rows]
+    if beside:
+        ours = [f"{one}<br>*{cell(row)}*" for one, row in zip(ours, beside, strict=True)]
+    for first in range(0, len(rows), columns):
+        some = slice(first, first + columns)
+        label = rows[first].quantity.rpartition(": ")[0]
+        cells = [label, *(row.printed for row in rows[some]), *ours[some]]
+        lines.append(f"| {' | '.join(cells)} |")
+    return lines
+
+
+def cell(row: Row) -> str:
+    """Our number with the mark of its verdict, its span on a second line."""
+    span = f"<br>{number(row.span[0])}…{number(row.span[1])}" if row.span else ""
+    return f"{number(row.ours)} {row.verdict}{span}"
 
 
 def number(value: float) -> str:
