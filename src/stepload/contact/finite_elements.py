@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import importlib
 import math
+import signal
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -255,8 +257,13 @@ def libraries() -> tuple[Any, Any]:
 
 @contextmanager
 def meshing(gmsh: Any) -> Iterator[Any]:
-    """A silent gmsh, left as it was found."""
+    """A silent gmsh, left as it was found.
+
+    gmsh lets a closed pipe end the process; Python's way, an error, is put back.
+    """
     gmsh.initialize(interruptible=False)
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGPIPE, signal.getsignal(signal.SIGPIPE))
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         yield gmsh.model

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from stepload.contact.curve_factors import rough_factor, yield_factor
 from stepload.contact.elastic import law_for
-from stepload.contact.finite_elements import contact_curve, libraries, yield_force
+from stepload.contact.finite_elements import contact_curve, libraries, meshing, yield_force
 from stepload.contact.limit import elastic_limit
 from stepload.contact.materials import (
     Body,
@@ -27,6 +28,7 @@ from stepload.identification.ls import rs_btls
 
 ACETAL = Material("acetal", 2.75e9, 0.3, 70e6)
 ALUMINIUM = Material("aluminium", 70e9, 0.33, 276e6)
+STATUS = Path("/proc/self/status")
 FORCES = np.arange(30.0, 301.0, 30.0)
 CONE = RoundedCone(3.3e-3, math.radians(36.0), 25e-3)
 PYRAMID = RoundedPyramid(1.15e-3, math.radians(30.0), 25e-3)
@@ -61,6 +63,16 @@ def test_a_yield_force_far_from_the_guess_is_not_told() -> None:
     weak = replace(ACETAL, yield_strength_pa=None)
     assert yield_force(CONE, weak, ALUMINIUM, near_n=10.0) is None
     assert yield_force(CONE, ACETAL, ALUMINIUM, near_n=10.0) == pytest.approx(9.6, rel=0.08)
+
+
+def test_a_closed_pipe_is_an_error_after_a_mesh_too() -> None:
+    def ignored() -> str:
+        return next(line for line in STATUS.read_text().splitlines() if line.startswith("SigIgn"))
+
+    before = ignored()
+    with meshing(libraries()[1]):
+        assert ignored() == before
+    assert ignored() == before
 
 
 def test_the_cone_of_table_ii() -> None:
