@@ -24,10 +24,11 @@ ALPHA, TAU_S = PERIOD_S / (0.25 * REACTION_S), 0.25 * REACTION_S
 SLOPE_NOISE = 1.5 * NOISE_N * math.sqrt(ALPHA) / (TAU_S * (1.0 - ALPHA))
 
 
-def test_r1_trips_above_the_limit_and_not_at_it() -> None:
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_r1_trips_above_the_limit_and_not_at_it(sign: float) -> None:
     for force_n, found in ((LIMIT_N, False), (LIMIT_N + 0.01, True)):
-        feed = Feed(**CALM, at_n=300.0, reaction_s=1e-9)
-        cause = feed.tick(force_n)
+        feed = Feed(**CALM, at_n=sign * 300.0, reaction_s=1e-9)
+        cause = feed.tick(sign * force_n)
         assert (cause is not None) == found
         assert cause is None or cause[:5] == ("R1", force_n, LIMIT_N, "N", 0.0)
 
