@@ -307,6 +307,49 @@ def test_a_second_sensor_has_ratings_of_its_own() -> None:
 
 
 @pytest.mark.parametrize("shows", ["the load on the tool", "the load on the plate"])
+class BesideFeed:
+    """A supervisor of two sensors; only the second one is loaded, across its axis and along it."""
+
+    def __init__(self) -> None:
+        wide = replace(limits_for(PLAN), cross_tolerance_n=1e9, second_limit_n=1e9)
+        self.supervisor = Supervisor(replace(wide, cross_check="sensor"), "+fz", "+fz")
+        self.tick = 0
+        self.press(0.0, 0.0)
+        self.supervisor.tare(0.0, 0.0)
+
+    def press(self, across_n: float, along_n: float, phase: int = HOLD) -> Cause | None:
+        self.tick += 1
+        tick, now_s = self.tick, self.tick * PERIOD_S
+        main, beside = (1e-6 * tick, 0.0, 0.0), (1e-6 * tick, across_n, along_n)
+        torques = (0.0, 0.0, 0.0)
+        forces = [ForceSample(tick, now_s, now_s, 0, (*f, *torques), 20.0) for f in (main, beside)]
+        arm = ArmSample(tick, now_s, now_s, 0, 0.0, math.nan, (0.0,) * 6)
+        return self.supervisor.check(now_s, forces[:1], [arm], forces[1:], 0.0, 1e-6, phase)
+
+
+def test_the_whole_force_on_a_second_sensor_counts() -> None:
+    side_n = 0.8 * LIMITS.force_limit_n
+    for along_n, found in (
+        (0.59 * LIMITS.force_limit_n, False),
+        (0.61 * LIMITS.force_limit_n, True),
+    ):
+        cause = BesideFeed().press(side_n, along_n)
+        assert (cause is not None) == found
+        if cause is not None:
+            assert (cause.rule, cause.limit) == ("R1", LIMITS.force_limit_n)
+            assert cause.value == pytest.approx(math.hypot(side_n, along_n))
+
+
+@pytest.mark.parametrize("along", [0.0, 0.4, 0.6])
+def test_in_an_approach_a_force_across_a_second_sensor_stops_it(along: float) -> None:
+    feed, side_n = BesideFeed(), 10.0 * LIMITS.touch_force_n
+    cause = None
+    for _ in range(100):
+        cause = cause or feed.press(side_n, along * side_n, SEARCH)
+    assert (cause is not None) == (along < 0.5)
+    assert cause is None or cause.rule == "R11"
+
+
 @pytest.mark.parametrize("axis", ["+fx", "-fx", "+fy", "-fy", "+fz", "-fz"])
 def test_the_torque_that_a_lever_explains_is_none(axis: str, shows: str) -> None:
     """Against the cross product, for contacts beside every axis of a sensor."""

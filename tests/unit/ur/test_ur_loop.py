@@ -274,6 +274,8 @@ def test_refused_inputs_are_a_fault_after_a_moment_and_one_taken_forgives(
     ur.accepts = False
     step_for(loop, 0.2)
     assert link.told(wire.FAULT)[0]["code"] == FaultCode.REFUSED_COMMAND
+    assert not loop.taken_over
+    assert "dashboard stop" not in [what for what, _, _ in ur.inputs]  # it may still retract
 
 
 def connected(make_loop, **options):

@@ -462,9 +462,7 @@ def test_without_a_retract_under_way_a_stop_asks_nobody(unloading, controller, c
     assert clock.now_s == before_s
 
 
-def test_a_stop_waits_for_a_program_that_has_not_begun(
-    unloading, controller, clock, monkeypatch
-):
+def test_a_stop_waits_for_a_program_that_has_not_begun(unloading, controller, clock, monkeypatch):
     after_sending(controller, monkeypatch, silent=True)
     with pytest.raises(DeviceError):
         retract(unloading, clock)
