@@ -15,6 +15,7 @@ from stepload.contact.lateral import left_of_limit
 from stepload.engine.supervisor import Supervisor
 from stepload.engine.tare import TareWindow
 from stepload.engine.watch import ForceWatch, Trip
+from stepload.engine.wrench import WrenchRules
 from stepload.feasibility.bounds import Measured
 from stepload.feasibility.lateral import (
     dragged_left,
@@ -306,7 +307,56 @@ def test_a_second_sensor_has_ratings_of_its_own() -> None:
     assert "second force sensor's fy" in found.message
 
 
-@pytest.mark.parametrize("shows", ["the load on the tool", "the load on the plate"])
+def test_a_force_across_alone_is_all_share() -> None:
+    rules = WrenchRules(LIMITS, Trip)
+    across_n = 1.1 * LIMITS.lateral_from_n
+    found = [rules.judge_across(across_n, 0.0, 0.0, 0.0) for _ in range(50)]
+    assert found[0] is None
+    assert found[-1] is not None
+    assert found[-1].rule == "R12"
+
+
+WAY_N = LIMITS.touch_force_n
+"""Force against the axis, or across it, from which R11 stops an approach."""
+
+
+@pytest.mark.parametrize(
+    ("along_n", "across_n", "found"),
+    [
+        (-1.05 * WAY_N, 0.0, True),
+        (-0.95 * WAY_N, 0.0, False),
+        (0.0, 10.0 * WAY_N, True),
+        (4.9 * WAY_N, -10.0 * WAY_N, True),
+        (5.1 * WAY_N, 10.0 * WAY_N, False),
+        (0.0, 0.9 * WAY_N, False),
+    ],
+)
+def test_r11_stops_an_approach_that_pulls_or_is_pushed_aside(
+    along_n: float, across_n: float, found: bool
+) -> None:
+    feed = Feed(replace(LIMITS, jump_n=1e9))
+    cause = feed.press([across_n, 0.0, along_n, 0.0, 0.0, 0.0], 1, SEARCH)
+    assert cause is None  # one reading may be a spike
+    cause = feed.press([across_n, 0.0, along_n, 0.0, 0.0, 0.0], 100, SEARCH)
+    assert (cause is not None and cause.rule == "R11") == found
+    if cause is not None:
+        assert cause.value > cause.limit == pytest.approx(WAY_N)
+
+
+@pytest.mark.parametrize(
+    ("waited_s", "over_n", "found"), [(1.0, 0.1, True), (100.0, 0.9, False), (1e4, 1.1, True)]
+)
+def test_r11_beside_a_second_channel_leaves_room_for_a_zero_that_drifts(
+    waited_s: float, over_n: float, found: bool
+) -> None:
+    """1 N over 50 s, and no more than 1 N."""
+    limits = replace(limits_for(PLAN), jump_n=1e9, cross_tolerance_n=1e9, cross_check="sensor")
+    feed = Feed(replace(limits, drift_n_per_s=0.02, zero_shift_n=1.0))
+    feed.supervisor._zeroed_s -= waited_s
+    cause = feed.press([0.0, 0.0, -WAY_N - over_n, 0.0, 0.0, 0.0], 5, SEARCH)
+    assert (cause is not None and cause.rule == "R11") == found
+
+
 class BesideFeed:
     """A supervisor of two sensors; only the second one is loaded, across its axis and along it."""
 
@@ -325,6 +375,18 @@ class BesideFeed:
         forces = [ForceSample(tick, now_s, now_s, 0, (*f, *torques), 20.0) for f in (main, beside)]
         arm = ArmSample(tick, now_s, now_s, 0, 0.0, math.nan, (0.0,) * 6)
         return self.supervisor.check(now_s, forces[:1], [arm], forces[1:], 0.0, 1e-6, phase)
+
+
+@pytest.mark.parametrize(("sigmas", "rule"), [(-5.0, ""), (-2.0, "R2"), (0.1, "R1")])
+def test_the_whole_force_counts_and_what_it_would_grow_to(sigmas: float, rule: str) -> None:
+    limit_n, noise_n = LIMITS.force_limit_n, LIMITS.noise_n
+    wide = replace(LIMITS, lateral_share=0.0, jump_n=1e9)
+    along_n = 0.6 * limit_n + sigmas * noise_n
+    cause = Feed(wide).ramp([0.8 * limit_n, 0.0, along_n, 0.0, 0.0, 0.0])
+    assert (cause.rule if cause else "") == ("R2" if rule == "R1" else rule)
+    feed = Feed(replace(wide, reaction_s=1e-9, noise_n=1e-9))
+    cause = feed.press([0.8 * limit_n, 0.0, along_n, 0.0, 0.0, 0.0])
+    assert (cause.rule if cause else "") == ("R1" if rule == "R1" else "")
 
 
 def test_the_whole_force_on_a_second_sensor_counts() -> None:
@@ -350,6 +412,7 @@ def test_in_an_approach_a_force_across_a_second_sensor_stops_it(along: float) ->
     assert cause is None or cause.rule == "R11"
 
 
+@pytest.mark.parametrize("shows", ["the load on the tool", "the load on the plate"])
 @pytest.mark.parametrize("axis", ["+fx", "-fx", "+fy", "-fy", "+fz", "-fz"])
 def test_the_torque_that_a_lever_explains_is_none(axis: str, shows: str) -> None:
     """Against the cross product, for contacts beside every axis of a sensor."""
