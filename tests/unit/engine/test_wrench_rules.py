@@ -316,6 +316,18 @@ def test_a_force_across_alone_is_all_share() -> None:
     assert found[-1].rule == "R12"
 
 
+@pytest.mark.parametrize(("peak", "found"), [(0.9, False), (1.1, True)])
+def test_r12_counts_the_whole_force_that_is_to_come(peak: float, found: bool) -> None:
+    """Across by 0.2 of the force along, below the share; F_allowed is less what that weakens."""
+    along_n, limits = 0.5 * LIMITS.allowed_n, replace(LIMITS, lateral_askew=0.0)
+    left = 1.0 - limits.lateral_weakening * 0.2**2
+    peak_n = peak * left * limits.allowed_n
+    trip = WrenchRules(limits, Trip).judge_across(0.2 * along_n, along_n, along_n, peak_n)
+    assert (trip is not None) == found
+    assert trip is None or trip.rule == "R12"
+    assert trip is None or trip.limit == pytest.approx(left * limits.allowed_n)
+
+
 WAY_N = LIMITS.touch_force_n
 """Force against the axis, or across it, from which R11 stops an approach."""
 
