@@ -15,7 +15,7 @@ from stepload.contact.lateral import left_of_limit
 from stepload.engine.supervisor import Supervisor
 from stepload.engine.tare import TareWindow
 from stepload.engine.watch import ForceWatch, Trip
-from stepload.engine.wrench import WrenchRules
+from stepload.engine.wrench import LATERAL_TIME_S, WrenchRules
 from stepload.feasibility.bounds import Measured
 from stepload.feasibility.lateral import (
     dragged_left,
@@ -326,6 +326,17 @@ def test_r12_counts_the_whole_force_that_is_to_come(peak: float, found: bool) ->
     assert (trip is not None) == found
     assert trip is None or trip.rule == "R12"
     assert trip is None or trip.limit == pytest.approx(left * limits.allowed_n)
+
+
+def test_r14_waits_its_time_and_no_longer() -> None:
+    rules = WrenchRules(replace(LIMITS, lever_m=0.1, eccentricity_m=0.01), Trip)
+    force_n = 3.0 * LIMITS.lateral_from_n
+    beside: Any = SimpleNamespace(torque_beside=lambda lever_m: 0.011 * force_n)
+    ticks = 1
+    while (trip := rules.judge_centre(beside, force_n)) is None:
+        ticks += 1
+    assert ticks * PERIOD_S == pytest.approx(LATERAL_TIME_S, abs=1.5 * PERIOD_S)
+    assert (trip.rule, trip.value) == ("R14", pytest.approx(0.011))
 
 
 WAY_N = LIMITS.touch_force_n
