@@ -600,6 +600,18 @@ def test_the_first_rule_of_a_tick_is_told_by_the_stream_that_broke_it() -> None:
     assert cause.sample_age_s == pytest.approx(0.0015)
 
 
+@pytest.mark.parametrize("flagged", ["", "force", "arm", "second"])
+def test_one_stream_that_is_not_sound_leaves_the_contact_unknown(flagged: str) -> None:
+    feed = Feed("-fz", **CALM, cross_check="sensor")
+    status = {name: int(name == flagged) for name in ("force", "arm", "second")}
+    feed.supervisor.check(
+        PERIOD_S * 2, [force_sample(2, 0.0, status=status["force"])],
+        [arm_sample(2, 0.0, status=status["arm"])],
+        [force_sample(2, 0.0, status=status["second"])], 0.0, 0.0, Phase.HOLD,
+    )  # fmt: skip
+    assert bool(feed.supervisor.still_closed(PERIOD_S * 2)) == bool(flagged)
+
+
 def test_what_finds_a_breach_can_be_handed_in() -> None:
     told: list[str] = []
 

@@ -211,6 +211,18 @@ def test_r10_a_stamp_of_the_future_is_refused_at_once(ahead_s: float, found: boo
             assert (trip.limit, trip.unit) == (AHEAD_S, "s")
 
 
+@pytest.mark.parametrize(("watch", "sample"), STREAMS)
+def test_r10_a_device_clock_that_goes_along_excuses_no_stamp_of_the_future(
+    watch: Any, sample: Any
+) -> None:
+    stream = watch()
+    assert take(stream, sample(0, 1.0)) is None
+    late = sample(1, 2.0)
+    trip = stream.take([late], late.receive_time_s - 1.1e-4)
+    assert trip is not None
+    assert trip.rule == "R10"
+
+
 def clock(
     watch: ForceWatch | ArmWatch, offsets_s: list[float], sample: Any = force_sample
 ) -> list[Trip | None]:
