@@ -11,6 +11,7 @@ from rule_feed import PERIOD_S, PLANNED, Feed, arm_sample, force_sample
 from stepload.engine.force_response import WAITS_SHARE
 from stepload.engine.supervisor import Supervisor
 from stepload.engine.watch import Trip
+from stepload.feasibility.press import least_rise_n
 from stepload.record.rows import Phase
 
 K = PLANNED.stiffness_n_per_m
@@ -640,6 +641,7 @@ def test_new_limits_of_the_same_plan_are_taken_over() -> None:
     sup.adopt(noisy)
     assert sup.force.identical_counts == 77
     assert sup._slope_noise_n_per_s == pytest.approx(2.0 * SLOPE_NOISE)
+    assert sup.answers.rise_n == pytest.approx(least_rise_n(2.0 * NOISE_N, PLANNED.reading_s))
     cause = feed.tick(201.0)
     assert cause is not None
     assert cause.limit == 200.0
