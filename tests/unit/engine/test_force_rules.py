@@ -639,6 +639,7 @@ def test_new_limits_of_the_same_plan_are_taken_over() -> None:
         | {"noise_n": 2.0 * NOISE_N, "force_limit_n": 200.0, "identical_counts": 77}
     )
     sup.adopt(noisy)
+    assert sup.wrench._limits is sup.arm_wrench._limits is noisy
     assert sup.force.identical_counts == 77
     assert sup._slope_noise_n_per_s == pytest.approx(2.0 * SLOPE_NOISE)
     assert sup.answers.rise_n == pytest.approx(least_rise_n(2.0 * NOISE_N, PLANNED.reading_s))
