@@ -284,6 +284,25 @@ def test_no_component_comes_near_its_rating(name: str, place: int, sign: float) 
     assert cause.value == pytest.approx(2.1, abs=1e-4)
 
 
+@pytest.mark.parametrize("second", [False, True])
+def test_a_rating_is_judged_by_new_readings_of_either_sensor(second: bool) -> None:
+    limits = rated(**{"second_overload_fy_n" if second else "overload_fy_n": 2.0})  # type: ignore[arg-type]
+    wrenches = [(1e-6 * tick, 2.1, 0.0, 0.0, 0.0, 0.0) for tick in range(3)]
+    loaded = [ForceSample(tick, 1.0, 1.0, 0, wrenches[tick], 20.0) for tick in range(3)]
+    calm = ForceSample(9, 1.0, 1.0, 0, (0.0,) * 6, 20.0)
+    arm = ArmSample(9, 1.0, 1.0, 0, 0.0, math.nan, (0.0,) * 6)
+    supervisor = Supervisor(replace(limits, cross_check="sensor"), "+fz", "+fz")
+    for tick, fresh in enumerate((True, False, True)):  # a reading that is missing counts as none
+        new, tick_s = loaded[tick : tick + 1] if fresh else [], 1.0 + 1e-3 * tick
+        others = [calm._replace(sequence=9 + tick)]
+        force, beside = (others, new) if second else (new, others)
+        arms = [arm._replace(sequence=9 + tick)]
+        cause = supervisor.check(tick_s, force, arms, beside, 0.0, 0.0, HOLD)
+        assert (cause is not None) == (tick == 2)
+    assert cause is not None
+    assert cause.rule == "R13"
+
+
 def test_one_reading_beyond_a_rating_may_be_a_spike() -> None:
     feed = Feed(rated(overload_tx_n_m=2.0))
     for torque in (2.1, 0.0, 2.1, 0.0):
@@ -462,10 +481,12 @@ def test_the_torque_that_a_lever_explains_is_none(axis: str, shows: str) -> None
         assert watch.torque_beside(lever_m) == pytest.approx(float(np.linalg.norm(left)), abs=1e-9)
 
 
+@pytest.mark.parametrize("place", [3, 4])
 @pytest.mark.parametrize(("off_m", "stops"), [(0.009, False), (0.011, True), (-0.011, True)])
-def test_a_contact_beside_the_axis_stops_the_run(off_m: float, stops: bool) -> None:
-    limits = replace(LIMITS, lever_m=0.1, eccentricity_m=0.01)
-    cause = Feed(limits).ramp([0.0, 0.0, 100.0, off_m * 100.0, 0.0, 0.0])
+def test_a_contact_beside_the_axis_stops_the_run(off_m: float, stops: bool, place: int) -> None:
+    wrench = [0.0, 0.0, 100.0, 0.0, 0.0, 0.0]
+    wrench[place] = off_m * 100.0
+    cause = Feed(replace(LIMITS, lever_m=0.1, eccentricity_m=0.01)).ramp(wrench)
     assert (cause is not None and cause.rule == "R14") is stops
     if cause is not None:
         assert cause.value == pytest.approx(abs(off_m), rel=0.02)
