@@ -215,3 +215,17 @@ def test_where_safing_itself_breaks_the_arm_is_sent_a_retract_and_a_stop():
         (safe_end.RETRACT, True), ("arm stop", False),
     ]  # fmt: skip
     assert len(errors) == 1
+
+
+def test_every_device_is_made_safe_and_the_arm_first():
+    sent = []
+
+    def device(name):
+        return SimpleNamespace(safe=lambda limit_s: sent.append((name, limit_s)))
+
+    rig = SimpleNamespace(arm=device("arm"), force=device("force"), second_force=device("second"))
+    engine = SimpleNamespace(safe_reached=True, operator=Operator())
+    done = safe_end.make_rig_safe(engine, rig, [])
+    assert sent[0] == ("arm", safe_end.SAFE_DEADLINE_S)
+    assert {name for name, _ in sent} == {"arm", "force", "second"}
+    assert not any(one.error for one in done)
