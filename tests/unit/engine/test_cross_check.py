@@ -42,6 +42,14 @@ def test_a_wrong_gain_is_the_difference_once_the_skew_has_passed(
     assert cross.difference_n == pytest.approx((second - main) * 100.0)
 
 
+@pytest.mark.parametrize("noise_n", [(2.0, 0.0), (0.0, 2.0)])
+def test_noise_that_is_expected_hides_no_difference_at_rest(noise_n: tuple[float, float]) -> None:
+    cross = CrossCheck(PERIOD_S, SKEW_S, filter_s=PERIOD_S, noise_n=noise_n)
+    for _ in range(20):
+        cross.add(0.0, 10.0)
+    assert cross.difference_n == pytest.approx(10.0)
+
+
 @pytest.mark.parametrize("late_ticks", [6, 8])
 def test_a_delay_beyond_the_skew_is_a_difference_while_the_force_moves(late_ticks: int) -> None:
     cross = check()

@@ -11,6 +11,7 @@ from rule_feed import PERIOD_S, PLANNED, Feed, arm_sample, force_sample
 from stepload.engine.force_response import WAITS_SHARE
 from stepload.engine.supervisor import Supervisor
 from stepload.engine.watch import Trip
+from stepload.feasibility.press import least_rise_n
 from stepload.record.rows import Phase
 
 K = PLANNED.stiffness_n_per_m
@@ -24,10 +25,11 @@ ALPHA, TAU_S = PERIOD_S / (0.25 * REACTION_S), 0.25 * REACTION_S
 SLOPE_NOISE = 1.5 * NOISE_N * math.sqrt(ALPHA) / (TAU_S * (1.0 - ALPHA))
 
 
-def test_r1_trips_above_the_limit_and_not_at_it() -> None:
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_r1_trips_above_the_limit_and_not_at_it(sign: float) -> None:
     for force_n, found in ((LIMIT_N, False), (LIMIT_N + 0.01, True)):
-        feed = Feed(**CALM, at_n=300.0, reaction_s=1e-9)
-        cause = feed.tick(force_n)
+        feed = Feed(**CALM, at_n=sign * 300.0, reaction_s=1e-9)
+        cause = feed.tick(sign * force_n)
         assert (cause is not None) == found
         assert cause is None or cause[:5] == ("R1", force_n, LIMIT_N, "N", 0.0)
 
@@ -599,6 +601,18 @@ def test_the_first_rule_of_a_tick_is_told_by_the_stream_that_broke_it() -> None:
     assert cause.sample_age_s == pytest.approx(0.0015)
 
 
+@pytest.mark.parametrize("flagged", ["", "force", "arm", "second"])
+def test_one_stream_that_is_not_sound_leaves_the_contact_unknown(flagged: str) -> None:
+    feed = Feed("-fz", **CALM, cross_check="sensor")
+    status = {name: int(name == flagged) for name in ("force", "arm", "second")}
+    feed.supervisor.check(
+        PERIOD_S * 2, [force_sample(2, 0.0, status=status["force"])],
+        [arm_sample(2, 0.0, status=status["arm"])],
+        [force_sample(2, 0.0, status=status["second"])], 0.0, 0.0, Phase.HOLD,
+    )  # fmt: skip
+    assert bool(feed.supervisor.still_closed(PERIOD_S * 2)) == bool(flagged)
+
+
 def test_what_finds_a_breach_can_be_handed_in() -> None:
     told: list[str] = []
 
@@ -625,8 +639,10 @@ def test_new_limits_of_the_same_plan_are_taken_over() -> None:
         | {"noise_n": 2.0 * NOISE_N, "force_limit_n": 200.0, "identical_counts": 77}
     )
     sup.adopt(noisy)
+    assert sup.wrench._limits is sup.arm_wrench._limits is noisy
     assert sup.force.identical_counts == 77
     assert sup._slope_noise_n_per_s == pytest.approx(2.0 * SLOPE_NOISE)
+    assert sup.answers.rise_n == pytest.approx(least_rise_n(2.0 * NOISE_N, PLANNED.reading_s))
     cause = feed.tick(201.0)
     assert cause is not None
     assert cause.limit == 200.0

@@ -19,11 +19,12 @@ DELAY = round(PLANNED.command_delay_s / PERIOD_S)
 SHARE = PERIOD_S / (PLANNED.arm_lag_s + PERIOD_S)
 
 
+@pytest.mark.parametrize("phase", [Phase.HOLD, *SEARCH])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_r7_a_position_off_the_model_at_rest(sign: float) -> None:
+def test_r7_a_position_off_the_model_at_rest(sign: float, phase: Phase) -> None:
     for share, found in ((0.99, False), (1.01, True)):
         feed = Feed()
-        cause = feed.tick(position_m=sign * share * TOLERANCE_M)
+        cause = feed.tick(position_m=sign * share * TOLERANCE_M, phase=phase)
         assert (cause is not None) == found
         if cause is not None:
             assert (cause.rule, cause.limit, cause.unit) == ("R7", TOLERANCE_M, "m")
@@ -82,7 +83,7 @@ def test_the_speed_of_a_late_tick_is_over_the_time_that_passed() -> None:
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-@pytest.mark.parametrize(("seen", "found"), [(1.1, False), (0.9, True), (0.0, True), (-1.0, True)])
+@pytest.mark.parametrize(("seen", "found"), [(1.1, False), (0.9, True), (0.0, True), (-2.0, True)])
 def test_r7_an_arm_must_be_seen_to_go_a_quarter_of_its_way(
     sign: float, seen: float, found: bool
 ) -> None:

@@ -35,6 +35,9 @@ def arm_watch(**changes: Any) -> ArmWatch:
     return ArmWatch(**(options | changes))
 
 
+STREAMS = [(force_watch, force_sample), (arm_watch, arm_sample)]
+
+
 def take(watch: ForceWatch | ArmWatch, *samples: ForceSample | ArmSample) -> Trip | None:
     """What the watch finds in samples that arrive in time."""
     return watch.take(samples, samples[-1].receive_time_s)
@@ -182,15 +185,16 @@ def test_r4_the_arms_numbers_are_finite(value: float) -> None:
 
 
 @pytest.mark.parametrize(("last", "next_", "found"), [(5, 6, False), (5, 5, True), (5, 4, True)])
-def test_r10_sequences_rise(last: int, next_: int, found: bool) -> None:
+@pytest.mark.parametrize(("watch", "sample"), STREAMS)
+def test_r10_sequences_rise(watch: Any, sample: Any, last: int, next_: int, found: bool) -> None:
     for in_one_tick in (True, False):
-        watch = force_watch()
-        first, second = force_sample(last, 1.0), force_sample(6, 2.0, sequence=next_)
+        stream = watch()
+        first, second = sample(last, 1.0), sample(6, 2.0, sequence=next_)
         if in_one_tick:
-            trip = take(watch, first, second)
+            trip = take(stream, first, second)
         else:
-            assert take(watch, first) is None
-            trip = take(watch, second)
+            assert take(stream, first) is None
+            trip = take(stream, second)
         assert (trip is not None) == found
         assert trip is None or trip[:3] == ("R10", float(next_), float(last))
 
@@ -207,17 +211,34 @@ def test_r10_a_stamp_of_the_future_is_refused_at_once(ahead_s: float, found: boo
             assert (trip.limit, trip.unit) == (AHEAD_S, "s")
 
 
-def clock(watch: ForceWatch, offsets_s: list[float]) -> list[Trip | None]:
+@pytest.mark.parametrize(("watch", "sample"), STREAMS)
+def test_r10_a_device_clock_that_goes_along_excuses_no_stamp_of_the_future(
+    watch: Any, sample: Any
+) -> None:
+    stream = watch()
+    assert take(stream, sample(0, 1.0)) is None
+    late = sample(1, 2.0)
+    trip = stream.take([late], late.receive_time_s - 1.1e-4)
+    assert trip is not None
+    assert trip.rule == "R10"
+
+
+def clock(
+    watch: ForceWatch | ArmWatch, offsets_s: list[float], sample: Any = force_sample
+) -> list[Trip | None]:
     return [
-        take(watch, force_sample(i, 1.0, device_time_s=i * PERIOD_S - offset_s))
+        take(watch, sample(i, 1.0, device_time_s=i * PERIOD_S - offset_s))
         for i, offset_s in enumerate(offsets_s)
     ]
 
 
+@pytest.mark.parametrize(("watch", "sample"), STREAMS)
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_r10_a_device_clock_that_steps_is_seen_once_it_has_lasted(sign: float) -> None:
+def test_r10_a_device_clock_that_steps_is_seen_once_it_has_lasted(
+    watch: Any, sample: Any, sign: float
+) -> None:
     far = [0.3] + [0.3 + sign * 1.1 * CLOCK_S] * LATE_CLOCK_TICKS
-    found = clock(force_watch(), far)
+    found = clock(watch(), far, sample)
     assert found[:LATE_CLOCK_TICKS] == [None] * LATE_CLOCK_TICKS
     trip = found[LATE_CLOCK_TICKS]
     assert trip is not None

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from stepload.engine import safe_end
 from stepload.engine import unload as unload_module
 from stepload.engine.notices import Notices
 from stepload.engine.operator import Operator
@@ -195,3 +196,36 @@ def test_samples_that_cannot_be_read_prove_nothing(readable: bool, proven: bool)
     left.look()
     assert left.proven is proven
     assert left.gone is proven
+
+
+def test_where_safing_itself_breaks_the_arm_is_sent_a_retract_and_a_stop():
+    sent = []
+
+    def refuse(*way):
+        sent.append(way)
+        raise RuntimeError("refused")
+
+    rig = SimpleNamespace(arm=SimpleNamespace(retract=refuse, safe=lambda limit_s: sent.append(())))
+    errors = []
+    done = safe_end.make_rig_safe(None, rig, errors)
+    assert sent == [
+        (safe_end.BLIND_RETRACT_M, safe_end.BLIND_SPEED_M_S, safe_end.BLIND_TIMEOUT_S), (),
+    ]  # fmt: skip
+    assert [(one.name, bool(one.error)) for one in done] == [
+        (safe_end.RETRACT, True), ("arm stop", False),
+    ]  # fmt: skip
+    assert len(errors) == 1
+
+
+def test_every_device_is_made_safe_and_the_arm_first():
+    sent = []
+
+    def device(name):
+        return SimpleNamespace(safe=lambda limit_s: sent.append((name, limit_s)))
+
+    rig = SimpleNamespace(arm=device("arm"), force=device("force"), second_force=device("second"))
+    engine = SimpleNamespace(safe_reached=True, operator=Operator())
+    done = safe_end.make_rig_safe(engine, rig, [])
+    assert sent[0] == ("arm", safe_end.SAFE_DEADLINE_S)
+    assert {name for name, _ in sent} == {"arm", "force", "second"}
+    assert not any(one.error for one in done)

@@ -15,6 +15,7 @@ from stepload.contact.lateral import left_of_limit
 from stepload.engine.supervisor import Supervisor
 from stepload.engine.tare import TareWindow
 from stepload.engine.watch import ForceWatch, Trip
+from stepload.engine.wrench import LATERAL_TIME_S, WrenchRules
 from stepload.feasibility.bounds import Measured
 from stepload.feasibility.lateral import (
     dragged_left,
@@ -282,6 +283,25 @@ def test_no_component_comes_near_its_rating(name: str, place: int, sign: float) 
     assert cause.value == pytest.approx(2.1, abs=1e-4)
 
 
+@pytest.mark.parametrize("second", [False, True])
+def test_a_rating_is_judged_by_new_readings_of_either_sensor(second: bool) -> None:
+    limits = rated(**{"second_overload_fy_n" if second else "overload_fy_n": 2.0})  # type: ignore[arg-type]
+    wrenches = [(1e-6 * tick, 2.1, 0.0, 0.0, 0.0, 0.0) for tick in range(3)]
+    loaded = [ForceSample(tick, 1.0, 1.0, 0, wrenches[tick], 20.0) for tick in range(3)]
+    calm = ForceSample(9, 1.0, 1.0, 0, (0.0,) * 6, 20.0)
+    arm = ArmSample(9, 1.0, 1.0, 0, 0.0, math.nan, (0.0,) * 6)
+    supervisor = Supervisor(replace(limits, cross_check="sensor"), "+fz", "+fz")
+    for tick, fresh in enumerate((True, False, True)):  # a reading that is missing counts as none
+        new, tick_s = loaded[tick : tick + 1] if fresh else [], 1.0 + 1e-3 * tick
+        others = [calm._replace(sequence=9 + tick)]
+        force, beside = (others, new) if second else (new, others)
+        arms = [arm._replace(sequence=9 + tick)]
+        cause = supervisor.check(tick_s, force, arms, beside, 0.0, 0.0, HOLD)
+        assert (cause is not None) == (tick == 2)
+    assert cause is not None
+    assert cause.rule == "R13"
+
+
 def test_one_reading_beyond_a_rating_may_be_a_spike() -> None:
     feed = Feed(rated(overload_tx_n_m=2.0))
     for torque in (2.1, 0.0, 2.1, 0.0):
@@ -303,6 +323,134 @@ def test_a_second_sensor_has_ratings_of_its_own() -> None:
     found = supervisor.second_overload.judge([0, 11.0, 0, 0, 0, 0])
     assert found is not None
     assert "second force sensor's fy" in found.message
+
+
+def test_a_force_across_alone_is_all_share() -> None:
+    rules = WrenchRules(LIMITS, Trip)
+    across_n = 1.1 * LIMITS.lateral_from_n
+    found = [rules.judge_across(across_n, 0.0, 0.0, 0.0) for _ in range(50)]
+    assert found[0] is None
+    assert found[-1] is not None
+    assert found[-1].rule == "R12"
+
+
+@pytest.mark.parametrize(("peak", "found"), [(0.9, False), (1.1, True)])
+def test_r12_counts_the_whole_force_that_is_to_come(peak: float, found: bool) -> None:
+    """Across by 0.2 of the force along, below the share; F_allowed is less what that weakens."""
+    along_n, limits = 0.5 * LIMITS.allowed_n, replace(LIMITS, lateral_askew=0.0)
+    left = 1.0 - limits.lateral_weakening * 0.2**2
+    peak_n = peak * left * limits.allowed_n
+    trip = WrenchRules(limits, Trip).judge_across(0.2 * along_n, along_n, along_n, peak_n)
+    assert (trip is not None) == found
+    assert trip is None or trip.rule == "R12"
+    assert trip is None or trip.limit == pytest.approx(left * limits.allowed_n)
+
+
+def test_r14_waits_its_time_and_no_longer() -> None:
+    rules = WrenchRules(replace(LIMITS, lever_m=0.1, eccentricity_m=0.01), Trip)
+    force_n = 3.0 * LIMITS.lateral_from_n
+    beside: Any = SimpleNamespace(torque_beside=lambda lever_m: 0.011 * force_n)
+    ticks = 1
+    while (trip := rules.judge_centre(beside, force_n)) is None:
+        ticks += 1
+    assert ticks * PERIOD_S == pytest.approx(LATERAL_TIME_S, abs=1.5 * PERIOD_S)
+    assert (trip.rule, trip.value) == ("R14", pytest.approx(0.011))
+
+
+WAY_N = LIMITS.touch_force_n
+"""Force against the axis, or across it, from which R11 stops an approach."""
+
+
+@pytest.mark.parametrize(
+    ("along_n", "across_n", "found"),
+    [
+        (-1.05 * WAY_N, 0.0, True),
+        (-0.95 * WAY_N, 0.0, False),
+        (0.0, 10.0 * WAY_N, True),
+        (4.9 * WAY_N, -10.0 * WAY_N, True),
+        (5.1 * WAY_N, 10.0 * WAY_N, False),
+        (0.0, 0.9 * WAY_N, False),
+    ],
+)
+def test_r11_stops_an_approach_that_pulls_or_is_pushed_aside(
+    along_n: float, across_n: float, found: bool
+) -> None:
+    feed = Feed(replace(LIMITS, jump_n=1e9))
+    cause = feed.press([across_n, 0.0, along_n, 0.0, 0.0, 0.0], 1, SEARCH)
+    assert cause is None  # one reading may be a spike
+    cause = feed.press([across_n, 0.0, along_n, 0.0, 0.0, 0.0], 100, SEARCH)
+    assert (cause is not None and cause.rule == "R11") == found
+    if cause is not None:
+        assert cause.value > cause.limit == pytest.approx(WAY_N)
+
+
+@pytest.mark.parametrize(
+    ("waited_s", "over_n", "found"), [(1.0, 0.1, True), (100.0, 0.9, False), (1e4, 1.1, True)]
+)
+def test_r11_beside_a_second_channel_leaves_room_for_a_zero_that_drifts(
+    waited_s: float, over_n: float, found: bool
+) -> None:
+    """1 N over 50 s, and no more than 1 N."""
+    limits = replace(limits_for(PLAN), jump_n=1e9, cross_tolerance_n=1e9, cross_check="sensor")
+    feed = Feed(replace(limits, drift_n_per_s=0.02, zero_shift_n=1.0))
+    feed.supervisor._zeroed_s -= waited_s
+    cause = feed.press([0.0, 0.0, -WAY_N - over_n, 0.0, 0.0, 0.0], 5, SEARCH)
+    assert (cause is not None and cause.rule == "R11") == found
+
+
+class BesideFeed:
+    """A supervisor of two sensors; only the second one is loaded, across its axis and along it."""
+
+    def __init__(self) -> None:
+        wide = replace(limits_for(PLAN), cross_tolerance_n=1e9, second_limit_n=1e9)
+        self.supervisor = Supervisor(replace(wide, cross_check="sensor"), "+fz", "+fz")
+        self.tick = 0
+        self.press(0.0, 0.0)
+        self.supervisor.tare(0.0, 0.0)
+
+    def press(self, across_n: float, along_n: float, phase: int = HOLD) -> Cause | None:
+        self.tick += 1
+        tick, now_s = self.tick, self.tick * PERIOD_S
+        main, beside = (1e-6 * tick, 0.0, 0.0), (1e-6 * tick, across_n, along_n)
+        torques = (0.0, 0.0, 0.0)
+        forces = [ForceSample(tick, now_s, now_s, 0, (*f, *torques), 20.0) for f in (main, beside)]
+        arm = ArmSample(tick, now_s, now_s, 0, 0.0, math.nan, (0.0,) * 6)
+        return self.supervisor.check(now_s, forces[:1], [arm], forces[1:], 0.0, 1e-6, phase)
+
+
+@pytest.mark.parametrize(("sigmas", "rule"), [(-5.0, ""), (-2.0, "R2"), (0.1, "R1")])
+def test_the_whole_force_counts_and_what_it_would_grow_to(sigmas: float, rule: str) -> None:
+    limit_n, noise_n = LIMITS.force_limit_n, LIMITS.noise_n
+    wide = replace(LIMITS, lateral_share=0.0, jump_n=1e9)
+    along_n = 0.6 * limit_n + sigmas * noise_n
+    cause = Feed(wide).ramp([0.8 * limit_n, 0.0, along_n, 0.0, 0.0, 0.0])
+    assert (cause.rule if cause else "") == ("R2" if rule == "R1" else rule)
+    feed = Feed(replace(wide, reaction_s=1e-9, noise_n=1e-9))
+    cause = feed.press([0.8 * limit_n, 0.0, along_n, 0.0, 0.0, 0.0])
+    assert (cause.rule if cause else "") == ("R1" if rule == "R1" else "")
+
+
+def test_the_whole_force_on_a_second_sensor_counts() -> None:
+    side_n = 0.8 * LIMITS.force_limit_n
+    for along_n, found in (
+        (0.59 * LIMITS.force_limit_n, False),
+        (0.61 * LIMITS.force_limit_n, True),
+    ):
+        cause = BesideFeed().press(side_n, along_n)
+        assert (cause is not None) == found
+        if cause is not None:
+            assert (cause.rule, cause.limit) == ("R1", LIMITS.force_limit_n)
+            assert cause.value == pytest.approx(math.hypot(side_n, along_n))
+
+
+@pytest.mark.parametrize("along", [0.0, 0.4, 0.6])
+def test_in_an_approach_a_force_across_a_second_sensor_stops_it(along: float) -> None:
+    feed, side_n = BesideFeed(), 10.0 * LIMITS.touch_force_n
+    cause = None
+    for _ in range(100):
+        cause = cause or feed.press(side_n, along * side_n, SEARCH)
+    assert (cause is not None) == (along < 0.5)
+    assert cause is None or cause.rule == "R11"
 
 
 @pytest.mark.parametrize("shows", ["the load on the tool", "the load on the plate"])
@@ -332,10 +480,12 @@ def test_the_torque_that_a_lever_explains_is_none(axis: str, shows: str) -> None
         assert watch.torque_beside(lever_m) == pytest.approx(float(np.linalg.norm(left)), abs=1e-9)
 
 
+@pytest.mark.parametrize("place", [3, 4])
 @pytest.mark.parametrize(("off_m", "stops"), [(0.009, False), (0.011, True), (-0.011, True)])
-def test_a_contact_beside_the_axis_stops_the_run(off_m: float, stops: bool) -> None:
-    limits = replace(LIMITS, lever_m=0.1, eccentricity_m=0.01)
-    cause = Feed(limits).ramp([0.0, 0.0, 100.0, off_m * 100.0, 0.0, 0.0])
+def test_a_contact_beside_the_axis_stops_the_run(off_m: float, stops: bool, place: int) -> None:
+    wrench = [0.0, 0.0, 100.0, 0.0, 0.0, 0.0]
+    wrench[place] = off_m * 100.0
+    cause = Feed(replace(LIMITS, lever_m=0.1, eccentricity_m=0.01)).ramp(wrench)
     assert (cause is not None and cause.rule == "R14") is stops
     if cause is not None:
         assert cause.value == pytest.approx(abs(off_m), rel=0.02)

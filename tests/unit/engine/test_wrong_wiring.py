@@ -219,8 +219,10 @@ def test_clear_is_said_only_where_every_channel_shows_it() -> None:
 
     def told(force_n: float, second_n: float, later_s: float = 0.0) -> str:
         supervisor.force.take([_sample(1, [0, 0, force_n, 0, 0, 0])], 0.0)
+        supervisor._sound = True
+        assert supervisor.tared or "no sound" in supervisor.still_closed(0.0)
         supervisor.tare(0.0, 0.0)
-        supervisor.smooth_n, supervisor.second_n, supervisor._sound = force_n, second_n, True
+        supervisor.smooth_n, supervisor.second_n = force_n, second_n
         return supervisor.still_closed(later_s)
 
     assert told(0.0, 0.0) == ""
@@ -228,6 +230,9 @@ def test_clear_is_said_only_where_every_channel_shows_it() -> None:
         assert "force sensor still reads" in told(force_n, 0.0)
         assert "second force channel still reads" in told(0.0, force_n)
     assert "no sound" in told(0.0, 0.0, later_s=1.0)
+    supervisor._sound = False
+    assert "no sound" in supervisor.still_closed(0.0)
+    supervisor._sound = True
     supervisor.force.take([_sample(2, [0.0] * 6)], 0.0)
     for tick in range(50):
         supervisor.force.take([_sample(tick + 3, [80.0, 0, 0, 0, 0, 0])], 0.0)

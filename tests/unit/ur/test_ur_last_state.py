@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -119,6 +120,12 @@ def test_a_tool_that_was_turned_in_its_place(turned_rad, by):
     told = seen().moved(package(turned_rad=turned_rad), TOLD)
     assert ("the tool is turned by 0.010 rad" in told) is by
     assert bool(told) is by
+
+
+def test_one_rotation_written_two_ways_is_no_turn():
+    """The tool points down: its rotation vector is near half a turn, and may change its sign."""
+    other = (*pose()[:3], 0.0, HOME[4] - 2.0 * math.pi, 0.0)
+    assert seen().moved(package()._replace(pose=other), TOLD) == ""
 
 
 @pytest.mark.parametrize(("bent_rad", "by"), [(BENT_RAD + 0.01, True), (BENT_RAD - 0.01, False)])

@@ -14,7 +14,7 @@ from stepload.rig.faults import FaultCode
 from stepload_drivers.ur import loop as loop_module
 from stepload_drivers.ur import procedures, wire
 from stepload_drivers.ur import watch as watch_module
-from stepload_drivers.ur.state import PLAYING
+from stepload_drivers.ur.state import PAUSED, PLAYING
 
 WATCHDOG_S = 0.1
 
@@ -97,12 +97,15 @@ def test_a_muted_loop_sends_nothing_until_the_next_target(make_loop, ur, link, s
     assert len(targets(ur)) == 1
 
 
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize(
+    "target",
+    [(math.nan,), (math.inf,), (-math.inf,), (1e-3, (math.nan, 0.0)), (1e-3, (0.0, math.inf))],
+)
 def test_a_target_that_is_not_finite_never_reaches_the_controller(
-    make_loop, ur, link, step_for, value
+    make_loop, ur, link, step_for, target
 ):
     loop = make_loop()
-    link.arrives(0.0, wire.pack_target(value))
+    link.arrives(0.0, wire.pack_target(*target))
     with pytest.raises(Died):
         step_for(loop, 0.01)
     assert targets(ur) == []
@@ -203,6 +206,11 @@ def test_a_program_that_ended_in_our_silence_was_ended_by_its_watchdog(make_loop
         loop.step()
     assert link.told(wire.FAULT)[0]["code"] == FaultCode.WATCHDOG_STOP
     assert not loop.taken_over
+    ur.fields["safety_mode"] = 3  # a stop after the fault that was reported
+    for _ in range(20):
+        loop.step()
+    assert loop.taken_over
+    assert len(link.told(wire.FAULT)) == 1
 
 
 def test_a_program_that_ended_in_half_the_watchdogs_time_may_have_been_ended_by_a_person(
@@ -215,6 +223,25 @@ def test_a_program_that_ended_in_half_the_watchdogs_time_may_have_been_ended_by_
         loop.step()
     assert link.told(wire.FAULT)[0]["code"] == FaultCode.PROGRAM_STOPPED
     assert loop.taken_over
+
+
+def test_a_pause_in_our_silence_is_a_persons(make_loop, ur, link, clock):
+    loop = make_loop(watchdog=10.0)
+    loop.sent_s = clock.now_s - 0.1
+    ur.fields["runtime_state"] = PAUSED
+    for _ in range(20):
+        loop.step()
+    assert link.told(wire.FAULT)[0]["code"] == FaultCode.PROGRAM_STOPPED
+    assert loop.taken_over
+
+
+def test_every_package_keeps_the_process_alive_for_a_while(make_loop, link, step_for, monkeypatch):
+    loop, alive = make_loop(), []
+    monkeypatch.setattr(loop_module, "stay_alive_for", alive.append)
+    link.sent.clear()
+    step_for(loop, 0.1)
+    assert alive == [loop_module.HANG_S] * len([m for m in link.sent if m[:1] == wire.SAMPLE])
+    assert alive
 
 
 def test_local_control_is_told_apart_from_a_program_that_ended(
@@ -247,6 +274,8 @@ def test_refused_inputs_are_a_fault_after_a_moment_and_one_taken_forgives(
     ur.accepts = False
     step_for(loop, 0.2)
     assert link.told(wire.FAULT)[0]["code"] == FaultCode.REFUSED_COMMAND
+    assert not loop.taken_over
+    assert "dashboard stop" not in [what for what, _, _ in ur.inputs]  # it may still retract
 
 
 def connected(make_loop, **options):
@@ -288,6 +317,15 @@ def test_a_setting_that_is_changed_is_a_fault_from_what_to_what_and_mutes(
     assert len(ur.inputs) == sent
 
 
+def test_settings_that_are_no_longer_told_are_a_fault(make_loop, link, told, step_for):
+    loop = connected(make_loop)
+    told.silent = True
+    step_for(loop, watch_module.TOLD_AGE_S - 0.1)
+    assert faults(link) == []
+    step_for(loop, 0.2)
+    assert [code for code, _ in faults(link)] == [FaultCode.STALE]
+
+
 def test_local_control_is_a_fault_although_the_program_goes_on(
     make_loop, link, step_for, monkeypatch
 ):
@@ -296,7 +334,7 @@ def test_local_control_is_a_fault_although_the_program_goes_on(
     loop = connected(make_loop)
     step_for(loop, 0.2)
     assert faults(link) == []
-    check.remote = False
+    check.poll = lambda: setattr(check, "remote", False)
     step_for(loop, 0.01)
     ((code, message),) = faults(link)
     assert code == FaultCode.NOT_REMOTE

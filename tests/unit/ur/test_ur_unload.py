@@ -455,6 +455,22 @@ def test_a_retract_that_the_slider_holds_may_be_stopped(unloading, controller, c
     assert not unloading.under_way
 
 
+def test_without_a_retract_under_way_a_stop_asks_nobody(unloading, controller, clock):
+    controller.deaf = True
+    before_s = clock.now_s
+    assert unloading.ended(clock.now_s + 3.0)
+    assert clock.now_s == before_s
+
+
+def test_a_stop_waits_for_a_program_that_has_not_begun(unloading, controller, clock, monkeypatch):
+    after_sending(controller, monkeypatch, silent=True)
+    with pytest.raises(DeviceError):
+        retract(unloading, clock)
+    assert not unloading.ended(clock.now_s + 0.9 * direct_control.IDLE_LIMIT_S)
+    assert unloading.under_way
+    assert unloading.ended(clock.now_s + 3.0)
+
+
 def test_what_was_sent_before_a_sign_is_not_denied(unloading, controller, clock, monkeypatch):
     """It waits in a controller whose motion sleeps while its dashboard answers."""
     after_sending(controller, monkeypatch, silent=True)
