@@ -218,13 +218,13 @@ def _replay(work: Work, name: str, output: Output) -> None:
 
     found = replay(work, name)
     result = found.result
-    output.table("plant", ("figure", "value"), list(plant_rows(found.scenario)))
+    output.table("Plant", ("figure", "value"), list(plant_rows(found.scenario)))
     output.table(
-        "timeline",
+        "Timeline",
         ("time [s]", "phase", "level [N]", "target [um]", "F [N]", "F2 [N]", "predicted [N]"),
         list(timeline(found)),
     )
-    output.table("what goes wrong", ("when", "what"), list(wrong_rows(found.scenario)))
+    output.table("What goes wrong", ("when", "what"), list(wrong_rows(found.scenario)))
     if found.outcome is not None:
         output.line(found.outcome.why)
         for error in found.outcome.errors:

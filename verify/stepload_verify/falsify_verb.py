@@ -161,8 +161,8 @@ def _replay(
         output.line(f"written: {path}")
     scenario, found = read_scene(path)
     trial = judge(scenario)
-    output.table("plant", ("figure", "value"), list(plant_rows(scenario)))
-    output.table("what goes wrong", ("when", "what"), list(wrong_rows(scenario)))
+    output.table("Plant", ("figure", "value"), list(plant_rows(scenario)))
+    output.table("What goes wrong", ("when", "what"), list(wrong_rows(scenario)))
     before = f"; J = {found['j']:.4g} when it was written" if "j" in found else ""
     output.line(
         f"{scenario.series}: J = {trial.j:.4g}, true peak {trial.peak_ratio:.4f} F_c,"

@@ -46,7 +46,7 @@ def list_all(context: typer.Context, as_json: AsJson = False) -> None:
 
     out, found = Output(as_json=as_json), list_drivers()
     rows = [(_kind(d.group), d.name, d.distribution, d.problem or "ready") for d in found]
-    out.table("drivers", ("kind", "name", "from", "state"), rows)
+    out.table("Drivers", ("kind", "name", "from", "state"), rows)
     out.result({"drivers": found})
 
 
@@ -102,7 +102,7 @@ def show(name: DriverName, kind: Kind = "", as_json: AsJson = False) -> None:
         out.line(f"{name} ({KEYS[group]}): {' '.join(about.split())}")
         options = keys(driver.OPTIONS)
         rows = [(key.name, key.expected, _default(key), key.meaning) for key in options]
-        out.table("options", ("key", "value", "default", "meaning"), rows)
+        out.table("Options", ("key", "value", "default", "meaning"), rows)
         needed = ", ".join(f"{key.name}: …" for key in options if key.required)
         inside = f", options: {{{needed}}}" if needed else ""
         out.line(f"in a plan: rig: {{{KEYS[group]}: {{driver: {name}{inside}}}}}")
@@ -206,7 +206,7 @@ def try_driver(
     results = run_trial(trial)
     out = Output(as_json=as_json)
     rows = [(r.name, r.status.value, f"{r.seconds:.1f} s", r.message) for r in results]
-    out.table(f"contract of {name}", ("check", "status", "took", ""), rows)
+    out.table(f"Contract of {name}", ("check", "status", "took", ""), rows)
     broken = [result for result in results if result.status is CheckStatus.FAILED]
     skipped = [result.name for result in results if result.status is CheckStatus.SKIPPED]
     kept = "keeps the contract" if not broken else f"breaks it in {len(broken)} checks"

@@ -54,7 +54,7 @@ def predict(
     heads, rows = _curve(found)
     output.table(f"{body.name}, {found.theory}", heads, rows)
     figures = list(_figures(body, found))
-    output.table("figures", ("", "value", "note"), figures)
+    output.table("Figures", ("figure", "value", "note"), figures)
     if csv is not None:
         lines = [f"# {factors.note}"] if factors is not None else []
         lines += ["displacement_m,force_n"]

@@ -23,7 +23,7 @@ def list_plans(context: Context, as_json: AsJson = False) -> None:
     from stepload.plan.shipped import shipped_plans
 
     out, found = Output(as_json=as_json), shipped_plans()
-    out.table("plans", ("name", "what it is"), [(plan.name, plan.about) for plan in found])
+    out.table("Plans", ("name", "what it is"), [(plan.name, plan.about) for plan in found])
     out.line("stepload plans copy NAME copies one, with the files it names, to begin with")
     out.result({"plans": found})
 
@@ -68,9 +68,9 @@ def profiles(
         out.result({"name": name, "text": source.text})
         return
     kinds = {
-        "rigs": ("rigs: `rig: NAME`, or `rig: {profile: NAME, …}`", rigs),
+        "rigs": ("Rigs: `rig: NAME`, or `rig: {profile: NAME, …}`", rigs),
         "force_sensors": (
-            "force sensors: `rig: {force: {profile: NAME, axis: …, options: …}}`", sheets,
+            "Force sensors: `rig: {force: {profile: NAME, axis: …, options: …}}`", sheets,
         ),
     }  # fmt: skip
     for title, found in kinds.values():

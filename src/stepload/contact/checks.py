@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from stepload.contact.materials import Material
 from stepload.errors import DomainError
 
@@ -18,6 +21,18 @@ def require_positive(value: float, what: str, unit: str) -> float:
     if not 0.0 < value < math.inf:
         raise _outside(value, what, unit, "greater than", "a positive number")
     return value
+
+
+def require_forces(force_n: ArrayLike) -> NDArray[np.float64]:
+    """Contact forces as an array (N,), all finite and positive.
+
+    Raises:
+        DomainError: one is not.
+    """
+    forces = np.atleast_1d(np.asarray(force_n, dtype=np.float64))
+    if not np.all((forces > 0.0) & (forces < math.inf)):
+        raise DomainError("a contact force that is not above 0 N, or not finite")
+    return forces
 
 
 def require_not_negative(value: float, what: str, unit: str) -> float:

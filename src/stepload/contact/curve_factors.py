@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stepload.contact.checks import require_forces
 from stepload.contact.elastic import law_for
 from stepload.contact.limit import elastic_limit, no_limit_reason
 from stepload.contact.materials import Material, Sphere
@@ -45,7 +46,7 @@ def rough_factor(
     Raises:
         DomainError: a number outside the theory, or no hardness is known.
     """
-    forces = _above_zero(force_n)
+    forces = require_forces(force_n)
     if roughness_m == 0.0:
         return np.ones_like(forces)
     tip = Sphere(radius_m)
@@ -72,20 +73,13 @@ def yield_factor(
     Raises:
         DomainError: a number outside the theory, or (13) gives no F_c for these bodies.
     """
-    forces, tip = _above_zero(force_n), Sphere(radius_m)
+    forces, tip = require_forces(force_n), Sphere(radius_m)
     onset = elastic_limit(tip, material, plate)
     if onset is None:
         raise DomainError(no_limit_reason(tip, material, plate), hint="state the yield strengths")
     sphere = ElasticPlasticSphere(onset.force_n, onset.deformation_m)
     law = law_for(tip, material, plate)
     return np.array([sphere.deformation(f) / law.deformation(f) for f in forces.tolist()])
-
-
-def _above_zero(force_n: FloatArray) -> FloatArray:
-    forces = np.asarray(force_n, dtype=np.float64)
-    if not np.all((forces > 0.0) & (forces < np.inf)):
-        raise DomainError("a factor of a force that is not above 0 N, or not finite")
-    return forces
 
 
 @dataclass(frozen=True, slots=True)

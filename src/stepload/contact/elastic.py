@@ -31,9 +31,13 @@ def equivalent_modulus(first: Material, second: Material) -> float:
         DomainError: a material constant is not physical.
     """
     return 1.0 / sum(
-        (1.0 - body.poisson_ratio**2) / body.youngs_modulus_pa
-        for body in (require_material(first), require_material(second))
+        plane_compliance(body) for body in (require_material(first), require_material(second))
     )
+
+
+def plane_compliance(body: Material) -> float:
+    """(1-ν²)/E of one body, in 1/Pa."""
+    return (1.0 - body.poisson_ratio**2) / body.youngs_modulus_pa
 
 
 def profile_constant(exponent: float) -> float:

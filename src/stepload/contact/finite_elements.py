@@ -20,7 +20,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stepload.contact.elastic import equivalent_modulus, equivalent_radius
+from stepload.contact.checks import require_forces
+from stepload.contact.elastic import equivalent_modulus, equivalent_radius, plane_compliance
 from stepload.contact.half_space import Gap, gap_of, half_space, rings
 from stepload.contact.materials import (
     Body,
@@ -142,9 +143,7 @@ def contact_curve(
         Verscheure et al., section V-B. A cap of radius 28.7 mm on a block of 0.1 m
         differs from Hertz (7) by 0.2 % in force.
     """
-    forces = np.atleast_1d(np.asarray(force_n, dtype=np.float64))
-    if not np.all((forces > 0.0) & (forces < math.inf)):
-        raise DomainError("a contact force that is not above 0 N, or not finite")
+    forces = require_forces(force_n)
     surface = _surface(geometry, material, plate, float(forces.max()), per_radius)
     rows = []
     for force in forces.tolist():
@@ -208,8 +207,7 @@ def size_of(geometry: Geometry) -> Body:
             top_m = float(gap_of(geometry).z(np.array(geometry.base_radius_m)))
             return Body(top_m, geometry.base_radius_m)
         case RoundedPyramid(half_angle_rad=angle, base_half_width_m=width):
-            rounded_m = geometry.radius_m * (1.0 / math.sin(angle) - 1.0)
-            return Body(width / math.tan(angle) - rounded_m, width)
+            return Body(width / math.tan(angle) - geometry.rounded_m, width)
         case _:
             raise DomainError(
                 "this shape has no size, so nothing can be meshed",
@@ -304,11 +302,6 @@ def compliances(stiffness: Any, load: Any, held: Any) -> FloatArray:
     return moved
 
 
-def plate_compliance(plate: Material) -> float:
-    """(1 - ν²)/E of the plate, in 1/Pa."""
-    return (1.0 - plate.poisson_ratio**2) / plate.youngs_modulus_pa
-
-
 def _turned_surface(
     gap: Gap, body: Body, material: Material, plate: Material, reach_m: float, per_radius: float
 ) -> Surface:
@@ -359,7 +352,7 @@ def _turned_surface(
     own = moved[basis.nodal_dofs[1, nodes]]
     return Surface(
         z[nodes], x[nodes], np.asarray(load[upward].sum(0)).ravel(),
-        own + plate_compliance(plate) * rings(x[nodes]), mises, 1, mesh.p.shape[1],
+        own + plane_compliance(plate) * rings(x[nodes]), mises, 1, mesh.p.shape[1],
     )  # fmt: skip
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stepload.contact.elastic import plane_compliance
 from stepload.contact.finite_elements import (
     _MARGIN,
     Surface,
@@ -18,7 +19,6 @@ from stepload.contact.finite_elements import (
     libraries,
     made_mesh,
     meshing,
-    plate_compliance,
 )
 from stepload.contact.materials import Body, Material, RoundedPyramid
 from stepload.errors import DomainError
@@ -59,7 +59,7 @@ def pyramid_surface(
     """
     skfem, gmsh = libraries()
     slope = 1.0 / math.tan(pyramid.half_angle_rad)
-    rounded_m = pyramid.radius_m * (1.0 / math.sin(pyramid.half_angle_rad) - 1.0)
+    rounded_m = pyramid.rounded_m
     top_m = body.height_m + rounded_m
     about_m = _MARGIN * reach_m * math.hypot(1.0, slope)
     if about_m > 0.9 * top_m:
@@ -127,7 +127,7 @@ def pyramid_surface(
     own = moved[basis.nodal_dofs[2, nodes]]
     return Surface(
         z - rounded_m, radius_m[nodes], area,
-        own + plate_compliance(plate) * _mirrored(x, y, area, tol), mises, 4, mesh.p.shape[1],
+        own + plane_compliance(plate) * _mirrored(x, y, area, tol), mises, 4, mesh.p.shape[1],
     )  # fmt: skip
 
 

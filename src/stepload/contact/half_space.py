@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from stepload.contact.checks import require_forces
 from stepload.contact.materials import (
     Geometry,
     PowerProfile,
@@ -143,9 +144,7 @@ def half_space(geometry: Geometry, modulus_pa: float, force_n: ArrayLike) -> Ind
     """
     from scipy.optimize import brentq
 
-    gap, forces = gap_of(geometry), np.atleast_1d(np.asarray(force_n, dtype=np.float64))
-    if not np.all((forces > 0.0) & (forces < math.inf)):
-        raise DomainError("a contact force that is not above 0 N, or not finite")
+    gap, forces = gap_of(geometry), require_forces(force_n)
 
     def pressed_n(radius_m: float) -> float:
         x = radius_m * np.append(_NODES, 1.0)

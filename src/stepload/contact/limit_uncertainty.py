@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from stepload.contact.elastic import equivalent_modulus, equivalent_radius
+from stepload.contact.elastic import equivalent_modulus, equivalent_radius, plane_compliance
 from stepload.contact.limit import onset_in, softer_body
 from stepload.contact.materials import Geometry, Material, Sphere
 
@@ -161,8 +161,7 @@ def _radii(geometry: Geometry) -> tuple[Source, ...]:
 
 def _share(body: Material, other: Material) -> float:
     """Share of 1/E_eq (4) that is this body's."""
-    own = (1.0 - body.poisson_ratio**2) / body.youngs_modulus_pa
-    return own * equivalent_modulus(body, other)
+    return plane_compliance(body) * equivalent_modulus(body, other)
 
 
 def _modulus_slope(body: Material, other: Material) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 
@@ -105,6 +106,11 @@ class RoundedPyramid:
     base_half_width_m: float
     radius_sigma_m: float | None = None
     body: Body | None = None
+
+    @property
+    def rounded_m(self) -> float:
+        """Height by which the round tip stands below the sharp one."""
+        return self.radius_m * (1.0 / math.sin(self.half_angle_rad) - 1.0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stepload.engine.motion import SEARCHING
-from stepload.engine.supervisor import ACROSS_SIGMAS, Supervisor
+from stepload.engine.supervisor import Supervisor
 from stepload.feasibility.limits import RunLimits
 from stepload.record.rows import Phase
 
@@ -124,8 +124,7 @@ def _difference(look: Look) -> float | None:
     sup, limits = look.sup, look.limits
     if not (sup.tared and limits.cross_check):
         return None
-    tolerance_n = limits.cross_tolerance_n + limits.cross_relative * abs(sup.smooth_n)
-    return _share(abs(sup.difference_n), tolerance_n)
+    return _share(abs(sup.difference_n), limits.cross_limit_n(sup.smooth_n))
 
 
 def _travel(look: Look) -> float | None:
@@ -155,12 +154,10 @@ def _wrong_way(look: Look) -> float | None:
     sup, limits = look.sup, look.limits
     if look.phase not in SEARCHING:
         return None
-    across_n = max(limits.touch_force_n, ACROSS_SIGMAS * limits.noise_n)
-    second_n = max(limits.touch_force_n, ACROSS_SIGMAS * limits.second_noise_n)
     return _largest(
         -sup.force_n / limits.touch_force_n,
-        sup.force.smooth_across_n / across_n,
-        sup.second.smooth_across_n / second_n if sup.second else 0.0,
+        sup.force.smooth_across_n / sup.across_limit_n,
+        sup.second.smooth_across_n / sup.second_across_limit_n if sup.second else 0.0,
     )
 
 
@@ -188,9 +185,7 @@ def _speed(look: Look) -> float | None:
     sup, limits = look.sup, look.limits
     if not sup.tared or look.phase != Phase.LOAD:
         return None
-    cap_n = 1.25 * (limits.force_limit_n - sup.smooth_n - 6.0 * limits.noise_n)
-    cap_n += 2.0 * limits.noise_n
-    return _share(sup.motion.speed_m_s * limits.contact_n_s_per_m, cap_n)
+    return _share(sup.motion.speed_m_s * limits.contact_n_s_per_m, limits.cap_n(sup.smooth_n))
 
 
 RULES = {

@@ -119,7 +119,9 @@ class Supervisor:
         self.arm_wrench.adopt(limits)
         slope_noise_n = 1.5 * noise_n * math.sqrt(self.smooth_alpha)
         self._slope_noise_n_per_s = slope_noise_n / self._span_s
-        self._across_limit_n = max(limits.touch_force_n, ACROSS_SIGMAS * noise_n)
+        self.across_limit_n = max(limits.touch_force_n, ACROSS_SIGMAS * noise_n)
+        across_n = ACROSS_SIGMAS * limits.second_noise_n
+        self.second_across_limit_n = max(limits.touch_force_n, across_n)
         self._second_filter.expect(limits.second_noise_n)
         self.force.identical_counts = limits.identical_counts
 
@@ -156,10 +158,8 @@ class Supervisor:
         if limits.cross_check:
             allowed_n = max(limits.touch_force_n, limits.cross_tolerance_n)
             readings.append(("second force channel", self.second_n, allowed_n))
-        allowed_n = max(limits.touch_force_n, ACROSS_SIGMAS * limits.noise_n)
-        readings.append(
-            ("force sensor across the pressing axis", self.force.smooth_across_n, allowed_n)
-        )
+        across = "force sensor across the pressing axis"
+        readings.append((across, self.force.smooth_across_n, self.across_limit_n))
         for name, read_n, allowed_n in readings:
             if not -allowed_n <= read_n <= allowed_n:
                 return f"the {name} still reads {read_n:+.3g} N: the contact may not be open"
@@ -378,7 +378,7 @@ class Supervisor:
             self._second_wrong_way = 0
             return None
         smooth_n = second.smooth_across_n
-        limit_n = max(limits.touch_force_n, ACROSS_SIGMAS * limits.second_noise_n)
+        limit_n = self.second_across_limit_n
         if second.fresh:
             across = smooth_n > limit_n and smooth_n > 2.0 * abs(self.second_n)
             self._second_wrong_way = self._second_wrong_way + 1 if across else 0
@@ -398,7 +398,7 @@ class Supervisor:
         """
         limits = self._limits
         limit_n, across_n = limits.touch_force_n, self.force.smooth_across_n
-        across_limit_n, pulls = self._across_limit_n, force_n < -limit_n
+        across_limit_n, pulls = self.across_limit_n, force_n < -limit_n
         if pulls and limits.cross_check:
             limit_n += self.zero_drift_n
             pulls = force_n < -limit_n
@@ -433,7 +433,7 @@ class Supervisor:
         second_n = self.second_n
         self._cross.add(force_n, second_n)
         difference_n = self._cross.difference_n
-        tolerance_n = limits.cross_tolerance_n + limits.cross_relative * abs(smooth_n)
+        tolerance_n = limits.cross_limit_n(smooth_n)
         if self.motion.speed_m_s < 0.0:
             return None
         if -tolerance_n <= difference_n <= tolerance_n:
@@ -453,8 +453,7 @@ class Supervisor:
     def _judge_load(self, target_m: float, smooth_n: float, speed: float) -> Trip | None:
         """R6 and the in-contact speed cap."""
         limits = self._limits
-        room_n = limits.force_limit_n - smooth_n - 6.0 * limits.noise_n
-        cap_n = 1.25 * room_n + 2.0 * limits.noise_n
+        cap_n = limits.cap_n(smooth_n)
         if speed * limits.contact_n_s_per_m > cap_n and speed > 0.0:
             return self._found(
                 "CAP", speed, max(cap_n, 0.0) / limits.contact_n_s_per_m, "m/s",

@@ -174,10 +174,22 @@ class RunLimits:
 
         As far as is safe on a rigid surface, or as far as that payload needs.
         """
-        room_n = self.force_limit_n - force_n - NOISE_MULTIPLE * self.noise_n
+        room_n = self.room_n(force_n)
         soft_m = self.answers_n / self.answer_at(force_n)
         slack_m = self.follow_m if self.cross_check else self.lost_motion_m
         return max(room_n / self.stiffness_n_per_m, soft_m) + slack_m
+
+    def room_n(self, force_n: float) -> float:
+        """Force that is left above this one, less the noise."""
+        return self.force_limit_n - force_n - NOISE_MULTIPLE * self.noise_n
+
+    def cap_n(self, force_n: float) -> float:
+        """Force by which a hidden hard stop may raise this one: the speed cap in contact."""
+        return 1.25 * self.room_n(force_n) + 2.0 * self.noise_n
+
+    def cross_limit_n(self, force_n: float) -> float:
+        """Difference of the two force channels that is allowed at this force (R5)."""
+        return self.cross_tolerance_n + self.cross_relative * abs(force_n)
 
     def shows_m(self, retract_m: float) -> float:
         """Way back in m on which the softest payload shows the touch force; at most a retract."""

@@ -36,6 +36,7 @@ from stepload.errors import DomainError
 from stepload.identification.fit import Fit, FloatArray
 from stepload.identification.ls import rs_btls
 from stepload.plan.model import Payload
+from stepload.plan.whole_file import replace_file
 
 MESHED = "finite elements"
 MOST_OFF = 5.0
@@ -254,6 +255,4 @@ def _read(path: Path) -> Meshed | None:
 def _keep(path: Path, found: Meshed) -> None:
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        new = path.with_suffix(f".{os.getpid()}")
-        new.write_bytes(adapter(Meshed).dump_json(found))
-        new.replace(path)
+        replace_file(path, adapter(Meshed).dump_json(found))

@@ -78,8 +78,13 @@ class Identification:
         told = self.conditions
         if math.isnan(told.position_resolution_m) or not self.run.errors_known:
             return math.nan
-        seen_m = max(told.position_resolution_m, 2.0 * told.sources.position_noise_m)
-        return k_max(replace(told, position_resolution_m=seen_m), self.peak_force_n)
+        return k_max(replace(told, position_resolution_m=self._seen_m), self.peak_force_n)
+
+    @property
+    def _seen_m(self) -> float:
+        """Resolution of the position, noise included."""
+        told = self.conditions
+        return max(told.position_resolution_m, 2.0 * told.sources.position_noise_m)
 
     @property
     def reasons(self) -> tuple[str, ...]:
@@ -95,14 +100,11 @@ class Identification:
     def _of_k_max(self, headline: Quantity) -> list[str]:
         if math.isnan(self.k_max_n_per_m):
             return []
-        resolution_m = max(
-            self.conditions.position_resolution_m, 2.0 * self.conditions.sources.position_noise_m
-        )
         return [
             f"chord stiffness {format_quantity(headline.value_n_per_m, 'N/m')} is "
             f"{headline.value_n_per_m / self.k_max_n_per_m:.3g} of "
             f"K_max {format_quantity(self.k_max_n_per_m, 'N/m')} (34), for the measured peak force "
-            f"and a position resolution of {format_quantity(resolution_m, 'm', 2)}"
+            f"and a position resolution of {format_quantity(self._seen_m, 'm', 2)}"
         ]
 
     @cached_property

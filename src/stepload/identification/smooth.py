@@ -72,8 +72,7 @@ class LinearFit(NamedTuple):
 
     `theta` (P,), `unit_covariance` (P, P) for a smooth error of unit variance, `rms` the plain rms
     residual, `smooth_sd` the size of the error that leaves such a residual once the part that
-    the fit absorbs is counted, `degrees` its effective degrees of freedom (Satterthwaite),
-    `sensitivity` (P, N).
+    the fit absorbs is counted, `degrees` its effective degrees of freedom (Satterthwaite).
     """
 
     theta: FloatArray
@@ -81,7 +80,6 @@ class LinearFit(NamedTuple):
     rms: float
     smooth_sd: float
     degrees: float
-    sensitivity: FloatArray
 
     def sigma(self, parameter: int, smooth_sd: float | None = None) -> float:
         """Standard uncertainty of a parameter for a smooth error of `smooth_sd` (None: its own)."""
@@ -137,7 +135,6 @@ def fit_with_smooth_error(
         rms=float(np.sqrt(np.mean(residual**2))),
         smooth_sd=float(np.sqrt(variance)),
         degrees=trace**2 / float(np.sum(visible * visible.T)),
-        sensitivity=sensitivity,
     )
 
 

@@ -24,6 +24,15 @@ def replace_file(path: Path, data: bytes) -> None:
     with suppress(FileNotFoundError):
         if not path.stat().st_mode & 0o222:
             raise PermissionError(errno.EACCES, "it is read-only", str(path))
+    write_whole(path, data)
+
+
+def write_whole(path: Path, data: bytes) -> None:
+    """As `replace_file`; a link of that name is itself replaced, and so is a read-only file.
+
+    Raises:
+        OSError: it could not be written; what was there before still is.
+    """
     part = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
     descriptor = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o666)
     try:

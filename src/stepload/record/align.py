@@ -44,7 +44,6 @@ class Aligned:
     last, the two across it before, in the order x, y, z. `displacement_m` is None without a gauge.
     `phase`, `cycle`, `step` and `level_n` are those of the tick before the sample.
     `second_n` is the second force channel, NaN where it has no sample; None without one.
-    `left_out` counts force samples that were marked bad or lie in a gap of another channel.
     """
 
     time_s: FloatArray
@@ -56,7 +55,6 @@ class Aligned:
     step: IntArray
     level_n: FloatArray
     clocks: tuple[ChannelClock, ...]
-    left_out: int
     across_n: FloatArray
     torque_n_m: FloatArray
     second_n: FloatArray | None = None
@@ -171,7 +169,6 @@ def align(recording: Recording, axis: str | None = None, lag_s: float = 0.0) -> 
         step=recording.ticks.step[tick],
         level_n=recording.ticks.level_n[tick],
         clocks=tuple(clocks),
-        left_out=int(len(usable) - usable.sum()),
         across_n=across(recording.force.wrench[usable], axis),
         torque_n_m=torques(recording.force.wrench[usable], axis),
         second_n=_second(recording, at_s[usable], arm_s),

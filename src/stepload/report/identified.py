@@ -11,6 +11,7 @@ from pydantic import BeforeValidator
 from stepload.identification.contact_quality import ContactQuality
 from stepload.identification.fit import Missing
 from stepload.identification.identify import REPORTED, Identification
+from stepload.report.model import NOTHING
 from stepload.report.rows import Cell, Row, column, data, figure, form, in_one_unit, quantity
 from stepload.units import percent
 
@@ -69,7 +70,7 @@ class QuantityRow(Row):
     ] = figure("Its 95 % interval.", "95 % interval")
     half_width: Annotated[
         float | None,
-        lambda half: f"±{percent(half, 2)}" if math.isfinite(half) else "–",
+        lambda half: f"±{percent(half, 2)}" if math.isfinite(half) else NOTHING,
     ] = column("half width")
     verdict: str = figure("Whether it may be used.", "verdict")
     why: tuple[str, ...] = figure("Why it is not identified.")
@@ -80,9 +81,9 @@ class QuantityRow(Row):
         """Value and interval for people."""
         value, ends = self.value_n_per_m, self.interval_n_per_m
         if value is None or not math.isfinite(value):
-            return "–", "–"
+            return NOTHING, NOTHING
         if ends is None:
-            return quantity("N/m")(value), "–"
+            return quantity("N/m")(value), NOTHING
         return in_one_unit(ends, "N/m", value)
 
 

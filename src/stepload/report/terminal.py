@@ -178,7 +178,7 @@ class Output:
 
         table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False,
                       padding=(0, 1, 0, 0))  # fmt: skip
-        width = self._columns or 110
+        width = self._columns or NARROW
         cells = [[visible(cell) for cell in row] for row in (columns, *rows)]
         turned = [list(column) for column in zip(*cells, strict=True)]
         if not _fits(turned, width) and _fits(cells, width):
@@ -187,8 +187,12 @@ class Output:
             table.add_column(column.replace("[", r"\["), overflow="fold", width=each)
         for row in cells[1:]:
             table.add_row(*(cell.replace("[", r"\[") for cell in row))
+        console = Console(file=self._text, width=width, highlight=False)
+        with console.capture() as made:
+            console.print(table)
         with _perhaps_gone(self._text):
-            Console(file=self._text, width=width, highlight=False).print(table)
+            lines = map(str.rstrip, made.get().split("\n"))
+            print(*lines, sep="\n", end="", file=self._text, flush=True)
 
     def result(self, data: Mapping[str, Any]) -> None:
         """The JSON object of this command; printed only with `--json`."""

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import logging
 import os
 import platform
 import re
-import secrets
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
@@ -19,7 +17,7 @@ from stepload.engine import replay
 from stepload.errors import BadInputError
 from stepload.feasibility.preflight import Preflight
 from stepload.plan.model import Plan, Provenance, SecondForceSource
-from stepload.record.container import sync_directory
+from stepload.plan.whole_file import write_whole
 from stepload.record.plain import json_text
 from stepload.record.recorder import NAME
 from stepload.record.recovery import PART_SUFFIX
@@ -163,17 +161,5 @@ def write_file(path: Path, text: str) -> None:
     Raises:
         OSError: it could not be written; what was there before still is.
     """
-    partial = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
-    fd = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o644)
-    try:
-        with os.fdopen(fd, "w", encoding="utf-8") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(partial, path)
-    except BaseException:
-        with contextlib.suppress(OSError):
-            partial.unlink()
-        raise
-    sync_directory(path.parent)
+    write_whole(path, text.encode())
     _log.info("written: %s, %d characters", path, len(text))

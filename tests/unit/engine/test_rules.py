@@ -18,6 +18,10 @@ from stepload.record.rows import Phase
 PAGE = Path(__file__).parents[3] / "docs" / "safety.md"
 
 
+class Told(SimpleNamespace):
+    room_n, cap_n, cross_limit_n = RunLimits.room_n, RunLimits.cap_n, RunLimits.cross_limit_n
+
+
 def limits(**other: Any) -> Any:
     told = {
         "stale_force_s": 0.012, "stale_arm_s": 0.012, "stale_second_s": 0.02,
@@ -28,7 +32,7 @@ def limits(**other: Any) -> Any:
         "stiffness_n_per_m": 3e6, "lateral_share": 0.3, "eccentricity_m": 0.01,
         "overload_named": True,
     }  # fmt: skip
-    return SimpleNamespace(**{**told, **other})
+    return Told(**{**told, **other})
 
 
 def stream(**other: Any) -> Any:

@@ -8,6 +8,7 @@ import pty
 import select
 import socket
 import tty
+from abc import ABC, abstractmethod
 from typing import Protocol
 
 MAX_READ = 65536
@@ -33,26 +34,14 @@ class Wire(Protocol):
     def close(self) -> None: ...
 
 
-class PtyWire:
-    """A raw pseudo-terminal. It has back-pressure where a UART has none, so what does not fit is
-    dropped, as an overrun would."""
+class Whole(ABC):
+    """Writes all or nothing: the rest of a write that began goes first."""
 
-    def __init__(self) -> None:
-        self._master, self._slave = pty.openpty()
-        tty.setraw(self._master)
-        tty.setraw(self._slave)
-        os.set_blocking(self._master, False)
-        self.address = os.ttyname(self._slave)
-        self._rest = b""
+    _rest = b""
 
-    def fileno(self) -> int:
-        return self._master
-
-    def read(self) -> bytes:
-        try:
-            return os.read(self._master, MAX_READ)
-        except (BlockingIOError, OSError):
-            return b""
+    @abstractmethod
+    def _put(self, data: bytes) -> int:
+        """Write what the other end takes of it; how many bytes that were."""
 
     def write(self, data: bytes) -> bool:
         if self._rest:
@@ -62,6 +51,27 @@ class PtyWire:
         put = self._put(data)
         self._rest = data[put:] if put else b""
         return put > 0
+
+
+class PtyWire(Whole):
+    """A raw pseudo-terminal. It has back-pressure where a UART has none, so what does not fit is
+    dropped, as an overrun would."""
+
+    def __init__(self) -> None:
+        self._master, self._slave = pty.openpty()
+        tty.setraw(self._master)
+        tty.setraw(self._slave)
+        os.set_blocking(self._master, False)
+        self.address = os.ttyname(self._slave)
+
+    def fileno(self) -> int:
+        return self._master
+
+    def read(self) -> bytes:
+        try:
+            return os.read(self._master, MAX_READ)
+        except (BlockingIOError, OSError):
+            return b""
 
     def _put(self, data: bytes) -> int:
         try:
@@ -84,7 +94,7 @@ class PtyWire:
                     os.close(descriptor)
 
 
-class TcpWire:
+class TcpWire(Whole):
     """A server on loopback for one client at a time; a new client replaces the old one."""
 
     def __init__(self, greeting: bytes = b"", port: int = 0) -> None:
@@ -92,7 +102,6 @@ class TcpWire:
         self._server = socket.create_server(("127.0.0.1", port))
         self._server.setblocking(False)
         self._client: socket.socket | None = None
-        self._rest = b""
         self.address = f"127.0.0.1:{self._server.getsockname()[1]}"
 
     def fileno(self) -> int:
@@ -126,15 +135,6 @@ class TcpWire:
         if not data:
             self._drop_client()
         return data
-
-    def write(self, data: bytes) -> bool:
-        if self._rest:
-            self._rest = self._rest[self._put(self._rest) :]
-            if self._rest:
-                return False
-        put = self._put(data)
-        self._rest = data[put:] if put else b""
-        return put > 0
 
     def _put(self, data: bytes) -> int:
         if self._client is None:

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from random import Random
 from statistics import NormalDist
-from typing import Any, TypeVar
+from typing import Any
 
 from stepload.engine.tick import Engine
 from stepload.errors import DomainError
@@ -21,7 +21,6 @@ from stepload_verify.campaign.scenario import Scenario
 from stepload_verify.campaign.single import run_scenario
 from stepload_verify.falsify.strata import ANY, BACK, FREE, HOLD, LOAD, PHASES, TOUCH
 
-_T = TypeVar("_T")
 _NORMAL = NormalDist()
 _EDGE = 1e-9
 
