@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from stepload.errors import BadInputError
 from stepload.record.container import INDEX_ENTRY, Appender, index_record, sync_directory
-from stepload.record.layout import LOG_TIME_AT, MESSAGE_OPCODE, RECORD_HEAD
+from stepload.record.layout import LOG_TIME_AT, MESSAGE_OPCODE
 from stepload.record.scan import (
     Chunk,
     DamageError,
@@ -128,8 +128,7 @@ class _Repair:
         entries: dict[int, list[NDArray[np.void]]] = {}
         for run in runs(record.at, chunk.raw):
             if run.opcode != MESSAGE_OPCODE:
-                body = chunk.raw[run.at + RECORD_HEAD : run.end]
-                self._define(RawRecord(record.at, run.opcode, body))
+                self._define(run.record(record.at, chunk.raw))
                 continue
             if run.channel not in self._topics:
                 raise DamageError(record.at, f"a message of unknown channel {run.channel}")
