@@ -6,8 +6,6 @@ import html
 import os
 import resource
 import signal
-import subprocess
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -16,7 +14,6 @@ import numpy as np
 import pytest
 from real_runs import ROOT, Staged, in_process, results
 
-from stepload.errors import ExitCode
 from stepload.record.reader import Recording, read_recording
 from stepload.record.recovery import is_being_written
 from stepload.record.rows import Phase
@@ -254,14 +251,3 @@ def test_a_sensor_that_hangs_in_real_time(stage: Stage, quick: Path, tmp_path: P
     assert by_name["arm retract"]["error"] == by_name["arm stop"]["error"] == ""
     assert "no answer within" in by_name["force sensor"]["error"]
     _record(tmp_path / "run")
-
-
-@pytest.mark.parametrize("verb", [["profiles"], ["identify", "no-file"]])
-def test_a_full_disk_under_the_json_is_no_success(verb: list[str]) -> None:
-    with open("/dev/full", "w") as full:
-        done = subprocess.run(
-            [sys.executable, "-m", "stepload", *verb, "--json"],
-            stdout=full, stderr=subprocess.PIPE, text=True,
-        )  # fmt: skip
-    assert done.returncode == ExitCode.BAD_INPUT
-    assert "Traceback" not in done.stderr

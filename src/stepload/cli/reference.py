@@ -117,7 +117,8 @@ def schema(
         Documents.CALIBRATION: calibration_schema,
         Documents.PREFLIGHT: preflight_schema,
     }
-    print(json.dumps(made[document](), indent=1, ensure_ascii=False))
+    text = json.dumps(made[document](), indent=1, ensure_ascii=False)
+    Output(as_json=False).document(text)
 
 
 def layout(
@@ -137,7 +138,7 @@ def layout(
         raise BadInputError(f"{file} exists already", hint="name another file") from None
     except OSError as error:
         raise BadInputError(f"cannot write {file}: {error.strerror}") from error
-    print(f"{file}: import it as a layout in Foxglove or Lichtblick")
+    Output(as_json=False).line(f"{file}: import it as a layout in Foxglove or Lichtblick")
 
 
 def codes(incomplete: str) -> list[str]:
