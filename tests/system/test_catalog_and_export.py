@@ -9,6 +9,7 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
+import jsonschema
 import pytest
 from long_ones import long
 from real_runs import in_process
@@ -37,6 +38,9 @@ def place(tmp_path: Path, quick_run: Path, cycles_run: Path) -> Path:
 def test_every_run_has_a_row(place: Path) -> None:
     said = in_process("runs", place, "--json")
     assert said.returncode == 0
+    schema = json.loads(in_process("schema", "runs").stdout)
+    jsonschema.validate(json.loads(said.stdout), schema | {"additionalProperties": False})
+    assert json.loads(said.stdout)["$schema"] == schema["$id"] == "urn:stepload:runs:1"
     rows = {Path(row["path"]).parent.name: row for row in json.loads(said.stdout)["runs"]}
     assert sorted(rows) == ["a", "b", "c", "d"]
     assert rows["b"]["plan"] == "cycles"
@@ -82,8 +86,9 @@ def test_verbs_that_take_a_run_take_its_id(
 
 
 def test_csv_holds_the_curve_exactly(quick_run: Path, tmp_path: Path) -> None:
+    shutil.copy(quick_run / "run.mcap", tmp_path)
     out = tmp_path / "tables"
-    said = in_process("export", quick_run, "--csv", "--out", out)
+    said = in_process("export", tmp_path, "--csv")
     assert said.returncode == 0
     assert "SIMULATED" in said.stdout
     curve = stepload.open(quick_run).curve
@@ -95,7 +100,7 @@ def test_csv_holds_the_curve_exactly(quick_run: Path, tmp_path: Path) -> None:
     assert {path.name for path in out.iterdir()} == {
         "curve.csv", "levels.csv", "touches.csv", "force.csv", "arm.csv", "ticks.csv",
     }  # fmt: skip
-    again = in_process("export", quick_run, "--csv", "--out", out)
+    again = in_process("export", tmp_path, "--csv")
     assert again.returncode == 2
     assert "there already" in again.stderr
 

@@ -54,7 +54,7 @@ def runs(
     for row in found:
         if row.problem:
             output.line(f"not read: {row.path}: {row.problem}")
-    output.result({"runs": [row.model_dump() for row in found]})
+    output.result(catalog.Runs(runs=tuple(found)).model_dump())
 
 
 def _pair(text: str) -> tuple[str, str]:
@@ -88,7 +88,9 @@ def _cells(row: RunRow) -> list[str]:
 
 def export(
     run: RunPath,
-    out: Annotated[Path, Option(help="Directory the files are written to.")],
+    out: Annotated[
+        Path | None, Option(help="Directory for the files; default: `tables` beside the record.")
+    ] = None,
     csv: Annotated[bool, Option("--csv", help="One CSV file for each table.")] = False,
     parquet: Annotated[bool, Option("--parquet", help="One Parquet file each.")] = False,
     xlsx: Annotated[bool, Option("--xlsx", help="One Excel book, a sheet each.")] = False,
@@ -96,8 +98,9 @@ def export(
 ) -> None:
     """Write curve, levels, touches and raw streams for other programs.
 
-    Example: stepload export runs/20260801-101500-demo --csv --out tables
+    Example: stepload export runs/20260801-101500-demo --csv
     """
+    from stepload.data.catalog import PART, RECORD
     from stepload.data.export import Format, tables, write_tables
     from stepload.data.run import open_run
 
@@ -113,6 +116,9 @@ def export(
     parts, why = tables(opened)
     if why:
         output.line(f"no curve, levels or touches: {why}")
+    record = opened.path
+    of_a_run = record.name in (RECORD, PART)
+    out = out or record.with_name("tables" if of_a_run else f"{record.stem}-tables")
     written = [
         path for form in Format if wanted[form] for path in write_tables(opened, parts, out, form)
     ]

@@ -93,6 +93,7 @@ class Documents(StrEnum):
     COMPARISON = "comparison"
     CALIBRATION = "calibration"
     PREFLIGHT = "preflight"
+    RUNS = "runs"
 
 
 def schema(
@@ -104,6 +105,7 @@ def schema(
 
     Example: stepload schema results
     """
+    from stepload.data.catalog import runs_schema
     from stepload.plan.schema import json_schema
     from stepload.report.calibration_document import calibration_schema
     from stepload.report.comparison_document import comparison_schema
@@ -116,6 +118,7 @@ def schema(
         Documents.COMPARISON: comparison_schema,
         Documents.CALIBRATION: calibration_schema,
         Documents.PREFLIGHT: preflight_schema,
+        Documents.RUNS: runs_schema,
     }
     text = json.dumps(made[document](), indent=1, ensure_ascii=False)
     Output(as_json=False).document(text)

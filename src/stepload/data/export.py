@@ -77,7 +77,7 @@ def write_tables(
         paths = {name: directory / f"{name}.{format.value}" for name in parts}
     for path in paths.values():
         if path.exists():
-            raise BadInputError(f"{path} is there already", hint="name another directory")
+            raise BadInputError(f"{path} is there already", hint="--out names another directory")
     try:
         directory.mkdir(parents=True, exist_ok=True)
         for name, path in paths.items():
