@@ -374,6 +374,7 @@ def _write_files(finished: Finished) -> list[str]:
         if document is not None:
             document = with_record(document, finished.directory / files.RECORD)
         files.write_results(finished.directory, finished.data, document)
+        files.write_bag_metadata(finished.directory / files.RECORD)
     except Exception as error:
         _log.info("report or results not written", exc_info=True)
         return [f"report or results not written: {in_words(error)}"]

@@ -18,6 +18,7 @@ from stepload.errors import BadInputError
 from stepload.feasibility.preflight import Preflight
 from stepload.plan.model import Plan, Provenance, SecondForceSource
 from stepload.plan.whole_file import write_whole
+from stepload.record.bag import METADATA, bag_metadata
 from stepload.record.plain import json_text
 from stepload.record.recorder import NAME
 from stepload.record.recovery import PART_SUFFIX
@@ -61,7 +62,7 @@ def make_directory(directory: Path) -> None:
             f"cannot make the directory {directory}: {error.strerror}",
             hint="choose another with --out",
         ) from error
-    for name in (RECORD, PART, RESULTS, REPORT):
+    for name in (RECORD, PART, RESULTS, REPORT, METADATA):
         if os.path.lexists(directory / name):
             raise BadInputError(
                 f"{directory / name} exists already", hint="a run needs a directory of its own"
@@ -153,6 +154,16 @@ def write_results(directory: Path, data: Mapping[str, Any], document: Document |
     write_file(directory / RESULTS, json_text(data, indent=1) + "\n")
     if document is not None:
         write_file(directory / REPORT, render(document))
+
+
+def write_bag_metadata(record: Path) -> None:
+    """Make the directory of a finished record a rosbag2.
+
+    Raises:
+        OSError: metadata.yaml could not be written.
+        BadInputError: as `bag_metadata`.
+    """
+    write_file(record.with_name(METADATA), bag_metadata(record))
 
 
 def write_file(path: Path, text: str) -> None:
