@@ -22,7 +22,7 @@ from stepload.engine.notices import Notices, Say, nothing
 from stepload.engine.open_rig import OpenRig, opened
 from stepload.engine.operator import Operator
 from stepload.engine.tick import Engine
-from stepload.errors import LeftEarlyError, RefusedError, in_words
+from stepload.errors import BadInputError, LeftEarlyError, RefusedError, in_words
 from stepload.feasibility.preflight import Preflight, preflight_of, refusal_of
 from stepload.feasibility.reason import PlanVerdict
 from stepload.feasibility.stiffness import plan_where_it_stands
@@ -172,10 +172,10 @@ def run_plan(
     try:
         with _own_directory(session.directory):
             session, outcome, recorder = _press(session)
+        return _keep(session, outcome, recorder)
     finally:
         if notices:
             notices.close()
-    return _keep(session, outcome, recorder)
 
 
 def _engine(preflight: Preflight, operator: Operator, resumed: Resumed | None) -> Engine:
@@ -297,6 +297,7 @@ def _recording(session: _Session, rig: OpenRig) -> Iterator[Recorder]:
         | pose.to_texts(rig.stands),
         attachments=files.attachments(session.preflight),
         lossless=rig.clock.virtual,
+        say=session.say,
     )
     try:
         session.on_record(recorder.part_path)
@@ -357,14 +358,22 @@ def _identified(
 def _given_up(finished: Finished, recorder: Recorder, error: Exception) -> RecordingFailedError:
     """The error of a record that could not be finished; what is known is still written down."""
     reason = error.message if isinstance(error, RecordingFailedError) else in_words(error)
+    kept = None
+    with contextlib.suppress(Exception):
+        kept = recorder.rescue(files.rescue_places(finished.directory))
     with contextlib.suppress(Exception):
         recorder.abandon()
-    with contextlib.suppress(OSError):
-        files.write_results(finished.directory, {**finished.data, "reasons": [reason]}, None)
-    return RecordingFailedError(
-        f"{finished.outcome.why}\n{reason}",
-        hint="free disk space if it is full; the next run, or `stepload recover`, repairs it",
+    place = kept.path.parent if kept else finished.directory
+    with contextlib.suppress(OSError, BadInputError):
+        files.write_results(place, {**finished.data, "reasons": [reason]}, None)
+        if kept:
+            files.write_bag_metadata(kept.path)
+    hint = (
+        f"all of the record is in {kept.path}: stepload identify {place}"
+        if kept
+        else "what was in memory is lost; `stepload recover` repairs what is on the disk"
     )
+    return RecordingFailedError(f"{finished.outcome.why}\n{reason}", hint=hint)
 
 
 def _write_files(finished: Finished) -> list[str]:

@@ -7,7 +7,9 @@ import logging
 import os
 import platform
 import re
-from collections.abc import Mapping
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -67,6 +69,17 @@ def make_directory(directory: Path) -> None:
             raise BadInputError(
                 f"{directory / name} exists already", hint="a run needs a directory of its own"
             )
+
+
+def rescue_places(directory: Path) -> Iterator[Path]:
+    """Where a run's files can go if its directory does not take them; made when asked for."""
+    if directory.is_dir():
+        yield directory
+    with suppress(OSError):
+        (beside := directory.with_name(f"{directory.name}-rescued")).mkdir()
+        yield beside
+    with suppress(OSError):
+        yield Path(tempfile.mkdtemp(prefix=f"stepload-{directory.name}-"))
 
 
 def metadata(plan: Plan, *, dry_run: bool, seed: int | None, started: datetime) -> dict[str, str]:
