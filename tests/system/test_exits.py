@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import os
 import resource
+import shutil
 import signal
 import time
 from collections.abc import Callable
@@ -35,7 +36,7 @@ def test_the_end(quick: Path, tmp_path: Path) -> None:
     assert _record(tmp_path / "run").outcome["verdict"] == "marginal"
     assert any("only a loading" in reason for reason in results(tmp_path / "run")["reasons"])
     assert sorted(p.name for p in (tmp_path / "run").iterdir()) == [
-        "report.html", "results.json", "run.mcap",
+        "metadata.yaml", "report.html", "results.json", "run.mcap",
     ]  # fmt: skip
 
 
@@ -218,12 +219,37 @@ def test_a_full_disk(stage: Stage, quick: Path, tmp_path: Path) -> None:
     code, text = staged.finish()
     assert code == 4
     assert "File too large" in text
-    assert "stepload recover" in text
+    assert str(directory / "run.mcap") in text
     assert "File too large" in results(directory)["reasons"][0]
-    repaired = in_process("recover", tmp_path / "runs")
-    assert repaired.returncode == 0
-    assert "repaired, marked partial" in repaired.stdout
+    assert not part.exists()
     assert 1 in _record(directory, partial=True).ticks.step
+
+
+def test_a_directory_that_is_deleted_during_the_run(
+    stage: Stage, quick: Path, tmp_path: Path
+) -> None:
+    """It ends the run at once; all of the record, its end included, is written elsewhere."""
+    directory = tmp_path / "runs" / "lost"
+    staged = stage(
+        {"at": "HOLD 1", "wait": f"gone {directory}"},
+        "run", quick, "--dry-run", "--out", directory, "--quiet",
+    )  # fmt: skip
+    staged.wait_until_there()
+    shutil.rmtree(directory)
+    code, text = staged.finish()
+    assert code == 4
+    kept = directory.with_name("lost-rescued")
+    assert str(kept / "run.mcap") in text
+    assert not directory.exists()
+    found = results(kept)
+    assert found["cause"]["rule"] == "recorder"
+    assert found["levels_done"] < 3
+    assert "arm stop" in [action["name"] for action in found["safing"] if not action["error"]]
+    recording = read_recording(kept / "run.mcap")
+    assert not recording.damage
+    assert {"tare", "touch", "trip", "end"} <= {event.kind for event in recording.events}
+    np.testing.assert_array_equal(np.diff(recording.force.sequence), 1)
+    assert len(recording.ticks.time_s) == found["lateness"]["ticks"]
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")

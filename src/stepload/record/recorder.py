@@ -319,7 +319,9 @@ class Recorder:
         Thread(target=_sent, args=(self._control, message), name="record", daemon=True).start()
 
     def _fail(self, why: str) -> NoReturn:
-        raise RecordingFailedError(f"{self.part_path}: {self.problem() or why}")
+        why = self.problem() or why
+        where = "" if str(self.part_path) in why else f"{self.part_path}: "
+        raise RecordingFailedError(f"{where}{why}")
 
     def _wait_until_running(self) -> None:
         begun_s = time.monotonic()

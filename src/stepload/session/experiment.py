@@ -373,7 +373,8 @@ def _given_up(finished: Finished, recorder: Recorder, error: Exception) -> Recor
         if kept
         else "what was in memory is lost; `stepload recover` repairs what is on the disk"
     )
-    return RecordingFailedError(f"{finished.outcome.why}\n{reason}", hint=hint)
+    why = finished.outcome.why
+    return RecordingFailedError(why if reason in why else f"{why}\n{reason}", hint=hint)
 
 
 def _write_files(finished: Finished) -> list[str]:
