@@ -10,9 +10,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import jsonschema
+import numpy as np
 import pytest
 from long_ones import long
 from real_runs import in_process
+from real_runs import results as real_results
 
 import stepload
 from stepload.data.export import Format, write_tables
@@ -105,6 +107,45 @@ def test_csv_holds_the_curve_exactly(quick_run: Path, tmp_path: Path) -> None:
     assert "there already" in again.stderr
 
 
+def test_hdf5_is_nexus_and_holds_what_parquet_holds(cycles_run: Path, tmp_path: Path) -> None:
+    h5py, parquet = pytest.importorskip("h5py"), pytest.importorskip("pyarrow.parquet")
+    said = in_process("export", cycles_run, "--hdf5", "--parquet", "--out", tmp_path, "--json")
+    (path,) = [Path(each) for each in json.loads(said.stdout)["files"] if each.endswith(".h5")]
+    tables = sorted(tmp_path.glob("*.parquet"))
+    assert len(tables) == 6
+    with h5py.File(path) as file:
+        assert file.attrs["NX_class"] == "NXroot"
+        entry = file[file.attrs["default"]]
+        assert entry.attrs["NX_class"] == "NXentry"
+        assert entry.attrs["simulated"] == "true"
+        assert entry["entry_identifier"].asstr()[()] == stepload.open(cycles_run).run_id
+        for table in tables:
+            group, wanted = entry[table.stem], parquet.read_table(table)
+            assert group.attrs["NX_class"] == "NXdata"
+            assert set(group) == set(wanted.column_names)
+            assert group[group.attrs["signal"]].shape == group[group.attrs["axes"][0]].shape
+            for name in wanted.column_names:
+                values, column = wanted[name].to_numpy(), group[name]
+                if names := h5py.check_enum_dtype(column.dtype):
+                    known = {code: word for word, code in names.items()}
+                    assert [known[code] for code in column[()].tolist()] == values.tolist()
+                elif values.dtype.kind == "O":
+                    assert column.asstr()[()].tolist() == values.tolist()
+                else:
+                    np.testing.assert_array_equal(column[()], values)
+                assert ("units" in column.attrs) == (values.dtype.kind == "f")
+        assert entry["force/torque_x_n_m"].attrs["units"] == "N.m"
+        assert entry["arm/position_m"].attrs["units"] == "m"
+        assert entry["ticks/compliance_m_per_n"].attrs["units"] == "m/N"
+        assert entry["instrument/force"].attrs["NX_class"] == "NXsensor"
+        assert entry["instrument/force/data"] == entry["force"]
+        results = json.loads(entry["results/data"].asstr()[()])
+        assert results["$schema"] == entry["results/description"].asstr()[()]
+        assert results["headline"] == real_results(cycles_run)["headline"]
+        plan = stepload.open(cycles_run).files["plan.yaml"].decode()
+        assert entry["plan/data"].asstr()[()] == plan
+
+
 def test_a_run_without_a_contact_gives_its_raw_streams(quick_run: Path, tmp_path: Path) -> None:
     data = (quick_run / "run.mcap").read_bytes()
     (tmp_path / "run.mcap").write_bytes(data[: len(data) // 20])
@@ -135,6 +176,8 @@ def test_what_somebody_wrote_into_a_record_is_no_formula_and_no_path(
     assert cells["payload"].data_type == "s"
     assert cells["payload"].value == texts["payload"]
     assert cells["rig"].value == "a\\x1b[2Jb\\x00"
+    [path] = write_tables(told, {}, tmp_path / "tables", Format.HDF5)
+    assert path.parent == tmp_path / "tables"
 
 
 @pytest.mark.parametrize("format", list(Format))

@@ -94,6 +94,7 @@ def export(
     csv: Annotated[bool, Option("--csv", help="One CSV file for each table.")] = False,
     parquet: Annotated[bool, Option("--parquet", help="One Parquet file each.")] = False,
     xlsx: Annotated[bool, Option("--xlsx", help="One Excel book, a sheet each.")] = False,
+    hdf5: Annotated[bool, Option("--hdf5", help="One HDF5 file of NeXus groups.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Write curve, levels, touches and raw streams for other programs.
@@ -105,9 +106,9 @@ def export(
     from stepload.data.run import open_run
 
     output = Output(as_json=as_json)
-    wanted = dict(zip(Format, (csv, parquet, xlsx), strict=True))
+    wanted = dict(zip(Format, (csv, parquet, xlsx, hdf5), strict=True))
     if not any(wanted.values()):
-        raise BadInputError("say as what: --csv, --parquet or --xlsx")
+        raise BadInputError("say as what: --csv, --parquet, --xlsx or --hdf5")
     opened = open_run(run)
     if opened.simulated:
         output.line("SIMULATED: what is exported is no measurement")
