@@ -54,7 +54,7 @@ def runs(
     for row in found:
         if row.problem:
             output.line(f"not read: {row.path}: {row.problem}")
-    output.result(catalog.Runs(runs=tuple(found)).model_dump())
+    output.result({"$schema": "urn:stepload:runs:1", "runs": [row.model_dump() for row in found]})
 
 
 def _pair(text: str) -> tuple[str, str]:

@@ -105,11 +105,12 @@ def schema(
 
     Example: stepload schema results
     """
-    from stepload.data.catalog import runs_schema
+    from stepload.data.catalog import Runs
     from stepload.plan.schema import json_schema
     from stepload.report.calibration_document import calibration_schema
     from stepload.report.comparison_document import comparison_schema
     from stepload.report.preflight_results import preflight_schema
+    from stepload.report.rows import schema_of
     from stepload.report.run_results import results_schema
 
     made = {
@@ -118,7 +119,7 @@ def schema(
         Documents.COMPARISON: comparison_schema,
         Documents.CALIBRATION: calibration_schema,
         Documents.PREFLIGHT: preflight_schema,
-        Documents.RUNS: runs_schema,
+        Documents.RUNS: lambda: schema_of(Runs, "runs"),
     }
     text = json.dumps(made[document](), indent=1, ensure_ascii=False)
     Output(as_json=False).document(text)

@@ -14,7 +14,7 @@ from stepload.errors import BadInputError
 from stepload.record.summary import Summary, read_summary
 from stepload.record.untrusted import untrusted
 from stepload.report.model import number_or_nan
-from stepload.report.rows import OrNan, Row, figure, schema_of
+from stepload.report.rows import OrNan, Row, figure
 
 if TYPE_CHECKING:
     import pandas
@@ -71,14 +71,9 @@ class Runs(Row):
     """The runs of a directory, as `stepload runs --json` prints them."""
 
     schema_id: Literal["urn:stepload:runs:1"] = Field(
-        "urn:stepload:runs:1", serialization_alias="$schema", description="`$id` of this schema."
+        alias="$schema", description="`$id` of this schema."
     )
     runs: tuple[RunRow, ...] = figure("One row each.")
-
-
-def runs_schema() -> dict[str, Any]:
-    """The JSON Schema of `stepload runs --json`."""
-    return schema_of(Runs, "runs")
 
 
 def rows(directory: str | Path) -> list[RunRow]:

@@ -13,7 +13,7 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -66,9 +66,11 @@ class Writer:
         }
         for name in self._rings:
             channel, rows = self._channels[name], waiting[name][self._skip.pop(name, 0) :]
+            encode: Callable[[Any], list[Group]] = channel.encode_samples
+            if name in ("events", "tick"):
+                encode = channel.encode_events if name == "events" else channel.encode_ticks
             if len(rows):
-                encode = {"events": channel.encode_events, "tick": channel.encode_ticks}
-                groups += encode.get(name, channel.encode_samples)(rows)
+                groups += encode(rows)
         if groups:
             self._out.add_chunk(groups)
             self._part_from(self._out.last_ns)

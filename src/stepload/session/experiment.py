@@ -22,7 +22,7 @@ from stepload.engine.notices import Notices, Say, nothing
 from stepload.engine.open_rig import OpenRig, opened
 from stepload.engine.operator import Operator
 from stepload.engine.tick import Engine
-from stepload.errors import BadInputError, LeftEarlyError, RefusedError, in_words
+from stepload.errors import LeftEarlyError, RefusedError, in_words
 from stepload.feasibility.preflight import Preflight, preflight_of, refusal_of
 from stepload.feasibility.reason import PlanVerdict
 from stepload.feasibility.stiffness import plan_where_it_stands
@@ -364,7 +364,7 @@ def _given_up(finished: Finished, recorder: Recorder, error: Exception) -> Recor
     with contextlib.suppress(Exception):
         recorder.abandon()
     place = kept.path.parent if kept else finished.directory
-    with contextlib.suppress(OSError, BadInputError):
+    with contextlib.suppress(OSError):
         files.write_results(place, {**finished.data, "reasons": [reason]}, None)
         if kept:
             files.write_bag_metadata(kept.path)

@@ -170,12 +170,7 @@ def write_results(directory: Path, data: Mapping[str, Any], document: Document |
 
 
 def write_bag_metadata(record: Path) -> None:
-    """Make the directory of a finished record a rosbag2.
-
-    Raises:
-        OSError: metadata.yaml could not be written.
-        BadInputError: as `bag_metadata`.
-    """
+    """Make the directory of a whole record a rosbag2; raises OSError."""
     write_file(record.with_name(METADATA), bag_metadata(record))
 
 
