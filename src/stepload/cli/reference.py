@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -119,7 +120,7 @@ def schema(
         Documents.COMPARISON: comparison_schema,
         Documents.CALIBRATION: calibration_schema,
         Documents.PREFLIGHT: preflight_schema,
-        Documents.RUNS: lambda: schema_of(Runs, "runs"),
+        Documents.RUNS: partial(schema_of, Runs, "runs"),
     }
     text = json.dumps(made[document](), indent=1, ensure_ascii=False)
     Output(as_json=False).document(text)

@@ -41,7 +41,7 @@ DEVICES = {
 def write_hdf5(run: Run, parts: Mapping[str, Table], path: Path, about: Mapping[str, str]) -> None:
     """Write tables, results and plan of a run to an HDF5 file; raises as `library`."""
     h5py = library("h5py", "HDF5")
-    told = {key: value.replace("\0", "") for key, value in (run.metadata | about).items()}
+    told = {key: value.replace("\0", "") for key, value in {**run.metadata, **about}.items()}
     with h5py.File(path, "w", track_order=True) as file:
         file.attrs.update({"NX_class": "NXroot", "default": "entry", "creator": "stepload"})
         entry = _group(
@@ -85,8 +85,9 @@ def _meanings(name: str) -> dict[str, str]:
     """What the columns of a table mean, by their names."""
     if name == "curve":
         return CURVE
-    if row := {"levels": Level, "touches": TouchPoint}.get(name):
-        return {key: field.description or "" for key, field in row.model_fields.items()}
+    if name in ("levels", "touches"):
+        fields = (Level if name == "levels" else TouchPoint).model_fields
+        return {key: field.description or "" for key, field in fields.items()}
     hints = get_type_hints(STREAMS[name.removesuffix("s")].row, include_extras=True)
     found = {key: ", ".join(getattr(hint, "__metadata__", ())) for key, hint in hints.items()}
     return found | {each: found.get(key, "") for key, names in SIX.items() for each in names}

@@ -46,7 +46,7 @@ def bag_metadata(record: Path) -> str:
         "files": [{"path": record.name, **span}],
     }  # fmt: skip
     yaml, text = YAML(typ="safe", pure=True), io.StringIO()
-    yaml.default_flow_style = False  # type: ignore[assignment]
+    yaml.default_flow_style = False
     yaml.representer.ignore_aliases = lambda _: True
     yaml.dump({"rosbag2_bagfile_information": bag}, text)
     return text.getvalue()
