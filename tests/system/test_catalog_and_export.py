@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import errno
+import itertools
 import json
 import shutil
 from dataclasses import replace
@@ -13,8 +14,11 @@ import jsonschema
 import numpy as np
 import pytest
 from long_ones import long
+from mcap.reader import make_reader
 from real_runs import in_process
 from real_runs import results as real_results
+from rosbags.rosbag2 import Reader
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 import stepload
 from stepload.data.export import Format, write_tables
@@ -144,6 +148,40 @@ def test_hdf5_is_nexus_and_holds_what_parquet_holds(cycles_run: Path, tmp_path: 
         assert results["headline"] == real_results(cycles_run)["headline"]
         plan = stepload.open(cycles_run).files["plan.yaml"].decode()
         assert entry["plan/data"].asstr()[()] == plan
+
+
+def test_the_directory_of_a_run_is_a_rosbag2(quick_run: Path) -> None:
+    run, types = stepload.open(quick_run), get_typestore(Stores.ROS2_HUMBLE)
+    with Reader(quick_run) as bag:
+        counts = {each.topic: each.msgcount for each in bag.connections}
+        assert counts["/force"] == counts["/force/sample"] == run.force.rows
+        assert counts["/tick"] == run.ticks.rows
+        assert bag.message_count == sum(counts.values())
+        for each in bag.connections:
+            if each.msgtype not in types.types:
+                types.register(get_types_from_msg(each.msgdef.data, each.msgtype))
+        found: dict[str, list[float]] = {"/force": [], "/arm": [], "/events": []}
+        times, overlaps = [], 0
+        for each, time_ns, raw in bag.messages():
+            times.append(time_ns)
+            if len(found.get(each.topic, range(500))) < 500:
+                message = types.deserialize_cdr(raw, each.msgtype)
+                found[each.topic].append(
+                    message.wrench.force.z if each.topic == "/force"
+                    else message.position_m if each.topic == "/arm" else len(message.data)
+                )  # fmt: skip
+        assert len(times) == bag.message_count
+        assert bag.start_time == min(times)
+        assert bag.duration == max(times) - min(times) + 1
+    assert found["/force"] == run.force["force_z_n"][:500].tolist()
+    assert found["/arm"] == run.arm["position_m"][:500].tolist()
+    assert all(found["/events"])
+    with (quick_run / "run.mcap").open("rb") as file:
+        chunks = make_reader(file).get_summary().chunk_indexes
+    for before, after in itertools.pairwise(chunks):
+        overlaps += after.message_start_time < before.message_end_time
+    assert not overlaps
+    assert len(chunks) > 5
 
 
 def test_a_run_without_a_contact_gives_its_raw_streams(quick_run: Path, tmp_path: Path) -> None:
