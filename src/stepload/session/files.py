@@ -78,6 +78,7 @@ def rescue_places(directory: Path) -> Iterator[Path]:
     with suppress(OSError):
         (beside := directory.with_name(f"{directory.name}-rescued")).mkdir()
         yield beside
+        beside.rmdir()
     with suppress(OSError):
         yield Path(tempfile.mkdtemp(prefix=f"stepload-{directory.name}-"))
 
