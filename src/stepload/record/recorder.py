@@ -32,7 +32,6 @@ from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 NAME = "run.mcap"
 MAX_RATE_HZ = 10_000.0
 START_TIMEOUT_S = 30.0
-SYNC_TIMEOUT_S = 120.0
 FINISH_TIMEOUT_S = 30.0
 SILENT_S = 2.0
 """A writer that gives no sign of life for so long is told of."""
@@ -171,7 +170,7 @@ class Recorder:
         Raises:
             RecordingFailedError: it will not get there.
         """
-        give_up_at = time.monotonic() + SYNC_TIMEOUT_S
+        give_up_at = time.monotonic() + FINISH_TIMEOUT_S
         rows = [name for name in STREAMS if self._shared.capacity[name]]
 
         def behind() -> bool:
@@ -199,22 +198,22 @@ class Recorder:
             rows = ", ".join(f"{count} of {name}" for name, count in lost.items())
             self._problem = f"the disk does not keep up, rows were dropped: {rows}"
         elif state != State.CLOSED:
-            self._listen(now_s)
+            self._listen(now_s, START_TIMEOUT_S if state == State.STARTING else STALLED_S)
         return self._problem
 
-    def _listen(self, now_s: float) -> None:
+    def _listen(self, now_s: float, limit_s: float) -> None:
         """Look whether the writer still gives signs of life."""
         if self._counters[1] != self._beats:
             self._beats, self._beat_s, self._silent = self._counters[1], now_s, False
         silent_s = now_s - self._beat_s
-        if silent_s > STALLED_S:
+        if silent_s > limit_s:
             self._stalled = True
             self._problem = f"nothing was written for {silent_s:.0f} s: {self._standing()}"
         elif silent_s > SILENT_S and not self._silent:
             self._silent = True
             self._say(
                 f"record: nothing was written for {silent_s:.0f} s: {self._standing()}."
-                f" After {STALLED_S:.0f} s the run ends."
+                f" After {limit_s:.0f} s the run ends."
             )
 
     def _standing(self) -> str:
@@ -316,7 +315,12 @@ class Recorder:
 
     def _send(self, message: object) -> None:
         """Send without waiting: a writer that stands still never takes the whole of it."""
-        Thread(target=_sent, args=(self._control, message), name="record", daemon=True).start()
+
+        def send() -> None:
+            with contextlib.suppress(Exception):  # the writer is gone, which its process tells
+                self._control.send(message)
+
+        Thread(target=send, name="record", daemon=True).start()
 
     def _fail(self, why: str) -> NoReturn:
         why = self.problem() or why
@@ -324,16 +328,9 @@ class Recorder:
         raise RecordingFailedError(f"{where}{why}")
 
     def _wait_until_running(self) -> None:
-        begun_s = time.monotonic()
         while self._counters[0] != State.RUNNING:
-            if self._counters[0] == State.FAILED or self._process.poll() is not None:
-                self._fail(f"the record writer ended with code {self._process.returncode}")
-            waited_s = time.monotonic() - begun_s
-            if waited_s > START_TIMEOUT_S:
-                self._fail(f"not started within {START_TIMEOUT_S:.0f} s: {self._standing()}")
-            if waited_s > SILENT_S and not self._silent:
-                self._silent = True
-                self._say(f"record: waiting for {self._standing()}")
+            if self.problem():
+                self._fail(self._problem)
             time.sleep(0.002)
         self._beat_s = time.monotonic()
 
@@ -346,11 +343,6 @@ class Recorder:
                 return False
             time.sleep(0.0005)
         return True
-
-
-def _sent(control: Connection, message: object) -> None:
-    with contextlib.suppress(Exception):  # the writer is gone, which its process tells
-        control.send(message)
 
 
 def _closed(*_: object) -> NoReturn:

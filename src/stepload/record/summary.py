@@ -15,7 +15,7 @@ from mcap.opcode import Opcode
 from stepload.errors import BadInputError
 from stepload.record.container import MAGIC
 from stepload.record.layout import RECORD_HEAD
-from stepload.record.reader import results_in
+from stepload.record.reader import Reading, results_in
 from stepload.record.scan import (
     DamageError,
     RawRecord,
@@ -105,23 +105,19 @@ def _at(file: BinaryIO, at: int, opcode: int) -> RawRecord:
 
 def _walked(path: Path) -> Summary:
     """The same from the whole of a file: it is unfinished, or its summary does not name them."""
-    metadata: dict[str, Mapping[str, str]] = {}
-    results, damage = None, ""
     file, scan = open_scan(path)
+    reading, results, damage = Reading(scan), None, ""
     with file:
         try:
             for record in scan.records():
-                if record.opcode == Opcode.METADATA:
-                    found = parse(records.Metadata, record)
-                    metadata[found.name] = found.metadata
-                elif record.opcode == Opcode.ATTACHMENT:
-                    attached = parse_attachment(record)
-                    results = results or results_in({attached.name: attached.data})
+                if record.opcode in (Opcode.METADATA, Opcode.ATTACHMENT):
+                    reading.take(record)
+            results = results_in(reading.attachments)
         except DamageError as error:
             damage = f" ({error})"
-    if "run" not in metadata:
+    if "run" not in reading.metadata:
         raise BadInputError(f"{path}: no record of a run{damage}")
-    return _told(path, metadata, None if damage else results)
+    return _told(path, reading.metadata, results)
 
 
 def _told(

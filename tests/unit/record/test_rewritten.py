@@ -12,6 +12,7 @@ from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, IndexType, Writer
 
+from stepload.record.container import Appender
 from stepload.record.reader import read_recording
 from stepload.record.recovery import recover
 from stepload.record.scan import DamageError, count_messages, open_scan
@@ -90,6 +91,23 @@ def test_a_cut_in_it_is_found(write_record: Callable[..., Path], tmp_path: Path,
     assert got.damage
     assert 0 < len(got.force.sequence) < 400
     np.testing.assert_array_equal(got.force.sequence, np.arange(len(got.force.sequence)))
+
+
+@pytest.mark.parametrize("results", [b"[]", b"{"])
+def test_results_that_are_no_object_are_none(
+    write_record: Callable[..., Path], tmp_path: Path, results: bytes
+) -> None:
+    path = tmp_path / "other.mcap"
+    with write_record(finished=False).open("rb") as file, path.open("wb") as out:
+        out.write(file.read())
+        rest = Appender(out.fileno())
+        out.flush()
+        rest.add_attachment("results.json", results, 0)
+        rest.finish()
+    found = read_summary(path)
+    assert found.partial
+    assert found.results is None
+    assert found.metadata == {"force_axis": "+fz"}
 
 
 def test_an_lz4_chunk_cannot_be_larger_than_it_says(
