@@ -93,6 +93,7 @@ class Documents(StrEnum):
     COMPARISON = "comparison"
     CALIBRATION = "calibration"
     PREFLIGHT = "preflight"
+    RUNS = "runs"
 
 
 def schema(
@@ -104,6 +105,7 @@ def schema(
 
     Example: stepload schema results
     """
+    from stepload.data.catalog import runs_schema
     from stepload.plan.schema import json_schema
     from stepload.report.calibration_document import calibration_schema
     from stepload.report.comparison_document import comparison_schema
@@ -116,8 +118,10 @@ def schema(
         Documents.COMPARISON: comparison_schema,
         Documents.CALIBRATION: calibration_schema,
         Documents.PREFLIGHT: preflight_schema,
+        Documents.RUNS: runs_schema,
     }
-    print(json.dumps(made[document](), indent=1, ensure_ascii=False))
+    text = json.dumps(made[document](), indent=1, ensure_ascii=False)
+    Output(as_json=False).document(text)
 
 
 def layout(
@@ -137,7 +141,7 @@ def layout(
         raise BadInputError(f"{file} exists already", hint="name another file") from None
     except OSError as error:
         raise BadInputError(f"cannot write {file}: {error.strerror}") from error
-    print(f"{file}: import it as a layout in Foxglove or Lichtblick")
+    Output(as_json=False).line(f"{file}: import it as a layout in Foxglove or Lichtblick")
 
 
 def codes(incomplete: str) -> list[str]:
