@@ -96,7 +96,7 @@ def test_individuals_chart_of_the_nist_handbook() -> None:
 @pytest.mark.parametrize(
     ("tail", "rules"),
     [
-        ([3.5], {"WE1"}),
+        ([3.5], {"WE1", "MR"}),
         ([2.5, 0.2, 2.5], {"WE2"}),
         ([1.5, 1.5, 0.2, 1.5, 1.5], {"WE3"}),
         ([0.3] * 8, {"WE4"}),
