@@ -11,10 +11,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import fdtrc, ndtri, stdtrit
 
 from stepload.identification.fit import FloatArray
 
+IntArray = NDArray[np.int64]
 CONFIDENCE = 0.95
 D2, D4 = 1.128, 3.267
 """Mean of the range of two values over their σ, and upper limit of that range over its mean."""
