@@ -93,6 +93,7 @@ class Documents(StrEnum):
     COMPARISON = "comparison"
     CALIBRATION = "calibration"
     PREFLIGHT = "preflight"
+    BATCH = "batch"
 
 
 def schema(
@@ -105,6 +106,7 @@ def schema(
     Example: stepload schema results
     """
     from stepload.plan.schema import json_schema
+    from stepload.report.batch import batch_schema
     from stepload.report.calibration_document import calibration_schema
     from stepload.report.comparison_document import comparison_schema
     from stepload.report.preflight_results import preflight_schema
@@ -116,6 +118,7 @@ def schema(
         Documents.COMPARISON: comparison_schema,
         Documents.CALIBRATION: calibration_schema,
         Documents.PREFLIGHT: preflight_schema,
+        Documents.BATCH: batch_schema,
     }
     print(json.dumps(made[document](), indent=1, ensure_ascii=False))
 

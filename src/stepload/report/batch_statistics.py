@@ -1,6 +1,6 @@
-"""Statistics of a series of specimens: mean, trend, control chart, outliers, gauge R&R, capability.
+"""Statistics of a series of specimens: trend, control chart, outliers, gauge R&R, capability.
 
-Values are in the order of measurement. Each is checked against the published example of its source:
+Values are in the order of pressing. Each is checked against the published example of its source:
 NIST/SEMATECH e-Handbook 1.3.5.17 (outliers), 6.1.6 (capability), 6.3.2.2 (individuals chart); AIAG
 Measurement Systems Analysis, 4th edition (gauge R&R by analysis of variance).
 """
@@ -8,16 +8,19 @@ Measurement Systems Analysis, 4th edition (gauge R&R by analysis of variance).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import fdtrc, ndtri, stdtrit
 
 from stepload.identification.fit import FloatArray
+from stepload.report.identified import Pair
+from stepload.report.rows import Row, figure, form
 
 IntArray = NDArray[np.int64]
-CONFIDENCE = 0.95
+ALPHA = 0.05
+"""Significance of every test and interval."""
 D2, D4 = 1.128, 3.267
 """Mean of the range of two values over their σ, and upper limit of that range over its mean."""
 ZONES = {"WE2": (2.0, 2, 3), "WE3": (1.0, 4, 5), "WE4": (0.0, 8, 8)}
@@ -27,7 +30,6 @@ MEANINGS = {
     "WE2": "two of three beyond 2 σ on one side",
     "WE3": "four of five beyond 1 σ on one side",
     "WE4": "eight in a row on one side",
-    "MR": "moving range above its limit",
     "ESD": "outlier by the generalised ESD test at 5 %",
 }
 MANY = 15
@@ -40,54 +42,42 @@ SIGMAS = 6.0
 
 def student(degrees: float) -> float:
     """Student's factor of the two-sided 95 % interval."""
-    return float(stdtrit(degrees, 0.5 + 0.5 * CONFIDENCE))
+    return float(stdtrit(degrees, 1.0 - 0.5 * ALPHA))
 
 
-@dataclass(frozen=True, slots=True)
-class Trend:
-    """Straight line over the order; `rank_p` is that of Kendall's rank correlation with it."""
+class Trend(Row):
+    """Straight line over the order of pressing."""
 
-    slope: float
-    interval: tuple[float, float]
-    p: float
-    rank_p: float
-
-    @property
-    def found(self) -> bool:
-        """Whether the rank test sees a trend."""
-        return self.rank_p < 1.0 - CONFIDENCE
+    slope: float = figure("Change from one specimen to the next, in N/m.")
+    interval: Pair = figure("Its 95 % interval.")
+    p: float = figure("Probability of such a slope without a trend.")
+    rank_p: float = figure("The same by Kendall's rank correlation.")
 
 
 def trend(values: FloatArray) -> Trend | None:
-    """The trend of `values` (N,) over their order; None for fewer than four."""
+    """The trend of `values` (N,); None for fewer than four, or if all are equal."""
     from scipy.stats import kendalltau, linregress
 
-    n = values.size
-    if n < 4 or not np.ptp(values) > 0.0:
+    at = np.arange(values.size)
+    if at.size < 4 or not np.ptp(values) > 0.0:
         return None
-    line, rank = linregress(np.arange(n), values), kendalltau(np.arange(n), values)
-    half = student(n - 2) * line.stderr
-    return Trend(
-        float(line.slope), (float(line.slope - half), float(line.slope + half)),
-        float(line.pvalue), float(rank.pvalue),
-    )  # fmt: skip
+    line, rank_p = linregress(at, values), float(kendalltau(at, values).pvalue)
+    slope, half = float(line.slope), student(at.size - 2) * float(line.stderr)
+    ends = (slope - half, slope + half)
+    return Trend(slope=slope, interval=ends, p=float(line.pvalue), rank_p=rank_p)
 
 
-@dataclass(frozen=True, slots=True)
-class Chart:
-    """Individuals and moving-range chart; `broken` (N,) are the rules that each point breaks."""
+class Chart(Row):
+    """Individuals and moving-range chart; all in N/m."""
 
-    centre: float
-    low: float
-    high: float
-    mean_range: float
-    range_high: float
-    broken: tuple[tuple[str, ...], ...]
-
-    @property
-    def sigma(self) -> float:
-        """Short-term standard deviation."""
-        return self.mean_range / D2
+    centre: float = figure("Centre line.")
+    low: float = figure("Lower limit: the centre less 3 mean moving ranges over 1.128.")
+    high: float = figure("Upper limit.")
+    mean_range: float = figure("Mean moving range.")
+    range_high: float = figure("Upper limit of the moving range: 3.267 times its mean.")
+    sigma: float = figure("Short-term standard deviation: the mean moving range over 1.128.")
+    broken: tuple[tuple[str, ...], ...] = figure("Western Electric rules that each point breaks.")
+    jumps: tuple[int, ...] = figure("Points, from 2, whose moving range is above its limit.")
 
 
 def chart(values: FloatArray) -> Chart | None:
@@ -96,20 +86,19 @@ def chart(values: FloatArray) -> Chart | None:
     if not ranges.size or not ranges.max() > 0.0:
         return None
     centre, mean_range = float(values.mean()), float(ranges.mean())
-    z = (values - centre) * D2 / mean_range
-    broken: list[list[str]] = [["WE1"] if abs(each) > 3.0 else [] for each in z]
+    sigma = mean_range / D2
+    z = (values - centre) / sigma
+    broken = [["WE1"] if abs(each) > 3.0 else [] for each in z]
     for rule, (beyond, least, among) in ZONES.items():
         for at in range(least - 1, z.size):
-            side = math.copysign(1.0, z[at])
-            window = side * z[max(0, at + 1 - among) : at + 1] > beyond
+            window = math.copysign(1.0, z[at]) * z[max(0, at + 1 - among) : at + 1] > beyond
             if window[-1] and window.sum() >= least:
                 broken[at].append(rule)
-    for at in np.flatnonzero(ranges > D4 * mean_range):
-        broken[at + 1].append("MR")
-    half = 3.0 * mean_range / D2
+    jumps = np.flatnonzero(ranges > D4 * mean_range) + 2
     return Chart(
-        centre, centre - half, centre + half, mean_range, D4 * mean_range,
-        tuple(map(tuple, broken)),
+        centre=centre, low=centre - 3.0 * sigma, high=centre + 3.0 * sigma, mean_range=mean_range,
+        range_high=D4 * mean_range, sigma=sigma, broken=tuple(map(tuple, broken)),
+        jumps=tuple(map(int, jumps)),
     )  # fmt: skip
 
 
@@ -121,17 +110,12 @@ def outliers(values: FloatArray, most: int | None = None) -> list[int]:
     """
     n, left = values.size, np.arange(values.size)
     most = most or (n // 5 if n >= MANY else 1)
-    taken: list[int] = []
-    count = 0
+    taken, count = list[int](), 0
     for i in range(1, min(most, n - 2) + 1):
-        kept = values[left]
-        sigma = kept.std(ddof=1)
-        if not sigma > 0.0:
-            break
-        away = np.abs(kept - kept.mean())
+        away = np.abs(values[left] - values[left].mean())
         farthest = int(away.argmax())
         taken.append(int(left[farthest]))
-        if away[farthest] / sigma > esd_limit(n, i):
+        if away[farthest] > esd_limit(n, i) * values[left].std(ddof=1):
             count = i
         left = np.delete(left, farthest)
     return sorted(taken[:count])
@@ -139,128 +123,101 @@ def outliers(values: FloatArray, most: int | None = None) -> list[int]:
 
 def esd_limit(n: int, i: int) -> float:
     """Critical value of the i-th studentised deviate of n values."""
-    t = float(stdtrit(n - i - 1, 1.0 - (1.0 - CONFIDENCE) / (2.0 * (n - i + 1))))
+    t = float(stdtrit(n - i - 1, 1.0 - ALPHA / (2.0 * (n - i + 1))))
     return (n - i) * t / math.sqrt((n - i - 1 + t**2) * (n - i + 1))
 
 
-@dataclass(frozen=True, slots=True)
-class Source:
-    """One line of an analysis of variance; `f` and `p` NaN where it is not tested."""
+class Source(Row):
+    """One line of the analysis of variance, in N/m."""
 
-    name: str
-    degrees: int
-    squares: float
-    f: float = math.nan
-    p: float = math.nan
-
-    @property
-    def mean_square(self) -> float:
-        return self.squares / self.degrees if self.degrees else math.nan
-
-    def over(self, error: Source) -> Source:
-        """Tested against another line."""
-        if not (self.degrees and error.mean_square > 0.0):
-            return self
-        f = self.mean_square / error.mean_square
-        return Source(
-            self.name, self.degrees, self.squares, f, float(fdtrc(self.degrees, error.degrees, f))
-        )
+    name: str = figure("Source.", "source")
+    degrees: int = figure("Of freedom.", "degrees of freedom")
+    squares: Annotated[float, form(".4g")] = figure("Sum of squares.", "sum of squares")
+    mean_square: Annotated[float | None, form(".4g")] = figure("Mean square.", "mean square")
+    f: Annotated[float | None, form(".3f")] = figure("F.", "F")
+    p: Annotated[float | None, form(".3f")] = figure("Its probability by chance.", "p")
 
 
-@dataclass(frozen=True, slots=True)
-class Gauge:
-    """Gauge R&R by AIAG's names: standard deviations; AV and `interaction` NaN for one operator.
+class Gauge(Row):
+    """Gauge R&R by analysis of variance, AIAG MSA, 4th edition; standard deviations in N/m."""
 
-    `sources` are the analysis of variance before pooling.
-    """
-
-    parts: int
-    operators: int
-    trials: int
-    sources: tuple[Source, ...]
-    pooled: bool
-    ev: float
-    av: float
-    interaction: float
-    pv: float
-
-    @property
-    def grr(self) -> float:
-        return math.hypot(self.ev, np.nan_to_num(self.av), np.nan_to_num(self.interaction))
-
-    @property
-    def tv(self) -> float:
-        return math.hypot(self.grr, self.pv)
-
-    @property
-    def ndc(self) -> int:
-        """Number of distinct categories, as AIAG truncates it."""
-        return int(math.sqrt(2.0) * self.pv / self.grr) if self.grr > 0.0 else 0
-
-    def share(self, sigma: float) -> float:
-        """Share of the study variation."""
-        return sigma / self.tv if self.tv > 0.0 else math.nan
+    parts: int = figure("Specimens.")
+    operators: int = figure("Operators.")
+    trials: int = figure("Presses of each specimen by each operator.")
+    pooled: bool = figure("Whether the interaction counts as repeatability: its p is above 0.25.")
+    ev: float = figure("Repeatability.")
+    av: float | None = figure("Reproducibility; null with one operator.")
+    interaction: float | None = figure("Operator × specimen; null with one operator.")
+    grr: float = figure("Repeatability and reproducibility.")
+    pv: float = figure("Between specimens.")
+    tv: float = figure("Total.")
+    ndc: int = figure("Number of distinct categories, truncated.")
+    sources: tuple[Source, ...] = figure("Analysis of variance, before pooling.")
 
 
 def gauge(values: FloatArray) -> Gauge:
     """Gauge R&R of a crossed study; `values` (parts, operators, trials), two parts and trials."""
     p, o, r = values.shape
     whole, cells = values.mean(), values.mean(axis=2)
-    of_parts, of_operators = cells.mean(axis=1), cells.mean(axis=0)
-    crossed = cells - of_parts[:, None] - of_operators[None, :] + whole
-    repeats = Source("repeatability", p * o * (r - 1), _squares(values - cells[:, :, None]))
-    both = Source("interaction", (p - 1) * (o - 1), r * _squares(crossed)).over(repeats)
-    pooled = not both.p <= POOLED_FROM
-    error = both
-    if pooled:
-        error = Source("", both.degrees + repeats.degrees, both.squares + repeats.squares)
-    part = Source("part", p - 1, o * r * _squares(of_parts - whole))
-    operator = Source("operator", o - 1, p * r * _squares(of_operators - whole))
-    tests = both if both.degrees else repeats
+    part, operator = cells.mean(axis=1), cells.mean(axis=0)
+    crossed = cells - part[:, None] - operator + whole
+    effects = (part - whole, operator - whole, crossed, values - cells[:, :, None])
+    degrees = (p - 1, o - 1, (p - 1) * (o - 1), p * o * (r - 1))
+    squares = [
+        float((x**2).sum()) * k for x, k in zip(effects, (o * r, p * r, r, 1), strict=True)
+    ]  # fmt: skip
+    means = [s / d if d else 0.0 for s, d in zip(squares, degrees, strict=True)]
+    against = (2, 2, 3, 3) if o > 1 else (3, 3, 3, 3)
+    sources = []
+    for at, name in enumerate(("specimen", "operator", "interaction", "repeatability")):
+        error = against[at]
+        tested = at < 3 and degrees[at] > 0 and means[error] > 0.0
+        f = means[at] / means[error] if tested else None
+        p_value = None if f is None else float(fdtrc(degrees[at], degrees[error], f))
+        mean_square = means[at] if degrees[at] else None
+        sources.append(Source(
+            name=name, degrees=degrees[at], squares=squares[at], mean_square=mean_square, f=f,
+            p=p_value,
+        ))  # fmt: skip
+    by_chance = sources[2].p
+    pooled = by_chance is None or by_chance > POOLED_FROM
+    repeats = (squares[2] + squares[3]) / (degrees[2] + degrees[3]) if pooled else means[3]
+    error_square = repeats if pooled else means[2]
 
-    def sigma(one: Source, other: Source, count: int) -> float:
-        return math.sqrt(max(one.mean_square - other.mean_square, 0.0) / count)
+    def sigma(mean_square: float, below: float, count: int) -> float:
+        return math.sqrt(max(mean_square - below, 0.0) / count)
 
-    several = o > 1
+    ev, pv = math.sqrt(repeats), sigma(means[0], error_square, o * r)
+    av = sigma(means[1], error_square, p * r) if o > 1 else 0.0
+    both = 0.0 if pooled else sigma(means[2], means[3], r)
+    grr = math.hypot(ev, av, both)
     return Gauge(
-        p, o, r, (part.over(tests), operator.over(tests), both, repeats), pooled,
-        ev=math.sqrt(error.mean_square if pooled else repeats.mean_square),
-        av=sigma(operator, error, p * r) if several else math.nan,
-        interaction=(0.0 if pooled else sigma(both, repeats, r)) if several else math.nan,
-        pv=sigma(part, error, o * r),
+        parts=p, operators=o, trials=r, pooled=pooled, ev=ev, av=av if o > 1 else None,
+        interaction=both if o > 1 else None, grr=grr, pv=pv, tv=math.hypot(grr, pv),
+        ndc=int(math.sqrt(2.0) * pv / grr) if grr > 0.0 else 0, sources=tuple(sources),
     )  # fmt: skip
 
 
-def _squares(values: FloatArray) -> float:
-    return float(np.sum(values**2))
+class Capability(Row):
+    """Capability and performance, ISO 22514-2; null where a limit is not stated."""
 
-
-@dataclass(frozen=True, slots=True)
-class Capability:
-    """Capability (σ short-term) and performance (s of all) indices of ISO 22514-2.
-
-    NaN where a limit that they need is not stated; `ppk_interval` is the 95 % interval of Ppk.
-    """
-
-    cp: float
-    cpk: float
-    pp: float
-    ppk: float
-    ppk_interval: tuple[float, float]
+    cp: float | None = figure("Capability index, short-term σ.")
+    cpk: float = figure("Smaller capability index.")
+    pp: float | None = figure("Performance index, standard deviation of all.")
+    ppk: float = figure("Smaller performance index.")
+    ppk_interval: Pair = figure("95 % interval of Ppk.")
 
 
 def capability(
     values: FloatArray, low: float | None, high: float | None, sigma: float
 ) -> Capability:
-    """Indices of `values` (N,) against limits; `sigma` is the short-term standard deviation."""
+    """Indices of `values` (N,) against one or two limits; `sigma` is the short-term one."""
     mean, s, n = float(values.mean()), float(values.std(ddof=1)), values.size
-    width = math.nan if low is None or high is None else high - low
-    near = min(
-        math.inf if high is None else high - mean, math.inf if low is None else mean - low
-    )  # fmt: skip
+    width = None if low is None or high is None else high - low
+    near = min(math.inf if high is None else high - mean, math.inf if low is None else mean - low)
     ppk = near / (3.0 * s)
-    half = float(ndtri(0.5 + 0.5 * CONFIDENCE)) * math.sqrt(1 / (9 * n) + ppk**2 / (2 * (n - 1)))
+    half = float(ndtri(1 - 0.5 * ALPHA)) * math.sqrt(1 / (9 * n) + ppk**2 / (2 * (n - 1)))
     return Capability(
-        width / (SIGMAS * sigma), near / (3.0 * sigma), width / (SIGMAS * s), ppk,
-        (ppk - half, ppk + half),
+        cp=width and width / (SIGMAS * sigma), cpk=near / (3.0 * sigma),
+        pp=width and width / (SIGMAS * s), ppk=ppk, ppk_interval=(ppk - half, ppk + half),
     )  # fmt: skip
