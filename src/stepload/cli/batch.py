@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     from stepload.plan.model import Acceptance, Plan
     from stepload.record.summary import Summary
 
-OF_THE_SPECIMEN = ("R1", "R2", "R6", "R8", "R12", "R14", "not_free", "tilted", "uneven", "until",
-                   "specimen")  # fmt: skip
+OF_THE_SPECIMEN = {
+    "R1", "R2", "R6", "R8", "R12", "R14", "not_free", "tilted", "uneven", "until", "specimen",
+}  # fmt: skip
 """Stops that another specimen, or this one mounted anew, may not have; any other is the rig's."""
-LISTS = (".csv", ".tsv", ".txt")
 
 
 def batch(
@@ -74,14 +74,14 @@ def batch(
         plans = {piece.plan: load_plan(piece.plan) for piece in pieces}
         directory = out or plans[pieces[0].plan].record.directory / name
         done = pressed(directory)
-        left = [piece for piece in pieces if piece.key(plans[piece.plan]) not in done]
+        left = [each for each in pieces if each.key(plans[each.plan]) not in done]
         piece = next((each for each in left if each.name not in skipped), None)
         if piece is None:
             break
         plan = piece.of(plans[piece.plan], name)
-        alike = [run for key, run in done.items() if key[0] == plan.name]
-        if others := set(changed(plan, alike)) - accepted:
-            output.line(f"changed since {alike[0].path.parent.name}: {', '.join(sorted(others))}")
+        before = [run for key, run in done.items() if key[0] == plan.name]
+        if others := changed(plan, before) - accepted:
+            output.line(f"changed since {before[0].path.parent.name}: {', '.join(sorted(others))}")
             if yes or _ask("Enter presses the rest with what is there now, q ends: ") == "q":
                 raise BadInputError("the plan has changed", hint="a batch of its own: --out DIR")
             accepted |= others
@@ -89,20 +89,22 @@ def batch(
             asked = True
             if ask_before_pressing(preflight_of(plan), False, False):
                 continue  # the rig file may have changed
-        number = pieces.index(piece) + 1
-        prompt = f"{number} of {len(pieces)}: mount {piece.name}, then Enter (s skips, q ends): "
+        place = f"{pieces.index(piece) + 1} of {len(pieces)}"
+        prompt = f"{place}: mount {piece.name}, then Enter (s skips, q ends): "
         answer = "" if yes else _ask(prompt)
         if answer == "q":
             break
         if answer == "s":
             skipped.add(piece.name)
             continue
-        output.line(f"\n{number} of {len(pieces)}: {piece.name}")
-        seed_of = (plan.rig.simulation.seed if seed is None else seed) + number if dry_run else None
-        codes[piece.name], ends = _press(plan, directory, alike, seed_of, output, quiet=quiet)
-        if ends or (yes and codes[piece.name] is ExitCode.INTERRUPTED):
-            raise typer.Exit(codes[piece.name])
-        if yes and codes[piece.name] is not ExitCode.OK:
+        output.line(f"\n{place}: {piece.name}")
+        plan = replace(plan, record=replace(plan.record, directory=directory))
+        drawn = (plan.rig.simulation.seed if seed is None else seed) + pieces.index(piece)
+        code, ends = _press(plan, before, drawn if dry_run else None, output, quiet=quiet)
+        codes[piece.name] = code
+        if ends or (yes and code is ExitCode.INTERRUPTED):
+            raise typer.Exit(code)
+        if yes:
             skipped.add(piece.name)
     names = [each.name for each in left]
     _show(directory, list(done.values()), output, plans[pieces[0].plan].identify.acceptance, names)
@@ -110,17 +112,16 @@ def batch(
 
 
 def _pieces(files: Sequence[Path], dry_run: bool) -> tuple[str, list[Piece]]:
-    """What is to be pressed, and the name of the batch."""
+    """The name of the batch, and what is to be pressed."""
     from stepload.data.batch import Piece, read_list
     from stepload.plan.load import load_plan
 
-    lists = [path for path in files if path.suffix.lower() in LISTS]
+    lists = [path for path in files if path.suffix.lower() == ".csv"]
     plans = [path for path in files if path not in lists]
     if not files or len(lists) > 1 or (lists and len(plans) > 1):
         raise BadInputError("name a plan and a list, or plans alone", hint="PLAN specimens.csv")
     if lists:
-        plan = plans[0] if plans else None
-        return lists[0].stem, read_list(lists[0], plan, dry_run=dry_run)
+        return lists[0].stem, read_list(lists[0], plans[0] if plans else None, dry_run=dry_run)
     return "batch", [Piece(each, load_plan(each).record.specimen or each.stem) for each in plans]
 
 
@@ -137,35 +138,27 @@ def _ask(text: str) -> str:
 
 
 def _press(
-    plan: Plan,
-    directory: Path,
-    before: Sequence[Summary],
-    seed: int | None,
-    output: Output,
-    *,
-    quiet: bool,
+    plan: Plan, before: Sequence[Summary], seed: int | None, output: Output, *, quiet: bool
 ) -> tuple[ExitCode, bool]:
-    """Press one specimen as `stepload run` does; its exit code, and whether the batch ends."""
+    """Press a specimen as `run` does, dry with a seed; exit code, and whether the batch ends."""
     from stepload.cli.run import exit_code, press
-    from stepload.data.batch import seen
+    from stepload.data.batch import first_looks
     from stepload.engine.operator import Operator
     from stepload.feasibility.preflight import preflight_of
     from stepload.session.specimen import SpecimenCheck
 
-    plan = replace(plan, record=replace(plan.record, directory=directory))
     preflight, operator = preflight_of(plan), Operator()
     with operator.listening():
         finished = press(
             preflight, operator, output, dry_run=seed is not None, out=None, seed=seed,
-            quiet=quiet, check=SpecimenCheck(preflight, seen(before)),
+            quiet=quiet, check=SpecimenCheck(preflight, first_looks(before)),
         )  # fmt: skip
     outcome = finished.outcome
-    cause = outcome.cause
-    of_rig = cause is not None and cause.rule not in OF_THE_SPECIMEN
-    if cause is not None and of_rig:
-        output.line(f"the batch ends: {cause.rule} is a matter of the rig; started anew it goes on")
-    told_to_end = outcome.signal_number not in (0, signal.SIGINT)
-    return exit_code(finished), of_rig or told_to_end or outcome.safing_failed
+    of_rig = outcome.cause is not None and outcome.cause.rule not in OF_THE_SPECIMEN
+    ends = of_rig or outcome.safing_failed or outcome.signal_number not in (0, signal.SIGINT)
+    if ends:
+        output.line("the batch ends here: mend the rig; the same command goes on")
+    return exit_code(finished), ends
 
 
 def _show(
@@ -175,7 +168,7 @@ def _show(
     acceptance: Acceptance | None = None,
     left: Sequence[str] = (),
 ) -> None:
-    """Table and page of what is pressed; the limits of the newest record where there is no plan."""
+    """Table and page of what is pressed; without a plan by the limits of the newest record."""
     from stepload.record.plain import json_text
     from stepload.report.batch import batch_of
     from stepload.report.batch_document import batch_document

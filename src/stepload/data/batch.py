@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -15,17 +16,16 @@ from stepload.errors import BadInputError, guess
 from stepload.plan.model import Plan, Simulation
 from stepload.plan.problems import PlanError, Problem
 from stepload.plan.reader import checked
-from stepload.plan.source import Source, read_source
+from stepload.plan.source import read_source
 from stepload.plan.tags import tagged
 from stepload.record.outcome import RunStatus
 from stepload.record.summary import Summary, read_summary
-from stepload.report.batch import TRIAL, trial_of
+from stepload.report.batch import trial_of
 
 COLUMNS = {"specimen": "specimen", "operator": "operator", "trial": "trial", "repeat": "trial",
            "plan": "plan", "notes": "notes"}  # fmt: skip
-SIMULATED = "simulation."
-"""Begin of a column with a key of `rig.simulation`: the truth of a specimen in a dry run."""
-TRUTHS = {f"{SIMULATED}{key.name}": key for key in keys(Simulation)}
+TRUTHS = {f"simulation.{key.name}": key for key in keys(Simulation)}
+"""Columns with the truth of a specimen in a dry run."""
 Key = tuple[str, str, str, str]
 """Plan, specimen, operator and trial: what tells one press from another."""
 
@@ -44,17 +44,15 @@ class Piece:
     @property
     def name(self) -> str:
         """What a person calls it."""
-        return ", ".join(
-            filter(None, (self.specimen, self.operator, self.trial and f"trial {self.trial}"))
-        )
+        trial = self.trial and f"trial {self.trial}"
+        return ", ".join(filter(None, (self.specimen, self.operator, trial)))
 
     def of(self, plan: Plan, batch: str) -> Plan:
         """The plan of this press, from the plan that it names."""
         told = {"specimen": self.specimen, "operator": self.operator, "batch": batch}
-        tags = [f"{key}={value}" for key, value in told.items() if value]
-        tags += [f"{TRIAL}{self.trial}"] if self.trial else []
-        tags += [f"{SIMULATED}{key}={value}" for key, value in self.truth.items()]
-        plan = tagged(plan, tags)
+        told |= {"trial": self.trial}
+        told |= {f"simulation.{key}": f"{value}" for key, value in self.truth.items()}
+        plan = tagged(plan, [f"{key}={value}" for key, value in told.items() if value])
         notes = "\n".join(filter(None, (plan.record.notes, self.notes)))
         rig = replace(plan.rig, simulation=replace(plan.rig.simulation, **self.truth))
         return replace(plan, rig=rig, record=replace(plan.record, notes=notes))
@@ -65,52 +63,48 @@ class Piece:
 
 
 def read_list(path: Path, plan: Path | None, *, dry_run: bool) -> list[Piece]:
-    """The rows of a list in CSV, separated by comma, semicolon or tab, with a header.
+    """The rows of a list in CSV, separated by comma, semicolon or tab, below a header.
 
     Args:
-        path: the list; paths of plans in it are from its directory.
+        path: the list; plans in it are named from its directory.
         plan: of rows that name none.
         dry_run: whether columns `simulation.…` may be there.
 
     Raises:
         PlanError: every problem, with line and column.
     """
-    source, problems = read_source(path), list[Problem]()
+    source = read_source(path)
+    problems, pieces, seen = list[Problem](), list[Piece](), dict[str, int]()
+
+    def wrong(line: int, column: int, message: str, hint: str) -> None:
+        problems.append(source.problem(line, column, message, hint))
+
     lines = [(at, line) for at, line in enumerate(source.lines, 1) if line.strip()]
-    if not lines:
-        raise PlanError((source.problem(1, 1, "the list is empty", "a header: specimen,notes"),))
-    separator = max(",;\t", key=lines[0][1].count)
-    head = list(_cells(lines[0][1], separator))
+    first, header = lines[0] if lines else (1, "")
+    separator = max(",;\t", key=header.count)
+    head = list(_cells(header, separator))
     for name, column in head:
-        if name.lower() not in COLUMNS and name not in TRUTHS:
+        if name in TRUTHS and not dry_run:
+            wrong(first, column, f"{name} is of a simulated specimen", "leave it out, or --dry-run")
+        elif name not in TRUTHS and name not in COLUMNS:
             hint = f"{guess(name, [*COLUMNS, *TRUTHS])}columns: {', '.join(COLUMNS)}"
-            problems.append(source.problem(lines[0][0], column, f"unknown column {name!r}", hint))
-        elif name in TRUTHS and not dry_run:
-            hint = "--dry-run rehearses; leave the column out to press"
-            told = f"{name} is the truth of a simulated specimen"
-            problems.append(source.problem(lines[0][0], column, told, hint))
-    if "specimen" not in (name.lower() for name, _ in head):
-        problems.append(source.problem(lines[0][0], 1, "no column `specimen`", "name the pieces"))
-    if problems:
-        raise PlanError(tuple(problems))
-    seen: dict[tuple[object, ...], int] = {}
-    pieces = []
-    for number, line in lines[1:]:
-        cells = list(_cells(line, separator))
+            wrong(first, column, f"unknown column {name!r}", hint)
+    if "specimen" not in dict(head) or len(lines) < 2:
+        wrong(first, 1, "no specimens", "a header with `specimen`, and a row for each")
+    for line, text in lines[1:] if not problems else ():
+        cells = list(_cells(text, separator))
         if len(cells) > len(head):
-            told = f"{len(cells)} cells, the header has {len(head)}"
-            problems.append(source.problem(number, cells[len(head)][1], told, "quote the text"))
+            wrong(line, cells[len(head)][1], "more cells than the header has", "quote the text")
+        told = _told(zip(head, cells, strict=False), partial(wrong, line))
+        told["plan"] = source.beside(told["plan"]) if "plan" in told else plan
+        if "specimen" not in told or told["plan"] is None:
+            lacking = "plan" if "specimen" in told else "specimen"
+            wrong(line, 1, f"no {lacking}", "stepload batch PLAN LIST; a name for each specimen")
             continue
-        piece = _piece(source, number, zip(head, cells, strict=False), plan, problems)
-        if piece is None:
-            continue
-        same = (piece.plan, piece.specimen, piece.operator, piece.trial)
-        if (first := seen.setdefault(same, number)) != number:
-            told = f"{piece.name} is in line {first} already"
-            problems.append(source.problem(number, 1, told, "tell repeats apart: column `trial`"))
+        piece = Piece(**told)
+        if (same := seen.setdefault(f"{piece.plan} {piece.name}", line)) != line:
+            wrong(line, 1, f"{piece.name} is in line {same}", "tell repeats apart: column `trial`")
         pieces.append(piece)
-    if not pieces and not problems:
-        problems.append(source.problem(1, 1, "no specimen below the header", "a row for each"))
     if problems:
         raise PlanError(tuple(problems))
     return pieces
@@ -127,42 +121,23 @@ def _cells(line: str, separator: str) -> Iterator[tuple[str, int]]:
     yield from ((text.strip(), start) for text, start in zip(texts, starts, strict=False))
 
 
-def _piece(
-    source: Source,
-    number: int,
+def _told(
     cells: Iterator[tuple[tuple[str, int], tuple[str, int]]],
-    plan: Path | None,
-    problems: list[Problem],
-) -> Piece | None:
-    told: dict[str, str] = {}
-    truth: dict[str, Any] = {}
-    before = len(problems)
+    wrong: Callable[[int, str, str], None],
+) -> dict[str, Any]:
+    """Fields of a piece from the cells of a row and their header."""
+    told: dict[str, Any] = {"truth": {}}
     for (name, _), (text, column) in cells:
-        if not text:
-            continue
-        try:
-            if (known := TRUTHS.get(name)) is None:
-                told[COLUMNS[name.lower()]] = text
-            else:
-                truth[known.field] = checked(known.hint, _number(text))
-        except BadInputError as error:
-            message = f"{name}: {error.message}"
-            problems.append(source.problem(number, column, message, error.hint))
-    path = source.beside(told.pop("plan")) if "plan" in told else plan
-    if "specimen" not in told:
-        problems.append(source.problem(number, 1, "no specimen", "a name or a number"))
-    if path is None:
-        problems.append(source.problem(number, 1, "no plan", "stepload batch PLAN LIST"))
-    if path is None or len(problems) > before:
-        return None
-    return Piece(path, truth=truth, **told)
-
-
-def _number(text: str) -> Any:
-    try:
-        return float(text)
-    except ValueError:
-        return text
+        if text and name in COLUMNS:
+            told[COLUMNS[name]] = text
+        elif text:
+            try:
+                number = text.replace(".", "", 1).replace("-", "", 1).isdecimal()
+                value = checked(TRUTHS[name].hint, float(text) if number else text)
+                told["truth"][TRUTHS[name].field] = value
+            except BadInputError as error:
+                wrong(column, f"{name}: {error.message}", error.hint)
+    return told
 
 
 def pressed(directory: Path) -> dict[Key, Summary]:
@@ -176,18 +151,18 @@ def pressed(directory: Path) -> dict[Key, Summary]:
     return found
 
 
-def changed(plan: Plan, runs: Sequence[Summary]) -> list[str]:
+def changed(plan: Plan, runs: Sequence[Summary]) -> set[str]:
     """Names of files that runs were made with and that are others in the plan now."""
     now = {sha256(source.text.encode()).hexdigest() for source in plan.sources}
-    names: set[str] = set()
+    found: set[str] = set()
     for each in runs:
-        about = (each.results or {}).get("run")
+        about: Any = (each.results or {}).get("run")
         files = about.get("files") if isinstance(about, dict) else None
-        names |= {n for n, sha in files.items() if sha not in now} if files else set()
-    return sorted(names)
+        found |= {name for name, told in files.items() if told not in now} if files else set()
+    return found
 
 
-def seen(runs: Sequence[Summary]) -> list[tuple[float, float]]:
+def first_looks(runs: Sequence[Summary]) -> list[tuple[float, float]]:
     """Position of the first touch and deformation at the first level of every run, in m."""
     found = []
     for each in runs:

@@ -34,8 +34,9 @@ from stepload.rig.device import LARGEST_SHIFT_M
 
 __all__ = [
     "Acceptance", "Alignment", "ArmSpec", "DeviceSpec", "DisplacementSpec", "ForceSpec",
-    "IdentifyPlan", "Payload", "Plan", "Procedure", "Provenance", "RecordPlan", "RecordPolicy", "Rig",
-    "SecondForce", "SecondForceSource", "Simulation", "SourceFile", "Structure", "SystemStiffness",
+    "IdentifyPlan", "Payload", "Plan", "Procedure", "Provenance", "RecordPlan", "RecordPolicy",
+    "Rig", "SecondForce", "SecondForceSource", "Simulation", "SourceFile", "Structure",
+    "SystemStiffness",
 ]  # fmt: skip
 
 MAX_LEVELS = 1000

@@ -7,13 +7,13 @@ right one earlier: by the height of the first touch and the deformation at the f
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from stepload.engine.tick import Engine
 from stepload.feasibility.preflight import Preflight
-from stepload.record.outcome import Cause, Touch
+from stepload.record.outcome import Cause
 from stepload.record.rows import Phase
 from stepload.report.conditions import planned
 from stepload.units import format_quantity as f
@@ -23,8 +23,6 @@ SPECIMEN = "specimen"
 FACTOR = 2.0
 """A payload this many times softer or stiffer than expected is another one."""
 SIGMAS = 3.0
-Expected = tuple[float, float, float, str]
-"""Found, least and most in m, and where that is from."""
 
 
 class SpecimenCheck:
@@ -37,11 +35,9 @@ class SpecimenCheck:
     """
 
     def __init__(self, preflight: Preflight, earlier: Sequence[tuple[float, float]]) -> None:
-        self._theory, self._plan = preflight.theory, preflight.plan
-        self._conditions = planned(preflight)
-        self._touch_m, self._deformation_m = (
-            map(float, np.median(earlier, axis=0)) if earlier else (math.nan, math.nan)
-        )
+        self._theory, self._procedure = preflight.theory, preflight.plan.procedure
+        self._conditions, self._gauge = planned(preflight), preflight.plan.rig.displacement
+        self._before = [float(each) for each in np.median(earlier, axis=0)] if earlier else []
         self._touched = self._loaded = False
 
     def __call__(self, engine: Engine, preflight: Preflight) -> None:
@@ -49,47 +45,49 @@ class SpecimenCheck:
         row, course = engine.row, engine.course
         if row is None or not course.touches:
             return
-        spans: Iterator[Expected] = iter(())
+        first, last = course.touches[0], course.touches[-1]
         if not self._touched:
-            self._touched, what = True, "touched {} from the start"
-            spans = self._height(course.touches[0], course.start_m)
-        elif row.phase == Phase.HOLD and not self._loaded:
-            self._loaded, what = True, f"deformed {{}} at {f(row.force_n, 'N')}"
-            spans = self._softness(
-                engine.supervisor.arm.position_m, row.force_n, course.touches[-1]
-            )
-        for found_m, low_m, high_m, source in spans:
-            if not low_m <= found_m <= high_m:
-                span = f"{f(low_m, 'm')} to {f(high_m, 'm')}"
-                message = f"{what.format(f(found_m, 'm'))}, expected {span} by {source}"
-                limit_m = low_m if found_m < low_m else high_m
-                engine.trip(Cause(SPECIMEN, found_m, limit_m, "", 0.0, row.time_s, message))
+            self._touched = True
+            self._height(engine, first.position_m - course.start_m, first.force_n)
+        # With a gauge the travel of the arm is not what is measured.
+        elif row.phase == Phase.HOLD and not self._loaded and self._gauge is None:
+            self._loaded = True
+            travel_m = engine.supervisor.arm.position_m - last.position_m
+            self._softness(engine, travel_m, row.force_n, last.force_n)
 
-    def _height(self, touch: Touch, start_m: float) -> Iterator[Expected]:
-        at_m, room_m = touch.position_m - start_m, self._plan.procedure.surface_uncertainty_m
-        given_m = self._theory.softest.deformation(touch.force_n) + self._bend(touch.force_n)
-        plan_m, before_m = self._plan.procedure.surface_distance_m, self._touch_m - start_m
-        yield at_m, plan_m - room_m, plan_m + room_m + given_m, "surface_distance"
-        if not math.isnan(before_m):
-            yield at_m, before_m - room_m, before_m + room_m, "those before"
+    def _height(self, engine: Engine, found_m: float, force_n: float) -> None:
+        procedure, told = self._procedure, "touched {} from the start"
+        plan_m, room_m = procedure.surface_distance_m, procedure.surface_uncertainty_m
+        given_m = self._theory.softest.deformation(force_n) + self._bend(force_n)
+        high_m = plan_m + room_m + given_m
+        self._judge(engine, told, found_m, plan_m - room_m, high_m, "surface_distance")
+        for before_m in (each - engine.course.start_m for each in self._before[:1]):
+            ends_m = before_m - room_m, before_m + room_m
+            self._judge(engine, told, found_m, *ends_m, "those before")
 
-    def _softness(self, travel_m: float, force_n: float, touch_n: float) -> Iterator[Expected]:
-        if self._plan.rig.displacement is not None:
-            return  # the travel of the arm is not what such a rig measures
-        zero_m, theory = self._bend(touch_n), self._theory
+    def _softness(self, engine: Engine, travel_m: float, force_n: float, touch_n: float) -> None:
+        zero_m, told = self._bend(touch_n), f"deformed {{}} at {f(force_n, 'N')}"
         found_m = travel_m - self._bend(force_n) + zero_m
         sigma_m = float(self._conditions.bend_sigma(np.array([force_n]))[0])
         doubt_m = SIGMAS * math.hypot(self._conditions.position_resolution_m, sigma_m)
         least_m, most_m = (
             law.deformation(force_n) - law.deformation(touch_n)
-            for law in (theory.stiffest, theory.softest)
+            for law in (self._theory.stiffest, self._theory.softest)
         )
-        before_m = self._deformation_m + zero_m
-        for low_m, high_m, source in (
-            (least_m, most_m, "theory"), (before_m, before_m, "those before"),
-        ):  # fmt: skip
-            if not math.isnan(low_m):
-                yield found_m, low_m / FACTOR - doubt_m, high_m * FACTOR + doubt_m, source
+        spans = [(least_m, most_m, "theory")]
+        spans += [(each + zero_m, each + zero_m, "those before") for each in self._before[1:]]
+        for low_m, high_m, source in spans:
+            ends_m = low_m / FACTOR - doubt_m, FACTOR * high_m + doubt_m
+            self._judge(engine, told, found_m, *ends_m, source)
 
     def _bend(self, force_n: float) -> float:
         return float(self._conditions.bend(np.array([force_n]))[0])
+
+    def _judge(
+        self, engine: Engine, told: str, found_m: float, low_m: float, high_m: float, source: str
+    ) -> None:
+        if not low_m <= found_m <= high_m and engine.row is not None:
+            span = f"{f(low_m, 'm')} to {f(high_m, 'm')}"
+            message = f"{told.format(f(found_m, 'm'))}, expected {span} by {source}"
+            limit_m, now_s = low_m if found_m < low_m else high_m, engine.row.time_s
+            engine.trip(Cause(SPECIMEN, found_m, limit_m, "", 0.0, now_s, message))
