@@ -24,6 +24,7 @@ from stepload.report.model import Mood
 from stepload.report.rows import Cell, Row, figure, in_one_unit, schema_of
 from stepload.report.run_record import SavedRun, labelled
 from stepload.units import format_quantity as f
+from stepload.units import percent
 
 FEWEST = 8
 """Specimens from which a control chart may say that nothing stands out."""
@@ -57,14 +58,23 @@ class Specimen(Row):
     )
 
 
-class Mean(Row):
-    """The mean over specimens; all in N/m."""
+def _half(share: float) -> str:
+    return f"±{percent(share, 2)}"
 
-    value: float = figure("Mean of the chord stiffness.")
-    sigma: float = figure("Standard deviation between specimens.")
-    scatter: float = figure("95 % half width of the mean by that scatter, Student's t.")
-    common: float = figure("95 % half width by what all specimens share: more do not narrow it.")
-    half: float = figure("95 % half width of both together.")
+
+class Mean(Row):
+    """The mean over specimens, those that stand out too; half widths as shares of it."""
+
+    value_n_per_m: Annotated[float, lambda k: f(k, "N/m", 4)] = figure("The mean.", "mean")
+    sigma_n_per_m: float = figure("Between specimens.", "standard deviation")
+    scatter: Annotated[float, _half] = figure(
+        "95 % half width of the mean by that, Student's t.", "95 % of the mean, by scatter"
+    )
+    common: Annotated[float, _half] = figure(
+        "95 % half width by what all specimens share: more of them do not narrow it.",
+        "  by what all share",
+    )
+    half_width: Annotated[float, _half] = figure("95 % half width of both.", "  both")
     lines: tuple[Line, ...] = figure("What all specimens share, by source.")
 
 
@@ -93,8 +103,8 @@ class Batch(Row):
         span = f"from {f(self.from_n, 'N')} to {f(self.to_n, 'N')}"
         if self.mean is None:
             return f"Chord stiffness {f(self.specimens[0].value_n_per_m, 'N/m')}, {span}"
-        value, half = self.mean.value, self.mean.half
-        shown, ends = in_one_unit((value - half, value + half), "N/m", value)
+        value, half = self.mean.value_n_per_m, self.mean.half_width
+        shown, ends = in_one_unit((value * (1.0 - half), value * (1.0 + half)), "N/m", value)
         return f"Mean chord stiffness {shown}, 95 % {ends}, {len(self.specimens)} specimens, {span}"
 
 
@@ -115,42 +125,58 @@ def batch_of(
     """Evaluate the runs of a batch, each press once.
 
     Raises:
-        BadInputError: no run has a chord, they have no forces in common, or payloads differ.
+        BadInputError: the runs have no chord between common forces, or their payloads differ.
     """
     ordered = labelled(sorted(saved, key=lambda run: run.metadata.get("started", "")))
     compared = [compared_run(run, run.conditions.secant_force_n) for run in ordered]
     runs = [each for each in compared if each.found.headline is not None]
-    payloads = sorted({each.run.metadata.get("payload", "") for each in runs})
+    payloads = {each.run.metadata.get("payload", "") for each in runs}
     if len(payloads) > 1:
-        raise BadInputError(
-            f"payloads differ: {', '.join(payloads)}", hint="make each a batch of its own: --out"
-        )
+        told = f"payloads differ: {', '.join(sorted(payloads))}"
+        raise BadInputError(told, hint="make each a batch of its own: --out DIR")
     if not (found := chords(runs)):
         raise BadInputError("the runs have no chord stiffness between common forces")
-    names = [_specimen(each.run) for each in runs]
-    place = np.array([list(dict.fromkeys(names)).index(each) for each in names])
-    values = np.array([
-        np.mean([c.value_n_per_m for c, p in zip(found, place, strict=True) if p == at])
-        for at in range(place.max() + 1)
-    ])  # fmt: skip
-    chart = stats.chart(values)
-    limits = acceptance or Acceptance()
-    low, high = limits.chord_min_n_per_m, limits.chord_max_n_per_m
-    specimens = _specimens(runs, found, place, values, chart, limits if acceptance else None)
-    trend, capable = stats.trend(values), acceptance is not None and chart is not None
-    gauge, told = _gauge(runs, found)
+    names = [each.run.metadata.get("specimen") or each.run.place for each in runs]
+    pieces = list(dict.fromkeys(names))
+    place = np.array([pieces.index(each) for each in names])
+    ends = np.array([(each.value_n_per_m, *each.interval_n_per_m) for each in found])
+    means = np.array([ends[place == at].mean(axis=0) for at in range(len(pieces))])
+    values, chart = means[:, 0], stats.chart(means[:, 0])
+    out, limits = stats.outliers(values), acceptance or Acceptance()
+    least, most = limits.chord_min_n_per_m, limits.chord_max_n_per_m
+    specimens = tuple(
+        Specimen(
+            number=at + 1, name=piece, runs=names.count(piece), value_n_per_m=value,
+            interval_n_per_m=(low, high), touch_m=_touch_m(runs[names.index(piece)]),
+            broken=(*(chart.broken[at] if chart else ()), *(["ESD"] if at in out else ())),
+            limits=_against(low, high, least, most) if acceptance else "",
+        )
+        for at, (piece, (value, low, high)) in enumerate(zip(pieces, means.tolist(), strict=True))
+    )  # fmt: skip
+    width = most - least if least and most else None
+    trend, (gauge, told) = stats.trend(values), _gauge(names, runs, ends[:, 0], width)
+    capable = (
+        stats.capability(values, least, most, chart.sigma_n_per_m) if chart and acceptance else None
+    )
     return Batch(
-        simulated=any(run.simulated for run in ordered), name=name, payload=payloads[0],
+        simulated=any(run.simulated for run in ordered), name=name, payload=payloads.pop(),
         verdict=_verdict(specimens, chart, trend), from_n=found[0].from_n, to_n=found[0].to_n,
         specimens=specimens, mean=_mean(runs, found, place, values), trend=trend, chart=chart,
-        gauge=gauge, chord_min_n_per_m=low, chord_max_n_per_m=high,
-        capability=stats.capability(values, low, high, chart.sigma) if capable and chart else None,
-        notes=(*told, *notes, *_notes(compared)),
+        gauge=gauge, chord_min_n_per_m=least, chord_max_n_per_m=most, capability=capable,
+        notes=(*filter(None, [told]), *notes, *_notes(compared)),
     )  # fmt: skip
 
 
-def _specimen(run: SavedRun) -> str:
-    return run.metadata.get("specimen") or run.place
+def _touch_m(run: ComparedRun) -> float | None:
+    return next((touch.position_m for touch in run.run.data.touches), None)
+
+
+def _against(low: float, high: float, least: float | None, most: float | None) -> str:
+    """Whether an interval keeps the limits, as ISO 14253-1 decides."""
+    least, most = least or -math.inf, most or math.inf
+    if least <= low and high <= most:
+        return "inside"
+    return "outside" if high < least or low > most else "unclear"
 
 
 def _notes(runs: Sequence[ComparedRun]) -> list[str]:
@@ -158,46 +184,10 @@ def _notes(runs: Sequence[ComparedRun]) -> list[str]:
     told: dict[str, list[str]] = {}
     for each in runs:
         headline = each.found.headline
-        if headline is None:
-            told.setdefault("no chord stiffness, left out", []).append(each.run.name)
-        elif headline.verdict is not ResultVerdict.IDENTIFIED:
-            told.setdefault(f"{headline.verdict}", []).append(each.run.name)
+        if headline is None or headline.verdict is not ResultVerdict.IDENTIFIED:
+            word = headline.verdict.value if headline else "no chord stiffness, left out"
+            told.setdefault(word, []).append(each.run.name)
     return [f"{word}: {', '.join(names)}" for word, names in told.items()]
-
-
-def _specimens(
-    runs: Sequence[ComparedRun],
-    found: Sequence[Quantity],
-    place: stats.IntArray,
-    values: stats.FloatArray,
-    chart: stats.Chart | None,
-    acceptance: Acceptance | None,
-) -> tuple[Specimen, ...]:
-    ends, out = np.array([each.interval_n_per_m for each in found]), stats.outliers(values)
-    made = []
-    for at, value in enumerate(values):
-        mine = np.flatnonzero(place == at)
-        run = runs[mine[0]].run
-        low, high = map(float, ends[mine].mean(axis=0))
-        touch_m = next((touch.position_m for touch in run.data.touches), None)
-        made.append(Specimen(
-            number=at + 1, name=_specimen(run), runs=mine.size, value_n_per_m=float(value),
-            interval_n_per_m=(low, high), touch_m=touch_m,
-            broken=(*(chart.broken[at] if chart else ()), *(("ESD",) if at in out else ())),
-            limits=_against(acceptance, low, high),
-        ))  # fmt: skip
-    return tuple(made)
-
-
-def _against(acceptance: Acceptance | None, low: float, high: float) -> str:
-    """Whether an interval keeps the limits, as ISO 14253-1 decides."""
-    if acceptance is None:
-        return ""
-    least = acceptance.chord_min_n_per_m or -math.inf
-    most = acceptance.chord_max_n_per_m or math.inf
-    if low >= least and high <= most:
-        return "inside"
-    return "outside" if high < least or low > most else "unclear"
 
 
 def _verdict(
@@ -227,33 +217,33 @@ def _mean(
     measured = [each.measured(chord) for each, chord in zip(runs, found, strict=True)]
     apart, lines = place[:, None] != place, []
     for source, correlation in correlations(measured).items():
-        sigma = np.array([each.lines.get(source, 0.0) for each in measured])
-        shared = float((np.outer(sigma, sigma) * correlation.most)[apart].mean())
+        relative = np.array([each.lines.get(source, 0.0) for each in measured])
+        shared = float((np.outer(relative, relative) * correlation.most)[apart].mean())
         if shared > 0.0:
             lines.append(Line(source=source, size="", relative=math.sqrt(shared)))
     lines.sort(key=lambda line: -(line.relative or 0.0))
-    value, sigma_n_per_m = float(values.mean()), float(values.std(ddof=1))
-    scatter = stats.student(values.size - 1) * sigma_n_per_m / math.sqrt(values.size)
-    common = NORMAL_95 * value * math.hypot(*(line.relative or 0.0 for line in lines))
-    return Mean(
-        value=value, sigma=sigma_n_per_m, scatter=scatter, common=common,
-        half=math.hypot(scatter, common), lines=tuple(lines),
-    )  # fmt: skip
+    value, sigma = float(values.mean()), float(values.std(ddof=1))
+    scatter = stats.student(values.size - 1) * sigma / math.sqrt(values.size) / value
+    common = NORMAL_95 * math.hypot(*(line.relative or 0.0 for line in lines))
+    return Mean(value_n_per_m=value, sigma_n_per_m=sigma, scatter=scatter, common=common,
+                half_width=math.hypot(scatter, common), lines=tuple(lines))  # fmt: skip
 
 
 def _gauge(
-    runs: Sequence[ComparedRun], found: Sequence[Quantity]
-) -> tuple[stats.Gauge | None, list[str]]:
-    """Gauge R&R, or a note why there is none though specimens were pressed again."""
+    names: Sequence[str],
+    runs: Sequence[ComparedRun],
+    values: stats.FloatArray,
+    tolerance: float | None,
+) -> tuple[stats.Gauge | None, str]:
+    """Gauge R&R, or why there is none though specimens were pressed again."""
     cells: dict[tuple[str, str], list[float]] = {}
-    for each, chord in zip(runs, found, strict=True):
-        key = _specimen(each.run), each.run.metadata.get("operator", "")
-        cells.setdefault(key, []).append(chord.value_n_per_m)
-    parts, operators = (list(dict.fromkeys(names)) for names in zip(*cells, strict=True))
-    counts = {len(values) for values in cells.values()}
-    if len(runs) == len(parts):
-        return None, []
-    whole = len(cells) == len(parts) * len(operators) and len(counts) == 1
-    if not whole or counts == {1} or len(parts) < 2:
-        return None, ["no gauge R&R: each operator must press each specimen twice or more, alike"]
-    return stats.gauge(np.array([[cells[p, o] for o in operators] for p in parts])), []
+    for name, each, value in zip(names, runs, values.tolist(), strict=True):
+        cells.setdefault((name, each.run.metadata.get("operator", "")), []).append(value)
+    parts, operators = (dict.fromkeys(each) for each in zip(*cells, strict=True))
+    if len(names) == len(parts):
+        return None, ""
+    counts = {len(cells.get((part, who), ())) for part in parts for who in operators}
+    if len(counts) > 1 or min(counts) < 2 or len(parts) < 2:
+        return None, "no gauge R&R: each operator must press each specimen twice or more, alike"
+    study = np.array([[cells[part, who] for who in operators] for part in parts])
+    return stats.gauge(study, tolerance), ""

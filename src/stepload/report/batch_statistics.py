@@ -17,6 +17,7 @@ from scipy.special import fdtrc, ndtri, stdtrit
 from stepload.identification.fit import FloatArray
 from stepload.report.identified import Pair
 from stepload.report.rows import Row, figure, form
+from stepload.units import percent
 
 IntArray = NDArray[np.int64]
 ALPHA = 0.05
@@ -45,13 +46,19 @@ def student(degrees: float) -> float:
     return float(stdtrit(degrees, 1.0 - 0.5 * ALPHA))
 
 
+def two_digits(value: float) -> str:
+    """A probability for people."""
+    return f"{value:.2g}"
+
+
 class Trend(Row):
     """Straight line over the order of pressing."""
 
-    slope: float = figure("Change from one specimen to the next, in N/m.")
-    interval: Pair = figure("Its 95 % interval.")
-    p: float = figure("Probability of such a slope without a trend.")
-    rank_p: float = figure("The same by Kendall's rank correlation.")
+    slope_n_per_m: float = figure("Change from one specimen to the next.", "trend a specimen")
+    slope_interval_n_per_m: Pair = figure("Its 95 % interval.", "  95 %")
+    rank_p: Annotated[float, two_digits] = figure(
+        "Probability without a trend, by Kendall's rank correlation.", "  p of the rank test"
+    )
 
 
 def trend(values: FloatArray) -> Trend | None:
@@ -64,18 +71,17 @@ def trend(values: FloatArray) -> Trend | None:
     line, rank_p = linregress(at, values), float(kendalltau(at, values).pvalue)
     slope, half = float(line.slope), student(at.size - 2) * float(line.stderr)
     ends = (slope - half, slope + half)
-    return Trend(slope=slope, interval=ends, p=float(line.pvalue), rank_p=rank_p)
+    return Trend(slope_n_per_m=slope, slope_interval_n_per_m=ends, rank_p=rank_p)
 
 
 class Chart(Row):
-    """Individuals and moving-range chart; all in N/m."""
+    """Individuals and moving-range chart."""
 
-    centre: float = figure("Centre line.")
-    low: float = figure("Lower limit: the centre less 3 mean moving ranges over 1.128.")
-    high: float = figure("Upper limit.")
-    mean_range: float = figure("Mean moving range.")
-    range_high: float = figure("Upper limit of the moving range: 3.267 times its mean.")
-    sigma: float = figure("Short-term standard deviation: the mean moving range over 1.128.")
+    centre_n_per_m: float = figure("Centre line.")
+    limits_n_per_m: Pair = figure("Centre ± 3 mean moving ranges over 1.128.", "control limits")
+    mean_range_n_per_m: float = figure("Mean moving range.", "mean moving range")
+    range_high_n_per_m: float = figure("Its limit: 3.267 times the mean.", "  limit")
+    sigma_n_per_m: float = figure("Short-term σ: the mean moving range over 1.128.")
     broken: tuple[tuple[str, ...], ...] = figure("Western Electric rules that each point breaks.")
     jumps: tuple[int, ...] = figure("Points, from 2, whose moving range is above its limit.")
 
@@ -96,9 +102,9 @@ def chart(values: FloatArray) -> Chart | None:
                 broken[at].append(rule)
     jumps = np.flatnonzero(ranges > D4 * mean_range) + 2
     return Chart(
-        centre=centre, low=centre - 3.0 * sigma, high=centre + 3.0 * sigma, mean_range=mean_range,
-        range_high=D4 * mean_range, sigma=sigma, broken=tuple(map(tuple, broken)),
-        jumps=tuple(map(int, jumps)),
+        centre_n_per_m=centre, limits_n_per_m=(centre - 3.0 * sigma, centre + 3.0 * sigma),
+        mean_range_n_per_m=mean_range, range_high_n_per_m=D4 * mean_range, sigma_n_per_m=sigma,
+        broken=tuple(map(tuple, broken)), jumps=tuple(map(int, jumps)),
     )  # fmt: skip
 
 
@@ -138,74 +144,85 @@ class Source(Row):
     p: Annotated[float | None, form(".3f")] = figure("Its probability by chance.", "p")
 
 
-class Gauge(Row):
-    """Gauge R&R by analysis of variance, AIAG MSA, 4th edition; standard deviations in N/m."""
+class GaugeLine(Row):
+    """One line of a gauge R&R."""
 
-    parts: int = figure("Specimens.")
+    name: str = figure("EV, AV, INT (operator × specimen), GRR, PV or TV.", "AIAG")
+    sigma_n_per_m: float = figure("Standard deviation.", "standard deviation")
+    of_study: Annotated[float, percent] = figure("Of TV.", "of study variation")
+    of_tolerance: Annotated[float | None, percent] = figure("6 σ of it.", "of tolerance")
+
+
+class Gauge(Row):
+    """Gauge R&R by analysis of variance, AIAG MSA, 4th edition."""
+
     operators: int = figure("Operators.")
     trials: int = figure("Presses of each specimen by each operator.")
     pooled: bool = figure("Whether the interaction counts as repeatability: its p is above 0.25.")
-    ev: float = figure("Repeatability.")
-    av: float | None = figure("Reproducibility; null with one operator.")
-    interaction: float | None = figure("Operator × specimen; null with one operator.")
-    grr: float = figure("Repeatability and reproducibility.")
-    pv: float = figure("Between specimens.")
-    tv: float = figure("Total.")
     ndc: int = figure("Number of distinct categories, truncated.")
+    lines: tuple[GaugeLine, ...] = figure("The figures; AV and INT with several operators.")
     sources: tuple[Source, ...] = figure("Analysis of variance, before pooling.")
 
 
-def gauge(values: FloatArray) -> Gauge:
-    """Gauge R&R of a crossed study; `values` (parts, operators, trials), two parts and trials."""
+def gauge(values: FloatArray, tolerance: float | None = None) -> Gauge:
+    """Gauge R&R of a crossed study; `values` (parts, operators, trials), two parts and trials.
+
+    `tolerance` is the width between the limits of the plan.
+    """
     p, o, r = values.shape
     whole, cells = values.mean(), values.mean(axis=2)
-    part, operator = cells.mean(axis=1), cells.mean(axis=0)
-    crossed = cells - part[:, None] - operator + whole
-    effects = (part - whole, operator - whole, crossed, values - cells[:, :, None])
-    degrees = (p - 1, o - 1, (p - 1) * (o - 1), p * o * (r - 1))
-    squares = [
-        float((x**2).sum()) * k for x, k in zip(effects, (o * r, p * r, r, 1), strict=True)
-    ]  # fmt: skip
+    part, operator = cells.mean(axis=1) - whole, cells.mean(axis=0) - whole
+    crossed, repeats = cells - whole - part[:, None] - operator, values - cells[:, :, None]
+    squares = [float((x**2).sum()) * k for x, k in (
+        (part, o * r), (operator, p * r), (crossed, r), (repeats, 1),
+    )]  # fmt: skip
+    degrees = [p - 1, o - 1, (p - 1) * (o - 1), p * o * (r - 1)]
     means = [s / d if d else 0.0 for s, d in zip(squares, degrees, strict=True)]
-    against = (2, 2, 3, 3) if o > 1 else (3, 3, 3, 3)
     sources = []
     for at, name in enumerate(("specimen", "operator", "interaction", "repeatability")):
-        error = against[at]
-        tested = at < 3 and degrees[at] > 0 and means[error] > 0.0
+        error = 2 if o > 1 and at < 2 else 3
+        tested = at < 3 and degrees[at] and means[error] > 0.0
         f = means[at] / means[error] if tested else None
-        p_value = None if f is None else float(fdtrc(degrees[at], degrees[error], f))
+        chance = None if f is None else float(fdtrc(degrees[at], degrees[error], f))
         mean_square = means[at] if degrees[at] else None
-        sources.append(Source(
-            name=name, degrees=degrees[at], squares=squares[at], mean_square=mean_square, f=f,
-            p=p_value,
-        ))  # fmt: skip
-    by_chance = sources[2].p
-    pooled = by_chance is None or by_chance > POOLED_FROM
-    repeats = (squares[2] + squares[3]) / (degrees[2] + degrees[3]) if pooled else means[3]
-    error_square = repeats if pooled else means[2]
-
-    def sigma(mean_square: float, below: float, count: int) -> float:
-        return math.sqrt(max(mean_square - below, 0.0) / count)
-
-    ev, pv = math.sqrt(repeats), sigma(means[0], error_square, o * r)
-    av = sigma(means[1], error_square, p * r) if o > 1 else 0.0
-    both = 0.0 if pooled else sigma(means[2], means[3], r)
-    grr = math.hypot(ev, av, both)
-    return Gauge(
-        parts=p, operators=o, trials=r, pooled=pooled, ev=ev, av=av if o > 1 else None,
-        interaction=both if o > 1 else None, grr=grr, pv=pv, tv=math.hypot(grr, pv),
-        ndc=int(math.sqrt(2.0) * pv / grr) if grr > 0.0 else 0, sources=tuple(sources),
+        sources.append(
+            Source(name=name, degrees=degrees[at], squares=squares[at], mean_square=mean_square,
+                   f=f, p=chance)
+        )  # fmt: skip
+    pooled = sources[2].p is None or sources[2].p > POOLED_FROM
+    within = (squares[2] + squares[3]) / (degrees[2] + degrees[3]) if pooled else means[3]
+    error_square = within if pooled else means[2]
+    pv, av, both = (
+        math.sqrt(max(mean - below, 0.0) / count)
+        for mean, below, count in (
+            (means[0], error_square, o * r), (means[1], error_square, p * r),
+            (means[2], means[2] if pooled else means[3], r),
+        )
     )  # fmt: skip
+    ev = math.sqrt(within)
+    grr = math.hypot(ev, av, both)
+    tv = math.hypot(grr, pv)
+    sigmas = {"EV": ev, "AV": av, "INT": both, "GRR": grr, "PV": pv, "TV": tv}
+    lines = [
+        GaugeLine(name=name, sigma_n_per_m=sigma, of_study=sigma / tv if tv else math.nan,
+                  of_tolerance=tolerance and SIGMAS * sigma / tolerance)
+        for name, sigma in sigmas.items() if o > 1 or name not in ("AV", "INT")
+    ]  # fmt: skip
+    ndc = int(math.sqrt(2.0) * pv / grr) if grr > 0.0 else 0
+    return Gauge(operators=o, trials=r, pooled=pooled, ndc=ndc, lines=tuple(lines),
+                 sources=tuple(sources))  # fmt: skip
 
 
 class Capability(Row):
     """Capability and performance, ISO 22514-2; null where a limit is not stated."""
 
-    cp: float | None = figure("Capability index, short-term σ.")
-    cpk: float = figure("Smaller capability index.")
-    pp: float | None = figure("Performance index, standard deviation of all.")
-    ppk: float = figure("Smaller performance index.")
-    ppk_interval: Pair = figure("95 % interval of Ppk.")
+    cp: Annotated[float | None, form(".2f")] = figure("By the short-term σ.", "Cp")
+    cpk: Annotated[float, form(".2f")] = figure("The smaller one.", "Cpk")
+    pp: Annotated[float | None, form(".2f")] = figure("By the deviation of all.", "Pp")
+    ppk: Annotated[float, form(".2f")] = figure("The smaller one.", "Ppk")
+    ppk_interval: Annotated[Pair, lambda ends: "[{:.2f}, {:.2f}]".format(*ends)] = figure(
+        "95 % interval of Ppk.", "  95 %"
+    )
 
 
 def capability(

@@ -47,7 +47,7 @@ def _study() -> np.ndarray:
 
 
 def test_gauge_rr_of_the_aiag_manual() -> None:
-    found = gauge(_study())
+    found = gauge(_study(), tolerance=8.0)
     part, operator, both, repeats = found.sources
     assert [each.degrees for each in found.sources] == [9, 2, 18, 60]
     assert [each.squares for each in found.sources] == pytest.approx(
@@ -57,12 +57,14 @@ def test_gauge_rr_of_the_aiag_manual() -> None:
     assert both.p == pytest.approx(0.974, abs=5e-4)
     assert repeats.mean_square == pytest.approx(0.04598, abs=5e-6)
     assert found.pooled
-    sigmas = (found.ev, found.av, found.interaction, found.grr, found.pv, found.tv)
-    assert sigmas == pytest.approx(
-        (0.199933, 0.226838, 0.0, 0.302373, 1.042327, 1.085300), abs=5e-6
+    assert [each.name for each in found.lines] == ["EV", "AV", "INT", "GRR", "PV", "TV"]
+    assert [each.sigma_n_per_m for each in found.lines] == pytest.approx(
+        [0.199933, 0.226838, 0.0, 0.302373, 1.042327, 1.085300], abs=5e-6
     )
-    shares = [100.0 * each / found.tv for each in sigmas]
-    assert shares == pytest.approx([18.42, 20.90, 0.0, 27.86, 96.04, 100.0], abs=5e-3)
+    assert [100.0 * each.of_study for each in found.lines] == pytest.approx(
+        [18.42, 20.90, 0.0, 27.86, 96.04, 100.0], abs=5e-3
+    )
+    assert found.lines[3].of_tolerance == pytest.approx(6.0 * 0.302373 / 8.0, abs=5e-6)
     assert found.ndc == 4
 
 
@@ -71,16 +73,15 @@ def test_an_interaction_is_kept_apart() -> None:
     study[:5, 0] += 1.0
     found = gauge(study)
     assert not found.pooled
-    assert found.interaction == pytest.approx(
-        np.sqrt((found.sources[2].mean_square - found.ev**2) / 3.0)
-    )
-    assert found.ev**2 == pytest.approx(found.sources[3].mean_square)
+    ev, _, both = (each.sigma_n_per_m for each in found.lines[:3])
+    assert both == pytest.approx(np.sqrt((found.sources[2].mean_square - ev**2) / 3.0))
+    assert ev**2 == pytest.approx(found.sources[3].mean_square)
 
 
 def test_one_operator_has_no_reproducibility() -> None:
     found = gauge(_study()[:, :1])
-    assert found.av is None
-    assert found.grr == found.ev
+    assert [each.name for each in found.lines] == ["EV", "GRR", "PV", "TV"]
+    assert found.lines[0].sigma_n_per_m == found.lines[1].sigma_n_per_m
     assert found.pooled
     assert [each.degrees for each in found.sources] == [9, 0, 0, 20]
 
@@ -88,9 +89,9 @@ def test_one_operator_has_no_reproducibility() -> None:
 def test_individuals_chart_of_the_nist_handbook() -> None:
     found = chart(FLOW)
     assert found is not None
-    assert found.centre == pytest.approx(50.81)
-    assert found.mean_range == pytest.approx(1.8778, abs=5e-5)
-    assert (found.low, found.high) == pytest.approx((45.8159, 55.8041), abs=5e-5)
+    assert found.centre_n_per_m == pytest.approx(50.81)
+    assert found.mean_range_n_per_m == pytest.approx(1.8778, abs=5e-5)
+    assert found.limits_n_per_m == pytest.approx((45.8159, 55.8041), abs=5e-5)
     assert not any(found.broken)
 
 
@@ -142,9 +143,9 @@ def test_capability_of_the_nist_handbook() -> None:
 def test_trend() -> None:
     line = trend(FLOW)
     assert line is not None
-    assert line.slope == pytest.approx(np.polyfit(np.arange(10), FLOW, 1)[0])
+    assert line.slope_n_per_m == pytest.approx(np.polyfit(np.arange(10), FLOW, 1)[0])
     assert line.rank_p < 0.05
-    assert line.interval[0] > 0.0
+    assert line.slope_interval_n_per_m[0] > 0.0
     assert student(9) == pytest.approx(2.262, abs=5e-4)
     level = trend(np.tile([1.0, 2.0, 0.0], 5))
     assert level is not None
