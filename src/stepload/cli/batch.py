@@ -107,7 +107,12 @@ def batch(
         if yes:
             skipped.add(piece.name)
     names = [each.name for each in left]
-    _show(directory, list(done.values()), output, plans[pieces[0].plan].identify.acceptance, names)
+    if done:
+        limits = plans[pieces[0].plan].identify.acceptance
+        _show(directory, list(done.values()), output, limits, names)
+    else:
+        output.line(f"no specimen is pressed; still to be: {', '.join(names)}")
+        output.result({"specimens": ()})
     raise typer.Exit(max((codes.get(each, ExitCode.OK) for each in names), default=ExitCode.OK))
 
 

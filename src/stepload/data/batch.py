@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from stepload.data.catalog import rows
+from stepload.declaration.quantities import Name, Note
 from stepload.declaration.sections import keys
 from stepload.errors import BadInputError, guess
 from stepload.plan.model import Plan, Simulation
@@ -82,7 +83,7 @@ def read_list(path: Path, plan: Path | None, *, dry_run: bool) -> list[Piece]:
     lines = [(at, line) for at, line in enumerate(source.lines, 1) if line.strip()]
     first, header = lines[0] if lines else (1, "")
     separator = max(",;\t", key=header.count)
-    head = list(_cells(header, separator))
+    head = [(name.lower(), column) for name, column in _cells(header, separator)]
     for name, column in head:
         if name in TRUTHS and not dry_run:
             wrong(first, column, f"{name} is of a simulated specimen", "leave it out, or --dry-run")
@@ -117,7 +118,10 @@ def _cells(line: str, separator: str) -> Iterator[tuple[str, int]]:
         quoted ^= mark == '"'
         if mark == separator and not quoted:
             starts.append(at)
-    texts = next(csv.reader([line], delimiter=separator))
+    try:
+        texts = next(csv.reader([line], delimiter=separator))
+    except csv.Error:  # a cell of more than 128 KiB
+        texts = []
     yield from ((text.strip(), start) for text, start in zip(texts, starts, strict=False))
 
 
@@ -128,15 +132,17 @@ def _told(
     """Fields of a piece from the cells of a row and their header."""
     told: dict[str, Any] = {"truth": {}}
     for (name, _), (text, column) in cells:
-        if text and name in COLUMNS:
-            told[COLUMNS[name]] = text
-        elif text:
-            try:
+        if not text:
+            continue
+        try:
+            if name in COLUMNS:
+                told[COLUMNS[name]] = checked(Note if name == "notes" else Name, text)
+            else:
                 number = text.replace(".", "", 1).replace("-", "", 1).isdecimal()
                 value = checked(TRUTHS[name].hint, float(text) if number else text)
                 told["truth"][TRUTHS[name].field] = value
-            except BadInputError as error:
-                wrong(column, f"{name}: {error.message}", error.hint)
+        except BadInputError as error:
+            wrong(column, f"{name}: {error.message}", error.hint)
     return told
 
 
