@@ -139,8 +139,8 @@ def _told(
                 told[COLUMNS[name]] = checked(Note if name == "notes" else Name, text)
             else:
                 number = text.replace(".", "", 1).replace("-", "", 1).isdecimal()
-                value = checked(TRUTHS[name].hint, float(text) if number else text)
-                told["truth"][TRUTHS[name].field] = value
+                value: Any = float(text) if number else text
+                told["truth"][TRUTHS[name].field] = checked(TRUTHS[name].hint, value)
         except BadInputError as error:
             wrong(column, f"{name}: {error.message}", error.hint)
     return told

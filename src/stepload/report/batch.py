@@ -14,6 +14,7 @@ import numpy as np
 
 from stepload.errors import BadInputError
 from stepload.identification.difference import correlations
+from stepload.identification.fit import FloatArray
 from stepload.identification.quantity import Quantity, ResultVerdict
 from stepload.identification.smooth import NORMAL_95
 from stepload.plan.model import Acceptance
@@ -205,7 +206,7 @@ def _mean(
     runs: Sequence[ComparedRun],
     found: Sequence[Quantity],
     place: stats.IntArray,
-    values: stats.FloatArray,
+    values: FloatArray,
 ) -> Mean | None:
     """The mean over specimens; None for a single one.
 
@@ -232,7 +233,7 @@ def _mean(
 def _gauge(
     names: Sequence[str],
     runs: Sequence[ComparedRun],
-    values: stats.FloatArray,
+    values: FloatArray,
     tolerance: float | None,
 ) -> tuple[stats.Gauge | None, str]:
     """Gauge R&R, or why there is none though specimens were pressed again."""

@@ -75,10 +75,11 @@ class SpecimenCheck:
         zero_m, theory = self._bend(touch_n), self._preflight.theory
         sigma_m = float(self._conditions.bend_sigma(np.array([force_n]))[0])
         doubt_m = SIGMAS * math.hypot(self._conditions.position_resolution_m, sigma_m)
-        spans = [(*(
+        least_m, most_m = (
             law.deformation(force_n) - law.deformation(touch_n)
             for law in (theory.stiffest, theory.softest)
-        ), "theory")]  # fmt: skip
+        )
+        spans = [(least_m, most_m, "theory")]
         spans += [(each + zero_m, each + zero_m, "those before") for each in self._before[1:]]
         for low_m, high_m, source in spans:
             found_m = travel_m - self._bend(force_n) + zero_m
