@@ -90,14 +90,13 @@ def batch(
             if ask_before_pressing(preflight_of(plan), False, False):
                 continue  # the rig file may have changed
         place = f"{pieces.index(piece) + 1} of {len(pieces)}"
-        prompt = f"{place}: mount {piece.name}, then Enter (s skips, q ends): "
-        answer = "" if yes else _ask(prompt)
+        output.line(f"\n{place}: {piece.name}")
+        answer = "" if yes else _ask("Mount it, then Enter; s skips it, q ends: ")
         if answer == "q":
             break
         if answer == "s":
             skipped.add(piece.name)
             continue
-        output.line(f"\n{place}: {piece.name}")
         plan = replace(plan, record=replace(plan.record, directory=directory))
         drawn = (plan.rig.simulation.seed if seed is None else seed) + pieces.index(piece)
         code, ends = _press(plan, before, drawn if dry_run else None, output, quiet=quiet)

@@ -69,13 +69,13 @@ class Mean(Row):
     value_n_per_m: Annotated[float, lambda k: f(k, "N/m", 4)] = figure("The mean.", "mean")
     sigma_n_per_m: float = figure("Between specimens.", "standard deviation")
     scatter: Annotated[float, _half] = figure(
-        "95 % half width of the mean by that, Student's t.", "95 % of the mean, by scatter"
+        "95 % half width of the mean by that, Student's t.", "mean, 95 % by scatter"
     )
     common: Annotated[float, _half] = figure(
         "95 % half width by what all specimens share: more of them do not narrow it.",
-        "  by what all share",
+        "mean, 95 % by what all share",
     )
-    half_width: Annotated[float, _half] = figure("95 % half width of both.", "  both")
+    half_width: Annotated[float, _half] = figure("95 % half width of both.", "mean, 95 % by both")
     lines: tuple[Line, ...] = figure("What all specimens share, by source.")
 
 
@@ -91,9 +91,9 @@ class Batch(Row):
     specimens: tuple[Specimen, ...] = figure("In the order of pressing.")
     mean: Mean | None = figure("Null for one specimen.")
     trend: stats.Trend | None = figure("Null for fewer than four specimens.")
-    chart: stats.Chart | None = figure("Null for one specimen.")
+    chart: stats.Chart | None = figure("Null for fewer than four specimens.")
     gauge: stats.Gauge | None = figure("Null unless the study is crossed, with two trials or more.")
-    capability: stats.Capability | None = figure("Null without limits.")
+    capability: stats.Capability | None = figure("Null without limits, or without a chart.")
     chord_min_n_per_m: float | None = figure("Lower limit of the plan.")
     chord_max_n_per_m: float | None = figure("Upper limit of the plan.")
     notes: tuple[str, ...] = figure("What a reader must know.")
@@ -217,11 +217,14 @@ def _mean(
         return None
     measured = [each.measured(chord) for each, chord in zip(runs, found, strict=True)]
     apart, lines = place[:, None] != place, []
+    sizes = {line.source: line.size for line in found[0].lines}
     for source, correlation in correlations(measured).items():
         relative = np.array([each.lines.get(source, 0.0) for each in measured])
         shared = float((np.outer(relative, relative) * correlation.most)[apart].mean())
         if shared > 0.0:
-            lines.append(Line(source=source, size="", relative=math.sqrt(shared)))
+            lines.append(
+                Line(source=source, size=sizes.get(source, ""), relative=math.sqrt(shared))
+            )
     lines.sort(key=lambda line: -(line.relative or 0.0))
     value, sigma = float(values.mean()), float(values.std(ddof=1))
     scatter = stats.student(values.size - 1) * sigma / math.sqrt(values.size) / value

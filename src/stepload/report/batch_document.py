@@ -110,4 +110,5 @@ def _draw(found: Batch) -> str:
         upper.set_ylabel("chord [N/µm]")
         lower.set(xlabel="specimen, in the order of pressing", ylabel="moving range [N/µm]")
         lower.set_ylim(bottom=0.0)
+        lower.locator_params(axis="x", integer=True)
         return figures.svg_of(drawn)

@@ -33,6 +33,8 @@ MEANINGS = {
     "WE4": "eight in a row on one side",
     "ESD": "outlier by the generalised ESD test at 5 %",
 }
+FEW = 4
+"""Values from which there is a trend or a chart."""
 MANY = 15
 """Values from which the ESD test may look for several outliers; with fewer it is Grubbs' test."""
 POOLED_FROM = 0.25
@@ -55,9 +57,9 @@ class Trend(Row):
     """Straight line over the order of pressing."""
 
     slope_n_per_m: float = figure("Change from one specimen to the next.", "trend a specimen")
-    slope_interval_n_per_m: Pair = figure("Its 95 % interval.", "  95 %")
+    slope_interval_n_per_m: Pair = figure("Its 95 % interval.", "trend, 95 %")
     rank_p: Annotated[float, two_digits] = figure(
-        "Probability without a trend, by Kendall's rank correlation.", "  p of the rank test"
+        "Probability without a trend, by Kendall's rank correlation.", "trend, p of rank test"
     )
 
 
@@ -66,7 +68,7 @@ def trend(values: FloatArray) -> Trend | None:
     from scipy.stats import kendalltau, linregress
 
     at = np.arange(values.size)
-    if at.size < 4 or not np.ptp(values) > 0.0:
+    if at.size < FEW or not np.ptp(values) > 0.0:
         return None
     line, rank_p = linregress(at, values), float(kendalltau(at, values).pvalue)
     slope, half = float(line.slope), student(at.size - 2) * float(line.stderr)
@@ -80,16 +82,16 @@ class Chart(Row):
     centre_n_per_m: float = figure("Centre line.")
     limits_n_per_m: Pair = figure("Centre ± 3 mean moving ranges over 1.128.", "control limits")
     mean_range_n_per_m: float = figure("Mean moving range.", "mean moving range")
-    range_high_n_per_m: float = figure("Its limit: 3.267 times the mean.", "  limit")
+    range_high_n_per_m: float = figure("Its limit: 3.267 times the mean.", "limit of moving range")
     sigma_n_per_m: float = figure("Short-term σ: the mean moving range over 1.128.")
     broken: tuple[tuple[str, ...], ...] = figure("Western Electric rules that each point breaks.")
     jumps: tuple[int, ...] = figure("Points, from 2, whose moving range is above its limit.")
 
 
 def chart(values: FloatArray) -> Chart | None:
-    """The control chart of `values` (N,); None for fewer than two, or if all are equal."""
+    """The control chart of `values` (N,); None for fewer than four, or if all are equal."""
     ranges = np.abs(np.diff(values))
-    if not ranges.size or not ranges.max() > 0.0:
+    if values.size < FEW or not ranges.max() > 0.0:
         return None
     centre, mean_range = float(values.mean()), float(ranges.mean())
     sigma = mean_range / D2
@@ -221,7 +223,7 @@ class Capability(Row):
     pp: Annotated[float | None, form(".2f")] = figure("By the deviation of all.", "Pp")
     ppk: Annotated[float, form(".2f")] = figure("The smaller one.", "Ppk")
     ppk_interval: Annotated[Pair, lambda ends: "[{:.2f}, {:.2f}]".format(*ends)] = figure(
-        "95 % interval of Ppk.", "  95 %"
+        "95 % interval of Ppk.", "Ppk, 95 %"
     )
 
 

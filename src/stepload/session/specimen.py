@@ -18,8 +18,6 @@ from stepload.record.rows import Phase
 from stepload.report.conditions import planned
 from stepload.units import format_quantity as f
 
-SPECIMEN = "specimen"
-"""Word of the stop."""
 FACTOR = 2.0
 """A payload this many times softer or stiffer than expected is another one."""
 SIGMAS = 3.0
@@ -61,7 +59,7 @@ class SpecimenCheck:
                 span = f"{f(low_m, 'm')} to {f(high_m, 'm')}"
                 message = f"{told.format(f(found_m, 'm'))}, expected {span} by {source}"
                 limit_m = low_m if found_m < low_m else high_m
-                engine.trip(Cause(SPECIMEN, found_m, limit_m, "", 0.0, row.time_s, message))
+                engine.trip(Cause("specimen", found_m, limit_m, "", 0.0, row.time_s, message))
 
     def _height(self, found_m: float, force_n: float, start_m: float) -> Iterator[Look]:
         procedure, softest = self._preflight.plan.procedure, self._preflight.theory.softest
