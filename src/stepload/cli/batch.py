@@ -55,13 +55,14 @@ def batch(
     Example: stepload batch foot.yaml specimens.csv
     """
     from stepload.cli.hazards import ask_before_pressing
-    from stepload.data.batch import changed, pressed
+    from stepload.data.batch import changed, first_looks, pressed
     from stepload.feasibility.preflight import preflight_of
     from stepload.plan.load import load_plan
 
     output = Output(as_json=as_json)
     if report is not None:
-        _show(report, list(pressed(report).values()), output)
+        found = pressed(report, dry_run=False) or pressed(report, dry_run=True)
+        _show(report, list(found.values()), output)
         return
     if yes and not dry_run:
         raise BadInputError("--yes: nobody would mount the specimens", hint="add --dry-run")
@@ -73,7 +74,7 @@ def batch(
     while True:  # what is there is looked up anew each time: the disk alone knows
         plans = {piece.plan: load_plan(piece.plan) for piece in pieces}
         directory = out or plans[pieces[0].plan].record.directory / name
-        done = pressed(directory)
+        done = pressed(directory, dry_run=dry_run)
         left = [each for each in pieces if each.key(plans[each.plan]) not in done]
         piece = next((each for each in left if each.name not in skipped), None)
         if piece is None:
@@ -91,7 +92,7 @@ def batch(
                 continue  # the rig file may have changed
         place = f"{pieces.index(piece) + 1} of {len(pieces)}"
         output.line(f"\n{place}: {piece.name}")
-        answer = "" if yes else _ask("Mount it, then Enter; s skips it, q ends: ")
+        answer = "" if yes else _ask("Mount it, then Enter (a: unchecked; s: skip; q: end): ")
         if answer == "q":
             break
         if answer == "s":
@@ -99,16 +100,17 @@ def batch(
             continue
         plan = replace(plan, record=replace(plan.record, directory=directory))
         drawn = (plan.rig.simulation.seed if seed is None else seed) + pieces.index(piece)
-        code, ends = _press(plan, before, drawn if dry_run else None, output, quiet=quiet)
+        looks = None if answer == "a" else first_looks(before)
+        code, ends = _press(plan, looks, drawn if dry_run else None, output, quiet=quiet)
         codes[piece.name] = code
         if ends or (yes and code is ExitCode.INTERRUPTED):
             raise typer.Exit(code)
         if yes:
             skipped.add(piece.name)
     names = [each.name for each in left]
-    if done:
-        limits = plans[pieces[0].plan].identify.acceptance
-        _show(directory, list(done.values()), output, limits, names)
+    listed = [done[key] for piece in pieces if (key := piece.key(plans[piece.plan])) in done]
+    if listed:
+        _show(directory, listed, output, plans[pieces[0].plan].identify.acceptance, names)
     else:
         output.line(f"no specimen is pressed; still to be: {', '.join(names)}")
         output.result({"specimens": ()})
@@ -142,11 +144,18 @@ def _ask(text: str) -> str:
 
 
 def _press(
-    plan: Plan, before: Sequence[Summary], seed: int | None, output: Output, *, quiet: bool
+    plan: Plan,
+    looks: Sequence[tuple[float, float]] | None,
+    seed: int | None,
+    output: Output,
+    *,
+    quiet: bool,
 ) -> tuple[ExitCode, bool]:
-    """Press a specimen as `run` does, dry with a seed; exit code, and whether the batch ends."""
+    """Press a specimen as `run` does, dry with a seed; exit code, and whether the batch ends.
+
+    `looks` are those at the specimens before it; None: it is not checked.
+    """
     from stepload.cli.run import exit_code, press
-    from stepload.data.batch import first_looks
     from stepload.engine.operator import Operator
     from stepload.feasibility.preflight import preflight_of
     from stepload.session.specimen import SpecimenCheck
@@ -155,7 +164,7 @@ def _press(
     with operator.listening():
         finished = press(
             preflight, operator, output, dry_run=seed is not None, out=None, seed=seed,
-            quiet=quiet, check=SpecimenCheck(preflight, first_looks(before)),
+            quiet=quiet, check=None if looks is None else SpecimenCheck(preflight, looks),
         )  # fmt: skip
     outcome = finished.outcome
     of_rig = outcome.cause is not None and outcome.cause.rule not in OF_THE_SPECIMEN

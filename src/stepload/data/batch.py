@@ -90,8 +90,9 @@ def read_list(path: Path, plan: Path | None, *, dry_run: bool) -> list[Piece]:
         elif name not in TRUTHS and name not in COLUMNS:
             hint = f"{guess(name, [*COLUMNS, *TRUTHS])}columns: {', '.join(COLUMNS)}"
             wrong(first, column, f"unknown column {name!r}", hint)
-    if "specimen" not in dict(head) or len(lines) < 2:
-        wrong(first, 1, "no specimens", "a header with `specimen`, and a row for each")
+    names = [COLUMNS.get(name, name) for name, _ in head]
+    if "specimen" not in names or len(lines) < 2 or len(set(names)) < len(names):
+        wrong(first, 1, "no list", "one column `specimen`, others once each, a row for each press")
     for line, text in lines[1:] if not problems else ():
         cells = list(_cells(text, separator))
         if len(cells) > len(head):
@@ -146,11 +147,14 @@ def _told(
     return told
 
 
-def pressed(directory: Path) -> dict[Key, Summary]:
-    """The completed runs of a directory by what was pressed, the newest of each."""
+def pressed(directory: Path, *, dry_run: bool) -> dict[Key, Summary]:
+    """The completed runs of a directory by what was pressed, the newest of each; dry runs or none.
+
+    A rehearsal is no press: what it has done is still to be pressed.
+    """
     found = {}
     for row in rows(directory) if directory.is_dir() else []:
-        if row.status == RunStatus.COMPLETED and not row.problem:
+        if row.status == RunStatus.COMPLETED and row.simulated == dry_run:
             run = read_summary(Path(row.path))
             trial = trial_of(run.metadata.get("tags", ""))
             found[row.plan, row.specimen, row.operator, trial] = run

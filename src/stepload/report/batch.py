@@ -7,7 +7,7 @@ that the runs share are kept apart from what scatters, as in a comparison.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Annotated, Any
 
 import numpy as np
@@ -15,7 +15,7 @@ import numpy as np
 from stepload.errors import BadInputError
 from stepload.identification.difference import correlations
 from stepload.identification.fit import FloatArray
-from stepload.identification.quantity import Quantity, ResultVerdict
+from stepload.identification.quantity import Quantity
 from stepload.identification.smooth import NORMAL_95
 from stepload.plan.model import Acceptance
 from stepload.report import batch_statistics as stats
@@ -68,14 +68,11 @@ class Mean(Row):
 
     value_n_per_m: Annotated[float, lambda k: f(k, "N/m", 4)] = figure("The mean.", "mean")
     sigma_n_per_m: float = figure("Between specimens.", "standard deviation")
-    scatter: Annotated[float, _half] = figure(
-        "95 % half width of the mean by that, Student's t.", "mean, 95 % by scatter"
-    )
+    scatter: Annotated[float, _half] = figure("95 % by that, Student's t.", "mean, 95 % by scatter")
     common: Annotated[float, _half] = figure(
-        "95 % half width by what all specimens share: more of them do not narrow it.",
-        "mean, 95 % by what all share",
+        "95 % by what all share; more specimens do not narrow it.", "mean, 95 % by what all share"
     )
-    half_width: Annotated[float, _half] = figure("95 % half width of both.", "mean, 95 % by both")
+    half_width: Annotated[float, _half] = figure("95 % by both.", "mean, 95 % by both")
     lines: tuple[Line, ...] = figure("What all specimens share, by source.")
 
 
@@ -142,13 +139,14 @@ def batch_of(
     place = np.array([pieces.index(each) for each in names])
     ends = np.array([(each.value_n_per_m, *each.interval_n_per_m) for each in found])
     means = np.array([ends[place == at].mean(axis=0) for at in range(len(pieces))])
+    touches = [next((t.position_m for t in each.run.data.touches), None) for each in runs]
     values, chart = means[:, 0], stats.chart(means[:, 0])
     out, limits = stats.outliers(values), acceptance or Acceptance()
     least, most = limits.chord_min_n_per_m, limits.chord_max_n_per_m
     specimens = tuple(
         Specimen(
             number=at + 1, name=piece, runs=names.count(piece), value_n_per_m=value,
-            interval_n_per_m=(low, high), touch_m=_touch_m(runs[names.index(piece)]),
+            interval_n_per_m=(low, high), touch_m=touches[names.index(piece)],
             broken=(*(chart.broken[at] if chart else ()), *(["ESD"] if at in out else ())),
             limits=_against(low, high, least, most) if acceptance else "",
         )
@@ -164,12 +162,8 @@ def batch_of(
         verdict=_verdict(specimens, chart, trend), from_n=found[0].from_n, to_n=found[0].to_n,
         specimens=specimens, mean=_mean(runs, found, place, values), trend=trend, chart=chart,
         gauge=gauge, chord_min_n_per_m=least, chord_max_n_per_m=most, capability=capable,
-        notes=(*filter(None, [told]), *notes, *_notes(compared)),
+        notes=(*filter(None, [told]), *notes, *_left_out(compared)),
     )  # fmt: skip
-
-
-def _touch_m(run: ComparedRun) -> float | None:
-    return next((touch.position_m for touch in run.run.data.touches), None)
 
 
 def _against(low: float, high: float, least: float | None, most: float | None) -> str:
@@ -180,15 +174,14 @@ def _against(low: float, high: float, least: float | None, most: float | None) -
     return "outside" if high < least or low > most else "unclear"
 
 
-def _notes(runs: Sequence[ComparedRun]) -> list[str]:
-    """Runs without a chord, or with one that is not identified."""
-    told: dict[str, list[str]] = {}
-    for each in runs:
-        headline = each.found.headline
-        if headline is None or headline.verdict is not ResultVerdict.IDENTIFIED:
-            word = headline.verdict.value if headline else "no chord stiffness, left out"
-            told.setdefault(word, []).append(each.run.name)
-    return [f"{word}: {', '.join(names)}" for word, names in told.items()]
+def _left_out(runs: Sequence[ComparedRun]) -> Iterator[str]:
+    """Runs without a chord, and those whose chord is not identified."""
+    for word, names in (
+        ("no chord stiffness, left out", [x.run.name for x in runs if x.found.headline is None]),
+        ("not identified", [x.run.name for x in runs if x.found.verdict == "marginal"]),
+    ):
+        if names:
+            yield f"{word}: {', '.join(names)}"
 
 
 def _verdict(

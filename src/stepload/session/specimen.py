@@ -77,11 +77,11 @@ class SpecimenCheck:
             law.deformation(force_n) - law.deformation(touch_n)
             for law in (theory.stiffest, theory.softest)
         )
-        spans = [(least_m, most_m, "theory")]
-        spans += [(each + zero_m, each + zero_m, "those before") for each in self._before[1:]]
-        for low_m, high_m, source in spans:
-            found_m = travel_m - self._bend(force_n) + zero_m
-            yield found_m, low_m / FACTOR - doubt_m, high_m * FACTOR + doubt_m, source
+        found_m, source = travel_m - self._bend(force_n) + zero_m, "theory"
+        if self._before:  # what was measured is better known
+            least_m = most_m = self._before[1] + zero_m
+            source = "those before"
+        yield found_m, least_m / FACTOR - doubt_m, most_m * FACTOR + doubt_m, source
 
     def _bend(self, force_n: float) -> float:
         return float(self._conditions.bend(np.array([force_n]))[0])

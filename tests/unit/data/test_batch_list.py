@@ -49,6 +49,7 @@ def test_the_truth_of_a_rehearsal(tmp_path: Path) -> None:
     [
         ("", [(1, 1)]),
         ("specimen\n", [(1, 1)]),
+        ("specimen,trial,repeat\n1,1,1\n", [(1, 1)]),
         ("name,notes\n1,\n", [(1, 1), (1, 1)]),
         ("specimen,colour\n1,red\n", [(1, 10)]),
         ("specimen,notes\n1,a,b\n2,\n", [(2, 5)]),
