@@ -176,10 +176,10 @@ def _against(low: float, high: float, least: float | None, most: float | None) -
 
 def _left_out(runs: Sequence[ComparedRun]) -> Iterator[str]:
     """Runs without a chord, and those whose chord is not identified."""
-    for word, names in (
-        ("no chord stiffness, left out", [x.run.name for x in runs if x.found.headline is None]),
-        ("not identified", [x.run.name for x in runs if x.found.verdict == "marginal"]),
-    ):
+    known = [each for each in runs if each.found.headline is not None]
+    without = [each.run.name for each in runs if each.found.headline is None]
+    doubtful = [each.run.name for each in known if each.found.verdict != "identified"]
+    for word, names in ("no chord stiffness, left out", without), ("not identified", doubtful):
         if names:
             yield f"{word}: {', '.join(names)}"
 
