@@ -55,14 +55,15 @@ def batch(
     Example: stepload batch foot.yaml specimens.csv
     """
     from stepload.cli.hazards import ask_before_pressing
-    from stepload.data.batch import changed, first_looks, pressed
+    from stepload.data.batch import Key, changed, first_looks, pressed
     from stepload.feasibility.preflight import preflight_of
     from stepload.plan.load import load_plan
+    from stepload.session.experiment import refuse_what_may_not_run
 
     output = Output(as_json=as_json)
     if report is not None:
-        found = pressed(report, dry_run=False) or pressed(report, dry_run=True)
-        _show(report, list(found.values()), output)
+        either = pressed(report, dry_run=False) or pressed(report, dry_run=True)
+        _show(report, list(either.values()), output)
         return
     if yes and not dry_run:
         raise BadInputError("--yes: nobody would mount the specimens", hint="add --dry-run")
@@ -70,51 +71,50 @@ def batch(
         raise BadInputError("a batch asks for each specimen: it needs a terminal")
     name, pieces = _pieces(files or [], dry_run)
     name = out.name if out else name
-    skipped, accepted, codes, asked = set[str](), set[str](), dict[str, ExitCode](), dry_run
+    skipped, accepted, codes, first = set[Key](), set[str](), dict[Key, ExitCode](), True
     while True:  # what is there is looked up anew each time: the disk alone knows
         plans = {piece.plan: load_plan(piece.plan) for piece in pieces}
+        listed = {piece.key(plans[piece.plan]): piece for piece in pieces}
         directory = out or plans[pieces[0].plan].record.directory / name
         done = pressed(directory, dry_run=dry_run)
-        left = [each for each in pieces if each.key(plans[each.plan]) not in done]
-        piece = next((each for each in left if each.name not in skipped), None)
-        if piece is None:
+        left = [key for key in listed if key not in done]
+        key = next((each for each in left if each not in skipped), None)
+        if key is None:
             break
-        plan = piece.of(plans[piece.plan], name)
-        before = [run for key, run in done.items() if key[0] == plan.name]
+        plan = listed[key].of(plans[listed[key].plan], name)
+        before = [run for other, run in done.items() if other[0] == plan.name]
         if others := changed(plan, before) - accepted:
             output.line(f"changed since {before[0].path.parent.name}: {', '.join(sorted(others))}")
             if yes or _ask("Enter presses the rest with what is there now, q ends: ") == "q":
                 raise BadInputError("the plan has changed", hint="a batch of its own: --out DIR")
             accepted |= others
-        if not asked:
-            asked = True
-            if ask_before_pressing(preflight_of(plan), False, False):
+        if first:
+            first, preflight = False, preflight_of(plan)
+            refuse_what_may_not_run(preflight, dry_run)  # before anything is mounted in vain
+            if not dry_run and ask_before_pressing(preflight, False, False):
                 continue  # the rig file may have changed
-        place = f"{pieces.index(piece) + 1} of {len(pieces)}"
-        output.line(f"\n{place}: {piece.name}")
+        number = list(listed).index(key)
+        output.line(f"\n{number + 1} of {len(listed)}: {listed[key].name}")
         answer = "" if yes else _ask("Mount it, then Enter (a: unchecked; s: skip; q: end): ")
         if answer == "q":
             break
+        if yes or answer == "s":
+            skipped.add(key)
         if answer == "s":
-            skipped.add(piece.name)
             continue
         plan = replace(plan, record=replace(plan.record, directory=directory))
-        drawn = (plan.rig.simulation.seed if seed is None else seed) + pieces.index(piece)
+        drawn = (plan.rig.simulation.seed if seed is None else seed) + number
         looks = None if answer == "a" else first_looks(before)
-        code, ends = _press(plan, looks, drawn if dry_run else None, output, quiet=quiet)
-        codes[piece.name] = code
-        if ends or (yes and code is ExitCode.INTERRUPTED):
-            raise typer.Exit(code)
-        if yes:
-            skipped.add(piece.name)
-    names = [each.name for each in left]
-    listed = [done[key] for piece in pieces if (key := piece.key(plans[piece.plan])) in done]
-    if listed:
-        _show(directory, listed, output, plans[pieces[0].plan].identify.acceptance, names)
+        codes[key], ends = _press(plan, looks, drawn if dry_run else None, output, quiet=quiet)
+        if ends or (yes and codes[key] is ExitCode.INTERRUPTED):
+            raise typer.Exit(codes[key])
+    names, found = [listed[key].name for key in left], [done[k] for k in listed if k in done]
+    if found:
+        _show(directory, found, output, plans[pieces[0].plan].identify.acceptance, names)
     else:
         output.line(f"no specimen is pressed; still to be: {', '.join(names)}")
         output.result({"specimens": ()})
-    raise typer.Exit(max((codes.get(each, ExitCode.OK) for each in names), default=ExitCode.OK))
+    raise typer.Exit(max((codes.get(key, ExitCode.OK) for key in left), default=ExitCode.OK))
 
 
 def _pieces(files: Sequence[Path], dry_run: bool) -> tuple[str, list[Piece]]:
