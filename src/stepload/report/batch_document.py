@@ -72,8 +72,8 @@ def _tables(found: Batch) -> list[Table]:
     if found.mean is not None:
         tables.append(table("What all specimens share", Line, found.mean.lines, page_only=True))
     if (gauge := found.gauge) is not None:
-        pooled = "counts as repeatability" if gauge.pooled else "is kept apart"
-        note = f"{gauge.operators} operators, {gauge.trials} trials; ndc {gauge.ndc}; INT {pooled}."
+        pooled = "INT counts as EV" if gauge.pooled else "INT is kept apart"
+        note = f"{gauge.operators} operators, {gauge.trials} trials; {pooled}; ndc {gauge.ndc}."
         tables += [
             table("Gauge R&R", GaugeLine, gauge.lines, [note]),
             table("Analysis of variance", Source, gauge.sources, page_only=True),
@@ -103,9 +103,10 @@ def _draw(found: Batch) -> str:
         for each, y in zip(found.specimens, values, strict=True):
             if each.broken:
                 upper.plot([each.number], [y], "o", color=figures.RED, ms=6)
+                away = 5 if y * 1e6 > chart.centre_n_per_m else -12
                 upper.annotate(
                     figures.plain(f"{each.name}: {', '.join(each.broken)}"), (each.number, y),
-                    textcoords="offset points", xytext=(4, 5), color=figures.RED, fontsize=8,
+                    textcoords="offset points", xytext=(4, away), color=figures.RED, fontsize=8,
                 )  # fmt: skip
         upper.set_ylabel("chord [N/µm]")
         lower.set(xlabel="specimen, in the order of pressing", ylabel="moving range [N/µm]")

@@ -146,10 +146,17 @@ class Source(Row):
     p: Annotated[float | None, form(".3f")] = figure("Its probability by chance.", "p")
 
 
+GAUGE = {"EV": "repeatability", "AV": "reproducibility", "INT": "operator × specimen",
+         "GRR": "EV, AV and INT", "PV": "between specimens", "TV": "total"}  # fmt: skip
+"""Displayed name of each line of a gauge R&R."""
+
+
 class GaugeLine(Row):
     """One line of a gauge R&R."""
 
-    name: str = figure("EV, AV, INT (operator × specimen), GRR, PV or TV.", "AIAG")
+    name: Annotated[str, lambda name: f"{name}, {GAUGE[name]}"] = figure(
+        "EV, AV, INT (operator × specimen), GRR, PV or TV.", "by AIAG"
+    )
     sigma_n_per_m: float = figure("Standard deviation.", "standard deviation")
     of_study: Annotated[float, percent] = figure("Of TV.", "of study variation")
     of_tolerance: Annotated[float | None, percent] = figure("6 σ of it.", "of tolerance")
@@ -204,7 +211,7 @@ def gauge(values: FloatArray, tolerance: float | None = None) -> Gauge:
     ev = math.sqrt(within)
     grr = math.hypot(ev, av, both)
     tv = math.hypot(grr, pv)
-    sigmas = {"EV": ev, "AV": av, "INT": both, "GRR": grr, "PV": pv, "TV": tv}
+    sigmas = dict(zip(GAUGE, (ev, av, both, grr, pv, tv), strict=True))
     lines = [
         GaugeLine(name=name, sigma_n_per_m=sigma, of_study=sigma / tv if tv else math.nan,
                   of_tolerance=tolerance and SIGMAS * sigma / tolerance)
