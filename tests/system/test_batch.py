@@ -52,7 +52,7 @@ def pressed_again(cycles_run: Path) -> Callable[..., list[SavedRun]]:
 
 
 def _factors(count: int) -> list[float]:
-    factors = 1.0 + 0.01 * np.random.default_rng(3).normal(size=count)
+    factors = 1.0 + 0.01 * np.sin(2.4 * np.arange(count))
     factors[[7, 14]] = 1.12, 0.9
     return [float(each) for each in factors]
 
@@ -65,7 +65,7 @@ def test_two_of_sixteen_stand_out(pressed_again: Callable[..., list[SavedRun]]) 
     runs = pressed_again(_factors(16))
     found = batch_of("B7", runs, Acceptance(chord_min_n_per_m=4e6))
     assert _standing_out(found) == ["S08", "S15"]
-    assert [found.specimens[at].broken for at in (7, 14)] == [("WE1", "ESD"), ("ESD",)]
+    assert [found.specimens[at].broken for at in (7, 14)] == [("WE1", "ESD")] * 2
     assert found.verdict == "out of control"
     assert found.capability is not None
     assert found.capability.cp is None
