@@ -170,7 +170,9 @@ class Acceptance:
 
     def contradictions(self) -> Iterator[Contradiction]:
         low, high = self.chord_min_n_per_m, self.chord_max_n_per_m
-        if low is not None and high is not None and not low < high:
+        if low is None and high is None:
+            yield "", "no limit", "give chord_min, chord_max or both"
+        elif low is not None and high is not None and not low < high:
             yield "chord_max", "chord_max is not above chord_min", "exchange the two limits"
 
 

@@ -55,7 +55,7 @@ class SpecimenCheck:
             travel_m = engine.supervisor.arm.position_m - last.position_m
             looks = self._softness(travel_m, row.force_n, last.force_n)
         for found_m, low_m, high_m, source in looks:
-            if not low_m <= found_m <= high_m:
+            if found_m < low_m or found_m > high_m:
                 span = f"{f(low_m, 'm')} to {f(high_m, 'm')}"
                 message = f"{told.format(f(found_m, 'm'))}, expected {span} by {source}"
                 limit_m = low_m if found_m < low_m else high_m
