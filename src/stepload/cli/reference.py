@@ -94,6 +94,7 @@ class Documents(StrEnum):
     CALIBRATION = "calibration"
     PREFLIGHT = "preflight"
     RUNS = "runs"
+    BATCH = "batch"
 
 
 def schema(
@@ -107,6 +108,7 @@ def schema(
     """
     from stepload.data.catalog import runs_schema
     from stepload.plan.schema import json_schema
+    from stepload.report.batch import batch_schema
     from stepload.report.calibration_document import calibration_schema
     from stepload.report.comparison_document import comparison_schema
     from stepload.report.preflight_results import preflight_schema
@@ -119,6 +121,7 @@ def schema(
         Documents.CALIBRATION: calibration_schema,
         Documents.PREFLIGHT: preflight_schema,
         Documents.RUNS: runs_schema,
+        Documents.BATCH: batch_schema,
     }
     text = json.dumps(made[document](), indent=1, ensure_ascii=False)
     Output(as_json=False).document(text)
