@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -67,8 +67,20 @@ class RunRow(Row):
 COLUMNS = tuple(RunRow.model_fields)
 
 
-def rows(directory: str | Path) -> list[RunRow]:
+def row_of(record: Path) -> RunRow:
+    """A run by its record; `problem` says why it cannot be read."""
+    try:
+        with untrusted(record):
+            return _told(read_summary(record))
+    except BadInputError as error:
+        return _unread(record, error.message.removeprefix(f"{record}: "))
+
+
+def rows(directory: str | Path, read: Callable[[Path], RunRow] = row_of) -> list[RunRow]:
     """The runs in a directory and below, the oldest first.
+
+    Args:
+        read: in place of `row_of`, for one who keeps the rows.
 
     Raises:
         BadInputError: it is no directory.
@@ -80,7 +92,7 @@ def rows(directory: str | Path) -> list[RunRow]:
             hint="name the directory that holds the runs; `stepload run` makes runs/",
         )
     found = [
-        _unread(path, problem) if problem else _row(path)
+        _unread(path, problem) if problem else read(path)
         for path, problem in _records(root, MOST_DEEP)
     ]
     return sorted(found, key=lambda row: (row.started, row.path))
@@ -165,14 +177,6 @@ def _records(directory: Path, deep: int) -> Iterator[tuple[Path, str]]:
                 yield from _records(entry, deep - 1)
         elif record is None and deep and entry.suffix == ".mcap":
             yield entry, ""
-
-
-def _row(record: Path) -> RunRow:
-    try:
-        with untrusted(record):
-            return _told(read_summary(record))
-    except BadInputError as error:
-        return _unread(record, error.message.removeprefix(f"{record}: "))
 
 
 def _unread(path: Path, problem: str) -> RunRow:

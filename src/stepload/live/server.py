@@ -32,6 +32,7 @@ PERIOD_S = 1.0 / 30.0
 """Period of the updates for viewers: the newest sample of each stream, and every event."""
 LINGER_S = 0.5
 NICE = 10
+TLS = ("tls_cert", "tls_key")
 READY, FAILED = "ready", "failed"
 
 
@@ -108,8 +109,11 @@ def _quiet() -> None:
     sys.stderr = os.fdopen(words, "w", buffering=1)
 
 
-def main(host: str, port: int) -> int:
-    """Serve until standard input ends; returns the exit code."""
+def main(host: str, port: int, *files: str) -> int:
+    """Serve until standard input ends, by TLS with the files of a certificate and its key.
+
+    Returns the exit code.
+    """
     for name in ("SIGINT", "SIGHUP", "SIGQUIT"):
         signal.signal(getattr(signal, name), signal.SIG_IGN)
     os.nice(NICE)
@@ -118,8 +122,9 @@ def main(host: str, port: int) -> int:
         import foxglove
 
         server = foxglove.start_server(
-            name="stepload", host=host, port=port, capabilities=[], supported_encodings=[]
-        )
+            name="stepload", host=host, port=port, capabilities=[], supported_encodings=[],
+            **{name: Path(file).read_bytes() for name, file in zip(TLS, files, strict=False)},
+        )  # fmt: skip
     except ImportError:
         print(FAILED, "foxglove-sdk is not installed: pip install 'stepload[live]'", flush=True)
         return 1
@@ -151,4 +156,4 @@ def _follow(path: Path) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1], int(sys.argv[2])))
+    sys.exit(main(sys.argv[1], int(sys.argv[2]), *sys.argv[3:]))
