@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from importlib import resources
@@ -36,13 +37,7 @@ REPORT_POLICY = (
     "sandbox; default-src 'none'; img-src data:; style-src 'unsafe-inline'; frame-ancestors 'self'"
 )
 REQUESTS = ("pause", "resume", "stop")
-_TYPES = {
-    ".html": "text/html",
-    ".css": "text/css",
-    ".js": "text/javascript",
-    ".svg": "image/svg+xml",
-}
-Answer = Callable[["Page", Request], Awaitable[Response]]
+_TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 
 
 class Json(JSONResponse):
@@ -208,8 +203,6 @@ async def _body(request: Request) -> dict[str, str]:
         raw += piece
         if len(raw) > 2 * MAX_BYTES:
             raise BadInputError(f"larger than {2 * MAX_BYTES >> 20} MiB", hint="a plan is short")
-    import json
-
     try:
         told = json.loads(raw)
         name, text = told.get("name"), told.get("text")
