@@ -29,7 +29,7 @@ from stepload.report.run_document import run_document
 from stepload.report.run_record import evaluation_of, read_to_evaluate, record_in
 
 MOST_POINTS = 1500
-"""Points of one curve that are sent; of more, the smallest and largest of each part."""
+"""Points of one curve that are sent: means of more, or the smallest and largest of each part."""
 MOST_PLANS = 300
 MOST_DEEP = 3
 MOST_REPORT_BYTES = 1 << 25
@@ -162,14 +162,23 @@ def curves_of(root: Path, key: str) -> dict[str, Any]:
         except BadInputError as error:
             return found | {"problem": error.message}
         pressed = np.isin(data.phase, [*LOADING, *UNLOADING])
-        force_n = data.force_n[pressed]
-        bent_m = measured(conditions, data).bend(force_n)
-        at = thinned(force_n)
+        bent_m = measured(conditions, data).bend(data.force_n)
+        curve = np.stack([(data.travel_m - bent_m) * 1e6, data.force_n])
+        deformation_um, force_n = means(np.where(pressed, curve, np.nan))
         found["curve"] = {
-            "deformation_um": numbers((data.travel_m[pressed] - bent_m)[at] * 1e6, 3),
-            "force_n": numbers(force_n[at], 2),
+            "deformation_um": numbers(deformation_um, 3),
+            "force_n": numbers(force_n, 2),
         }
         return found
+
+
+def means(columns: FloatArray, most: int = MOST_POINTS) -> FloatArray:
+    """Means of at most so many parts of columns of equal length; NaN between what is apart."""
+    size = columns.shape[1]
+    starts = np.arange(0, size, max(1, -(-size // most)))
+    found = np.add.reduceat(columns, starts, axis=1) / np.diff(starts, append=size)
+    nothing = np.isnan(found).any(axis=0)
+    return np.asarray(found[:, ~nothing | ~np.roll(nothing, 1)])
 
 
 def thinned(values: FloatArray, most: int = MOST_POINTS) -> np.ndarray[Any, np.dtype[np.intp]]:

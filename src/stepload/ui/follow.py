@@ -133,7 +133,6 @@ class Follower:
                 self._remaining.at(taken[end][0])
         deformation_um = self._state.deformation_um(taken)
         force_n = columns["force_n"]
-        pressed = np.isfinite(deformation_um[ends])
         return {
             "time": {
                 "time_s": numbers(time_s[ends], 3),
@@ -144,8 +143,8 @@ class Follower:
                 "predicted_n": numbers(_reduced(np.fmax, columns["predicted_peak_n"], starts), 2),
             },
             "curve": {
-                "deformation_um": numbers(_means(deformation_um, starts, ends)[pressed], 3),
-                "force_n": numbers(_means(force_n, starts, ends)[pressed], 2),
+                "deformation_um": numbers(_means(deformation_um, starts, ends), 3),
+                "force_n": numbers(_means(force_n, starts, ends), 2),
             },
         }
 

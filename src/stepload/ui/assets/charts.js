@@ -43,7 +43,7 @@ class Chart {
 
 function axis(label, more = {}) {
   return {
-    label, labelFont: FONT, font: FONT, labelSize: 20, stroke: style("--soft"),
+    label, labelFont: FONT, font: FONT, labelSize: 18, labelGap: 2, gap: 4, stroke: style("--soft"),
     grid: {stroke: style("--line"), width: 1}, ticks: {stroke: style("--line"), width: 1, size: 4}, ...more,
   };
 }
@@ -76,7 +76,7 @@ export function timeChart(host, readout, constants) {
   return new Chart(host, colour => ({
     ...frame(readout, tell), series: lines(colour), bands: [{series: [2, 1], fill: colour("--bandfill")}],
     scales: {x: {time: false}, y: {range: fromZero}},
-    axes: [axis("Time in s"), axis("Force in N", {size: 56})],
+    axes: [axis("Time in s", {size: 26}), axis("Force in N", {size: 42})],
   }), [[], [], [], [], [], [], ...constants.map(() => [])]);
 }
 
@@ -110,7 +110,7 @@ export function curveChart(host, readout, curves = []) {
     ...frame(readout, tell), mode: 2,
     series: [{}, ...curves.map(each => ({facets, paths: path(each), stroke: style(each.colour)}))],
     scales: {x: {time: false, auto: true, range: fromZero}, y: {auto: true, range: fromZero}},
-    axes: [axis("Deformation in µm"), axis("Force in N", {size: 56})],
+    axes: [axis("Deformation in µm", {size: 26}), axis("Force in N", {size: 42})],
   }), data(curves), 300);
   chart.show = next => {
     const same = next.length === curves.length;
@@ -164,8 +164,8 @@ export function trendChart(host, readout, rows) {
         x: {time: false, range: () => [0.5, rows.length + 0.5]},
         y: {range: (_, low, high) => [low - 0.1 * (high - low || low), high + 0.1 * (high - low || high)]},
       },
-      axes: [axis("Runs in order of time", {values: labels, incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500], space: 90}),
-        axis(`Chord stiffness in ${unit}`, {size: 62})],
+      axes: [axis("Runs in order of time", {values: labels, incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500], space: 90, size: 26}),
+        axis(`Chord stiffness in ${unit}`, {size: 46})],
     };
   }, [rows.map((_, i) => i + 1), scaled("chord_n_per_m"), scaled("low_n_per_m"), scaled("high_n_per_m")], 210);
 }

@@ -11,7 +11,7 @@ export function planView(place) {
     placeholder: "Drop a plan here, open one of the folder, or write one.", oninput: () => changed(), onscroll: () => { gutter.scrollTop = text.scrollTop; }});
   const editor = h("div", {className: "editor"}, gutter, text);
   const names = h("select", {"aria-label": "Plans of the folder", onchange: () => open(names.value)}, h("option", {value: ""}, "open a plan of the folder …"));
-  const file = h("input", {type: "file", accept: ".yaml,.yml", "aria-label": "Plan file", onchange: () => take(file.files[0])});
+  const file = h("input", {type: "file", accept: ".yaml,.yml", onchange: () => take(file.files[0])});
   const where = h("input", {value: kept.name, size: 26, "aria-label": "Name in the folder", oninput: () => { kept.name = where.value; changed(); }});
   const out = h("section", {className: "panel", "aria-live": "polite"});
   let timer = 0, asked = null, marks = new Map();
@@ -83,7 +83,7 @@ export function planView(place) {
     out.replaceChildren(
       h("h1", {}, h("span", {className: `word ${MOODS[told.verdict]}`}, told.verdict.toUpperCase())), h("p", {}, told.headline),
       weighty.length ? h("ul", {className: "findings"}, weighty.map(item)) : "",
-      h("table", {}, h("tbody", {}, told.figures.map(([label, value, note]) =>
+      h("table", {className: "inner"}, h("tbody", {}, told.figures.map(([label, value, note]) =>
         h("tr", {}, h("th", {scope: "row"}, label), h("td", {className: "num"}, value), h("td", {className: "soft"}, note))))),
       notes.length ? h("details", {}, h("summary", {}, notes.length === 1 ? "1 note" : `${notes.length} notes`), h("ul", {className: "findings"}, notes.map(item))) : "");
   }
@@ -116,7 +116,7 @@ export function planView(place) {
     take(event.dataTransfer.files[0]);
   });
   place.append(
-    h("div", {className: "bar"}, names, file, h("label", {className: "end"}, "Name in the folder", where)),
+    h("div", {className: "bar"}, names, h("label", {}, file, h("span", {className: "like"}, "another file …")), h("label", {className: "end"}, "Name in the folder", where)),
     h("div", {className: "plan"}, h("div", {}, editor,
       h("p", {className: "soft small"}, "Files that the plan names are found from its name in the folder, and only there. Nothing is saved.")), out));
   number();

@@ -112,7 +112,7 @@ function liveRun(place, row, ended) {
     }
   }
 
-  function begin2(state) {
+  function drawFirst(state) {
     constants = limits(state);
     const forces = panel("Force against its limits", "Force and its limits against time", [...FORCES, ...constants.map(each => ({...each, dash: true}))]);
     const bends = panel("Force against deformation", "Force against deformation since the first touch",
@@ -164,7 +164,7 @@ function liveRun(place, row, ended) {
     if (told.run && !run) begin(told.run);
     if (told.stop) stop = told.stop;
     if (told.state) {
-      if (!charts.length) begin2(told.state);
+      if (!charts.length) drawFirst(told.state);
       show(told.state);
       for (const [name, values] of Object.entries(told.time)) time[name].push(...values);
       curve.x.push(...told.curve.deformation_um);
@@ -200,6 +200,7 @@ function liveRun(place, row, ended) {
 function pastRun(place, row, stop) {
   let over = false;
   const charts = [], forceChart = h("div", {className: "panel soft"}, "reads the curves …"), bendChart = h("div", {className: "panel soft"});
+  const report = h("section", {className: "report"});
   const ends = row.status === "completed" ? "good" : "doubt";
   place.append(
     h("section", {className: "panel"}, ...heading(row),
@@ -211,7 +212,7 @@ function pastRun(place, row, stop) {
         h("div", {}, h("dt", {}, "95 % interval"), h("dd", {}, row.interval || "–")),
         h("div", {}, h("dt", {}, "Largest force"), h("dd", {}, row.peak_force_n === null ? "–" : `${digits(row.peak_force_n)} N`)),
         h("div", {}, h("dt", {}, "Ended"), h("dd", {className: `word ${ends}`}, row.status || "–")))),
-    h("div", {className: "two"}, forceChart, bendChart));
+    h("div", {className: "two"}, forceChart, bendChart), report);
   (async () => {
     const told = await get("curves", {run: row.key});
     if (over) return;
@@ -226,7 +227,7 @@ function pastRun(place, row, stop) {
     if (told.problem) bends.host.append(h("p", {className: "empty"}, told.problem));
     else charts.push(curveChart(bends.host, bends.readout, [{x: curve.deformation_um, y: curve.force_n, colour: "--force"}]));
     const url = `/api/report?${new URLSearchParams({run: row.key})}`;
-    place.append(h("div", {className: "bar"}), h("div", {className: "bar"}, h("h2", {}, "Report"), h("a", {href: url, target: "_blank", rel: "noopener"}, "open alone")),
+    report.append(h("div", {className: "title"}, h("h2", {}, "Report"), h("a", {href: url, target: "_blank", rel: "noopener"}, "open alone")),
       h("iframe", {src: url, title: "Report of the run", sandbox: ""}));
   })().catch(error => forceChart.replaceChildren(error.message));
   return () => {

@@ -5,7 +5,7 @@ import {get, h, nameOf, NO_RUN, repeatedly, runLink, verdict, when} from "./tool
 
 const COLOURS = ["--c0", "--c1", "--c2", "--c3", "--c4", "--c5", "--c6", "--c7"];
 const ticked = new Set();
-const filter = {text: "", verdict: "", simulated: true};
+const filter = {text: "", verdict: "", simulated: true, payload: ""};
 const kept = {seen: "", runs: []};
 
 /** The rows of all runs, the newest first; true where they differ from before. */
@@ -45,12 +45,16 @@ export function runsView(place) {
   function drawTrend(rows) {
     chart?.end();
     chart = null;
-    const known = rows.filter(row => row.chord_n_per_m !== null && row.low_n_per_m !== null).reverse();
+    const measured = rows.filter(row => row.chord_n_per_m !== null && row.low_n_per_m !== null).reverse();
+    const often = Object.entries(Object.groupBy(measured, row => row.payload)).sort((a, b) => b[1].length - a[1].length);
+    const [payload, known] = often.find(([name]) => name === filter.payload) ?? often[0] ?? ["", []];
     trend.hidden = known.length < 2;
     if (trend.hidden) return;
+    const payloads = h("select", {"aria-label": "Payload of the trend", onchange: () => { filter.payload = payloads.value; drawTrend(rows); }},
+      often.filter(each => each[1].length > 1).map(([name, of]) => h("option", {value: name, selected: name === payload}, `${name} (${of.length})`)));
     const {place: head, readout} = legend([{name: "identified", colour: "--good"}, {name: "other verdict", colour: "--doubt"}]);
-    const host = h("div", {role: "img", "aria-label": `Chord stiffness of ${known.length} runs with 95 % intervals; the table has the numbers`});
-    trend.replaceChildren(h("h2", {}, "Trend: chord stiffness, 95 % interval"), head, host);
+    const host = h("div", {role: "img", "aria-label": `Chord stiffness of ${known.length} runs of ${payload} with 95 % intervals; the table has the numbers`});
+    trend.replaceChildren(h("div", {className: "title"}, h("h2", {}, "Trend of the chord stiffness, 95 % intervals"), payloads), head, host);
     chart = trendChart(host, readout, known);
   }
 
@@ -67,8 +71,8 @@ export function runsView(place) {
     bar.hidden = !kept.runs.length;
     if (!kept.runs.length) body.replaceChildren(empty());
     else if (!rows.length) body.replaceChildren(h("p", {className: "panel empty"}, "No run matches this filter."));
-    else body.replaceChildren(h("div", {className: "panel scroll"}, h("table", {},
-      h("thead", {}, h("tr", {}, h("th", {}, h("span", {title: "Compare"}, "☑")), ...HEADS.map(([text, kind]) => h("th", {className: kind}, text)))),
+    else body.replaceChildren(h("div", {className: "panel scroll"}, h("table", {className: "cards"},
+      h("thead", {}, h("tr", {}, h("th", {title: "Compare"}, "☑"), ...HEADS.map(([text, kind]) => h("th", {className: kind}, text)))),
       h("tbody", {}, rows.map(line)))));
     drawTrend(rows);
   }
@@ -81,11 +85,12 @@ export function runsView(place) {
         compare.disabled = !ticked.size;
       }});
     const ended = row.live ? h("span", {className: "word good"}, "goes on") : row.problem ? `not read: ${row.problem}` : row.status;
-    return h("tr", {}, h("td", {}, tick), h("td", {}, runLink(row, when(row) || row.key)), h("td", {}, row.payload), h("td", {}, row.specimen),
-      h("td", {className: "wide"}, row.rig), h("td", {}, verdict(row.verdict)), h("td", {className: "num"}, row.chord),
-      h("td", {className: "num wide"}, row.interval),
-      h("td", {className: "wide"}, row.simulated ? h("span", {className: "simulated"}, "simulated, ") : "", ended),
-      h("td", {className: "soft wide"}, row.run_id.slice(0, 6)));
+    const payload = [row.payload, row.specimen].filter(Boolean).join(" · ");
+    return h("tr", {}, h("td", {className: "tick"}, tick), h("td", {className: "started"}, runLink(row, when(row) || row.key)),
+      h("td", {className: "payload"}, payload), h("td", {className: "rig"}, row.rig), h("td", {className: "verdict"}, verdict(row.verdict)),
+      h("td", {className: "num chord"}, row.chord), h("td", {className: "num interval"}, row.interval),
+      h("td", {className: "ended"}, row.simulated ? h("span", {className: "simulated"}, "simulated, ") : "", ended),
+      h("td", {className: "soft run"}, row.run_id.slice(0, 6)));
   }
 
   place.append(live, bar, trend, body);
@@ -97,8 +102,7 @@ export function runsView(place) {
   };
 }
 
-const HEADS = [["started", ""], ["payload", ""], ["specimen", ""], ["rig", "wide"], ["verdict", ""], ["chord", "num"], ["95 %", "num wide"],
-  ["ended", "wide"], ["run", "wide"]];
+const HEADS = [["started", ""], ["payload · specimen", ""], ["rig", ""], ["verdict", ""], ["chord", "num"], ["95 %", "num"], ["ended", ""], ["run", ""]];
 
 export function compareView(place, keys) {
   keys.forEach(key => ticked.add(key));
@@ -117,9 +121,9 @@ export function compareView(place, keys) {
     for (const key of [...colours.keys()]) if (!ticked.has(key)) colours.delete(key);
     const shown = rows.filter(row => ticked.has(row.key));
     shown.forEach(row => colourOf(row.key));
-    body.replaceChildren(rows.length ? h("div", {className: "panel scroll"}, h("table", {},
-      h("thead", {}, h("tr", {}, h("th", {}, "curve"), h("th", {}, "run"), h("th", {}, "started"), h("th", {className: "wide"}, "verdict"),
-        h("th", {className: "num"}, "chord"), h("th", {className: "num wide"}, "95 %"))),
+    body.replaceChildren(rows.length ? h("div", {className: "panel scroll"}, h("table", {className: "cards"},
+      h("thead", {}, h("tr", {}, h("th", {}, "curve"), h("th", {}, "started"), h("th", {}, "payload · specimen"), h("th", {}, "verdict"),
+        h("th", {className: "num"}, "chord"), h("th", {className: "num"}, "95 %"))),
       h("tbody", {}, rows.map(line)))) : empty());
     problems.replaceChildren();
     for (const row of shown) {
@@ -154,8 +158,9 @@ export function compareView(place, keys) {
       draw().then(() => body.querySelector(`[data-key="${CSS.escape(row.key)}"]`)?.focus());
     }});
     tick.dataset.key = row.key;
-    return h("tr", {}, h("td", {}, dot, tick), h("td", {}, runLink(row)), h("td", {}, when(row)), h("td", {className: "wide"}, verdict(row.verdict)),
-      h("td", {className: "num"}, row.chord), h("td", {className: "num wide"}, row.interval));
+    return h("tr", {}, h("td", {className: "tick"}, dot, tick), h("td", {className: "started"}, runLink(row, when(row))),
+      h("td", {className: "payload"}, nameOf(row)), h("td", {className: "verdict"}, verdict(row.verdict)),
+      h("td", {className: "num chord"}, row.chord), h("td", {className: "num interval"}, row.interval));
   }
 
   place.append(h("section", {className: "panel"}, head, host), problems, body);
