@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import AsyncIterator, Awaitable, Callable
-from contextlib import asynccontextmanager
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -93,7 +92,7 @@ class Page:
             )
         ]
         files = [Route(path, self._file) for path in self._files]
-        return Guard(Starlette(routes=[*routes, *files], lifespan=self._lifespan), self._door)
+        return Guard(Starlette(routes=[*routes, *files]), self._door)
 
     def close(self) -> None:
         """End its processes."""
@@ -179,13 +178,6 @@ class Page:
             self._watching -= 1
             if follower is not None:
                 follower.close()
-
-    @asynccontextmanager
-    async def _lifespan(self, _: Starlette) -> AsyncIterator[None]:
-        try:
-            yield
-        finally:
-            self.close()
 
 
 def _name(request: Request, key: str) -> str:

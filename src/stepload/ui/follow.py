@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -22,7 +23,7 @@ from stepload.record.rows import FloatArray, TickRow
 from stepload.report.run_record import plan_of
 from stepload.ui.folder import numbers
 
-MOST_BYTES = 1 << 20
+MOST_BYTES = 1 << 18
 """Bytes of a record that are read in one step."""
 PART_S, PARTS = 0.05, 4000
 """A point stands for so long a time, or for a share of the run so far if that is longer."""
@@ -44,7 +45,7 @@ class Follower:
         self._preflight: Preflight | None = None
         self._remaining: Remaining | None = None
         self._start_s = math.nan
-        self._quiet = False
+        self._quiet = self._virtual = False
         self.ended = False
 
     def close(self) -> None:
@@ -69,6 +70,8 @@ class Follower:
         if self._state.taken:
             told |= self._points(self._state.taken) | {"state": self._state.told()}
             row = self._state.row
+            if row is not None and not self._virtual:
+                told["behind_s"] = round(time.monotonic() - row.time_s, 1)
             if row is not None and self._remaining is not None:
                 told["left_s"] = round(self._remaining.at(row), 1)
                 told["share"] = round(self._remaining.share, 4)
@@ -93,10 +96,11 @@ class Follower:
             self._preflight = preflight_of(plan_of(metadata, attachments))
             procedure = self._preflight.plan.procedure
             self._remaining = Remaining(self._preflight.stages, procedure)
+        self._virtual = metadata.get("dry_run") == "true"
         return {
             **{name: metadata.get(name, "") for name in TEXTS},
             "simulated": "true" in (metadata.get("simulated"), metadata.get("dry_run")),
-            "virtual": metadata.get("dry_run") == "true",
+            "virtual": self._virtual,
             "rules": {code: rule.name for code, rule in RULES.items() if rule.used},
             "theory": self._theory(),
         }

@@ -14,7 +14,7 @@ from stepload.live.view import check_certificate
 from stepload.ui.app import Page
 from stepload.ui.door import Door
 
-LEAVE_S = 1.0
+LEAVE_S = 1
 """Time for requests that go on when the server ends."""
 
 
@@ -40,9 +40,9 @@ def serve(
         door = Door(host, bound, certificate is not None, secrets.token_urlsafe(24))
         page = Page(directory, door, lambda: server.should_exit)
         config = uvicorn.Config(
-            page.app, http="h11", ws="none", loop="asyncio", log_config=None, access_log=False,
-            server_header=False, proxy_headers=False, timeout_graceful_shutdown=int(LEAVE_S),
-            ssl_certfile=certificate, ssl_keyfile=key, limit_concurrency=64,
+            page.app, http="h11", ws="none", loop="asyncio", lifespan="off", log_config=None,
+            access_log=False, server_header=False, proxy_headers=False, limit_concurrency=64,
+            timeout_graceful_shutdown=LEAVE_S, ssl_certfile=certificate, ssl_keyfile=key,
         )  # fmt: skip
         server = uvicorn.Server(config)
         try:

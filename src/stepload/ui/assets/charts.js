@@ -44,6 +44,7 @@ class Chart {
 function axis(label, more = {}) {
   return {
     label, labelFont: FONT, font: FONT, labelSize: 18, labelGap: 2, gap: 4, stroke: style("--soft"),
+    values: (_, ticks) => ticks.map(each => each === null ? "" : String(Number(each.toPrecision(6))).replace("-", "−")),
     grid: {stroke: style("--line"), width: 1}, ticks: {stroke: style("--line"), width: 1, size: 4}, ...more,
   };
 }

@@ -4,6 +4,7 @@ import {curveChart, digits, legend, timeChart} from "./charts.js";
 import {get, h, keepToken, nameOf, post, runLink, token, verdict, when} from "./tools.js";
 import {refresh, rowOf} from "./runs.js";
 
+const LATE_S = 1.5;
 const FORCES = [
   {name: "force", colour: "--force"}, {name: "limit of the run F_lim", colour: "--limit", dash: true},
   {name: "level", colour: "--level"}, {name: "predicted peak", colour: "--used"},
@@ -56,7 +57,7 @@ function liveRun(place, row, ended) {
   const curve = {x: [], y: [], colour: "--force", width: 1.8};
   const phase = h("div", {className: "phase", role: "status", "aria-live": "polite"}, "reads the record …");
   const left = h("span", {className: "soft"}), share = h("progress", {max: 1, value: 0, "aria-label": "Share of the run's time"});
-  const facts = {};
+  const late = h("span", {className: "word doubt", role: "status"}), facts = {};
   const fact = (name, text) => h("div", {}, h("dt", {}, text), facts[name] = h("dd", {}, "–"));
   const said = h("p", {className: "soft small", role: "status"});
   const margins = h("div", {className: "margins"}), bars = {};
@@ -124,7 +125,7 @@ function liveRun(place, row, ended) {
 
   function show(state) {
     const level = state.level_n ? `, step ${state.step} (${digits(state.level_n)} N)` : "";
-    const words = `${state.cycle ? `cycle ${state.cycle}` : "before the first cycle"}, ${state.phase}${level}`;
+    const words = state.phase === "done" ? "over; it is being evaluated" : `${state.cycle ? `cycle ${state.cycle}` : "before the first cycle"}, ${state.phase}${level}`;
     if (phase.textContent !== words) phase.textContent = words;
     if (state.phase === "paused" !== paused && state.phase === "paused") {
       paused = true;
@@ -175,6 +176,7 @@ function liveRun(place, row, ended) {
       left.textContent = `${clock(told.left_s)} left${run?.virtual ? " of simulated time, which passes faster" : ""}`;
       share.value = told.share;
     }
+    if (told.state) late.textContent = told.behind_s > LATE_S ? `shown ${clock(told.behind_s)} late: this computer is busy` : "";
     if (told.ended) {
       events.close();
       if (told.ended === "unread") phase.textContent = `The record cannot be read: ${told.problem}`;
@@ -185,7 +187,7 @@ function liveRun(place, row, ended) {
   unlock();
   place.append(
     h("section", {className: "panel"}, ...heading(row, "goes on"),
-      h("div", {className: "bar"}, phase, left, h("span", {className: "end bar"}, lock, pause, unload)), share,
+      h("div", {className: "bar"}, phase, left, late, h("span", {className: "end bar"}, lock, pause, unload)), share,
       h("dl", {className: "facts"}, fact("force", "Force"), fact("limit", "Limit of the run F_lim"), fact("elastic", "Elastic limit F_c"),
         fact("deformation", "Deformation"), fact("predicted", "Predicted peak")), said),
     h("div", {className: "watch"}, forceChart, bendChart,

@@ -163,7 +163,8 @@ export function compareView(place, keys) {
       h("td", {className: "num chord"}, row.chord), h("td", {className: "num interval"}, row.interval));
   }
 
-  place.append(h("section", {className: "panel"}, head, host), problems, body);
+  place.append(h("section", {className: "panel"}, head, host,
+    h("p", {className: "soft small"}, "Deformation counts from the first touch of each run; the zero is not fitted.")), problems, body);
   const end = repeatedly(async () => { if ((await refresh()) || !chart) await draw(); }, 5000);
   return () => {
     over = true;
