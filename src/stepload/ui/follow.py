@@ -27,6 +27,8 @@ MOST_BYTES = 1 << 18
 """Bytes of a record that are read in one step."""
 PART_S, PARTS = 0.05, 4000
 """A point stands for so long a time, or for a share of the run so far if that is longer."""
+QUIET = 4
+"""Steps without anything new after which every sample of the last ticks is there."""
 THEORY_POINTS = 40
 TEXTS = ("run_id", "plan", "payload", "specimen", "rig", "operator", "started")
 
@@ -45,7 +47,7 @@ class Follower:
         self._preflight: Preflight | None = None
         self._remaining: Remaining | None = None
         self._start_s = math.nan
-        self._quiet = self._virtual = False
+        self._quiet, self._virtual = 0, False
         self.ended = False
 
     def close(self) -> None:
@@ -55,17 +57,18 @@ class Follower:
     def step(self) -> dict[str, Any] | None:
         """What is new since the last step; None where nothing is."""
         tail = self._tail
-        alone = self._quiet and not self._goes_on()  # looked at before it is read to the end
+        alone = self._quiet > 0 and not self._goes_on()  # looked at before it is read to the end
         tail.read(MOST_BYTES)
         rows, (_, events) = tail.rows(), tail.events()
         told: dict[str, Any] = {}
         if self._state is None and tail.attachments.get("limits.json"):
             told["run"] = self._begin()
         if self._state is None:
-            self._quiet = True
+            self._quiet += 1
             self.ended = alone or tail.ended
             return {"ended": "whole" if tail.ended else "broken"} if self.ended else None
-        self._state.take(*rows, events, ended=tail.ended)
+        whole = tail.ended or self._quiet >= QUIET
+        self._state.take(*rows, events, ended=whole)
         stops = [_stop(event) for event in events if event.kind == "trip"]
         if self._state.taken:
             told |= self._points(self._state.taken) | {"state": self._state.told()}
@@ -80,7 +83,7 @@ class Follower:
             told["ended"] = "whole" if tail.ended else "broken"
         if stops:
             told["stop"] = stops[0]
-        self._quiet = not told
+        self._quiet = 0 if told else self._quiet + 1
         return told or None
 
     def _goes_on(self) -> bool:
