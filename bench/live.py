@@ -1,14 +1,16 @@
-"""What a live view costs the loop: p99.9 of its lateness without one, with one, and with a viewer.
+"""What watching costs the loop: p99.9 of its lateness without a live view, with one, with a viewer,
+and with the page of `stepload ui`.
 
 python bench/live.py [--seconds S]
 
 A loop of 1 kHz records force, arm and ticks as a run does; the view reads the record as it grows.
-The three take turns; every figure is of the same minutes on the same machine.
+They take turns; every figure is of the same minutes on the same machine.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import statistics
 import subprocess
 import sys
@@ -27,6 +29,11 @@ from stepload.record.recorder import Recorder
 from stepload.rig.clock import MonotonicClock
 
 ROUNDS = 3
+READER = """
+import sys, urllib.request
+for line in urllib.request.urlopen(sys.argv[1]):
+    pass
+"""
 VIEWER = """
 import json, sys
 from websockets.sync.client import connect
@@ -77,11 +84,39 @@ def viewed(directory: Path, seconds: float, whole: Recording, *, connected: bool
         return late(directory, seconds, view.follow, whole)
 
 
+def paged(directory: Path, seconds: float, whole: Recording) -> float:
+    """The same with the page of `stepload ui` open at the run."""
+    with ExitStack() as stack:
+
+        def start(*words: str) -> subprocess.Popen[str]:
+            pipe, nowhere = subprocess.PIPE, subprocess.DEVNULL
+            words = (sys.executable, *words)
+            process = subprocess.Popen(words, stdout=pipe, stderr=nowhere, text=True)
+            stack.callback(process.wait)
+            stack.callback(process.kill)
+            return process
+
+        words = ["ui", str(directory.parent), "--port", "0", "--json"]
+        server = start("-m", "stepload", *words)
+        assert server.stdout is not None
+        url = json.loads(server.stdout.readline())["url"].partition("/#")[0]
+
+        def follow(path: Path) -> None:
+            start("-c", READER, f"{url}/api/live?run={directory.name}")
+
+        return late(directory, seconds, follow, whole)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--seconds", type=float, default=20.0)
     seconds = parser.parse_args().seconds
-    found: dict[str, list[float]] = {"without": [], "a view": [], "a view and a viewer": []}
+    found: dict[str, list[float]] = {
+        "without": [],
+        "a view": [],
+        "a view and a viewer": [],
+        "the page": [],
+    }
     with tempfile.TemporaryDirectory() as name:
         plan = Path(__file__).parents[1] / "procedures" / "plastic-sphere.yaml"
         run = stepload.run(stepload.load_plan(plan), dry_run=True, out=Path(name) / "run")
@@ -92,6 +127,7 @@ def main() -> None:
             found["without"].append(late(place / "a", seconds, lambda path: None, whole))
             found["a view"].append(viewed(place / "b", seconds, whole, connected=False))
             found["a view and a viewer"].append(viewed(place / "c", seconds, whole, connected=True))
+            found["the page"].append(paged(place / "d", seconds, whole))
     base = statistics.median(found["without"])
     rates = ", ".join(f"{name} {rate:g} Hz" for name, rate in RATES_HZ.items())
     print(f"p99.9 of the loop's lateness, {rates}, median of {ROUNDS} rounds of {seconds:g} s")

@@ -64,21 +64,23 @@ const frame = (readout, tell) => ({
   }]},
 });
 
-/** Force against time: data [time s, low, high, limit, level, predicted], levels of F_c as constants. */
+const TALL = () => innerWidth > 1080 ? 372 : 300;
+
+/** Force against time: data [time s, level, predicted, low, high, limit], levels of F_c as constants. */
 export function timeChart(host, readout, constants) {
   const lines = colour => [
-    {}, {label: "low", stroke: colour("--force"), width: 1}, {label: "high", stroke: colour("--force"), width: 1.4},
+    {}, {label: "level", stroke: colour("--level"), width: 1},
+    {label: "predicted", stroke: colour("--c5"), width: 1},
+    {label: "low", stroke: colour("--force"), width: 1}, {label: "high", stroke: colour("--force"), width: 1.4},
     {label: "limit", stroke: colour("--limit"), width: 1.6, dash: [7, 4]},
-    {label: "level", stroke: colour("--level"), width: 1},
-    {label: "predicted", stroke: colour("--used"), width: 1},
-    ...constants.map(each => ({label: each.name, stroke: colour(each.colour), width: 1, dash: each.dash})),
+    ...constants.map(each => ({label: each.name, stroke: colour(each.colour), width: 1.2, dash: each.dash})),
   ].map(each => ({...each, points: {show: false}, spanGaps: false}));
   const tell = (_, x, y) => `${digits(x)} s, ${digits(y)} N`;
   return new Chart(host, colour => ({
-    ...frame(readout, tell), series: lines(colour), bands: [{series: [2, 1], fill: colour("--bandfill")}],
+    ...frame(readout, tell), series: lines(colour), bands: [{series: [4, 3], fill: colour("--bandfill")}],
     scales: {x: {time: false}, y: {range: fromZero}},
     axes: [axis("Time in s", {size: 26}), axis("Force in N", {size: 42})],
-  }), [[], [], [], [], [], [], ...constants.map(() => [])]);
+  }), [[], [], [], [], [], [], ...constants.map(() => [])], TALL());
 }
 
 /** Force against deformation: curves {x µm, y N, colour, dash, width}; x need not rise. */
@@ -112,7 +114,7 @@ export function curveChart(host, readout, curves = []) {
     series: [{}, ...curves.map(each => ({facets, paths: path(each), stroke: style(each.colour)}))],
     scales: {x: {time: false, auto: true, range: fromZero}, y: {auto: true, range: fromZero}},
     axes: [axis("Deformation in µm", {size: 26}), axis("Force in N", {size: 42})],
-  }), data(curves), 300);
+  }), data(curves), TALL());
   chart.show = next => {
     const same = next.length === curves.length;
     curves = next;

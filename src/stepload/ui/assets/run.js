@@ -7,7 +7,7 @@ import {refresh, rowOf} from "./runs.js";
 const LATE_S = 1.5;
 const FORCES = [
   {name: "force", colour: "--force"}, {name: "limit of the run F_lim", colour: "--limit", dash: true},
-  {name: "level", colour: "--level"}, {name: "predicted peak", colour: "--used"},
+  {name: "level", colour: "--level"}, {name: "predicted peak", colour: "--c5"},
 ];
 
 export function runView(place, [key]) {
@@ -149,7 +149,7 @@ function liveRun(place, row, ended) {
   function draw() {
     drawn = 0;
     if (!charts.length) return;
-    charts[0].set([time.time_s, time.low_n, time.high_n, time.limit_n, time.level_n, time.predicted_n,
+    charts[0].set([time.time_s, time.level_n, time.predicted_n, time.low_n, time.high_n, time.limit_n,
       ...constants.map(each => time.time_s.map(() => each.value))]);
     charts[1].show([...theory, curve]);
   }
@@ -186,7 +186,7 @@ function liveRun(place, row, ended) {
 
   unlock();
   place.append(
-    h("section", {className: "panel"}, ...heading(row, "goes on"),
+    h("section", {className: "panel"}, ...heading(row, "running"),
       h("div", {className: "bar"}, phase, left, late, h("span", {className: "end bar"}, lock, pause, unload)), share,
       h("dl", {className: "facts"}, fact("force", "Force"), fact("limit", "Limit of the run F_lim"), fact("elastic", "Elastic limit F_c"),
         fact("deformation", "Deformation"), fact("predicted", "Predicted peak")), said),
@@ -223,7 +223,7 @@ function pastRun(place, row, stop) {
     forceChart.replaceWith(forces.made);
     charts.push(timeChart(forces.host, forces.readout, constants));
     const none = (time.time_s ?? []).map(() => null);
-    charts[0].set([time.time_s ?? [], time.force_n ?? [], time.force_n ?? [], time.limit_n ?? [], none, none, ...constants.map(each => none.map(() => each.value))]);
+    charts[0].set([time.time_s ?? [], none, none, time.force_n ?? [], time.force_n ?? [], time.limit_n ?? [], ...constants.map(each => none.map(() => each.value))]);
     const bends = panel("Force against deformation", "Force against deformation", [{name: "measured, all cycles", colour: "--force"}]);
     bendChart.replaceWith(bends.made);
     if (told.problem) bends.host.append(h("p", {className: "empty"}, told.problem));

@@ -67,7 +67,7 @@ export function runsView(place) {
     compare.disabled = !ticked.size;
     count.textContent = rows.length === kept.runs.length ? `${rows.length} runs` : `${rows.length} of ${kept.runs.length} runs`;
     live.replaceChildren(...kept.runs.filter(row => row.live).map(row =>
-      h("p", {className: "banner good"}, h("b", {}, "A run goes on: "), runLink(row), row.simulated ? " (simulated)" : "")));
+      h("p", {className: "banner good"}, h("b", {}, "Running now: "), runLink(row), row.simulated ? " (simulated)" : "")));
     bar.hidden = !kept.runs.length;
     if (!kept.runs.length) body.replaceChildren(empty());
     else if (!rows.length) body.replaceChildren(h("p", {className: "panel empty"}, "No run matches this filter."));
@@ -84,7 +84,7 @@ export function runsView(place) {
         compare.textContent = `Compare ${ticked.size || ""} ticked`.replace("  ", " ");
         compare.disabled = !ticked.size;
       }});
-    const ended = row.live ? h("span", {className: "word good"}, "goes on") : row.problem ? `not read: ${row.problem}` : row.status;
+    const ended = row.live ? h("span", {className: "word good"}, "running") : row.problem ? `not read: ${row.problem}` : row.status;
     const payload = [row.payload, row.specimen].filter(Boolean).join(" · ");
     return h("tr", {}, h("td", {className: "tick"}, tick), h("td", {className: "started"}, runLink(row, when(row) || row.key)),
       h("td", {className: "payload"}, payload), h("td", {className: "rig"}, row.rig), h("td", {className: "verdict"}, verdict(row.verdict)),
