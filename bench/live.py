@@ -1,5 +1,5 @@
-"""What watching costs the loop: p99.9 of its lateness without a live view, with one, with a viewer,
-and with the page of `stepload ui`.
+"""What watching costs the loop, in CPU and p99.9 of its lateness: without a live view, with one,
+with a viewer, and with the page of `stepload ui`.
 
 python bench/live.py [--seconds S]
 
@@ -15,6 +15,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
@@ -29,6 +30,8 @@ from stepload.record.recorder import Recorder
 from stepload.rig.clock import MonotonicClock
 
 ROUNDS = 3
+Cost = tuple[float, float]
+"""p99.9 of the lateness, and CPU of the loop's process, in s."""
 READER = """
 import sys, urllib.request
 for line in urllib.request.urlopen(sys.argv[1]):
@@ -46,10 +49,8 @@ with connect(sys.argv[1], subprotocols=["foxglove.sdk.v1"], max_size=None) as vi
 """
 
 
-def late(
-    directory: Path, seconds: float, follow: Callable[[Path], None], whole: Recording
-) -> float:
-    """p99.9 of the lateness of a recording loop whose record `follow` is told of.
+def late(directory: Path, seconds: float, follow: Callable[[Path], None], whole: Recording) -> Cost:
+    """p99.9 of the lateness of a recording loop whose record `follow` is told of, and its CPU.
 
     The record begins as `whole` does, so that the view works out margins and deformation too.
     """
@@ -64,13 +65,15 @@ def late(
         return made
 
     record.start = start
+    began_s = time.process_time()
     try:
-        return lateness_s(directory, seconds)
+        found_s = lateness_s(directory, seconds)
+        return found_s, time.process_time() - began_s
     finally:
         record.start = plain
 
 
-def viewed(directory: Path, seconds: float, whole: Recording, *, connected: bool) -> float:
+def viewed(directory: Path, seconds: float, whole: Recording, *, connected: bool) -> Cost:
     """The same with a live view, and with a viewer that takes everything."""
     with ExitStack() as stack:
         view = stack.enter_context(live_view(address_of("127.0.0.1:0")))
@@ -84,7 +87,7 @@ def viewed(directory: Path, seconds: float, whole: Recording, *, connected: bool
         return late(directory, seconds, view.follow, whole)
 
 
-def paged(directory: Path, seconds: float, whole: Recording) -> float:
+def paged(directory: Path, seconds: float, whole: Recording) -> Cost:
     """The same with the page of `stepload ui` open at the run."""
     with ExitStack() as stack:
 
@@ -111,7 +114,7 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--seconds", type=float, default=20.0)
     seconds = parser.parse_args().seconds
-    found: dict[str, list[float]] = {
+    found: dict[str, list[Cost]] = {
         "without": [],
         "a view": [],
         "a view and a viewer": [],
@@ -128,14 +131,16 @@ def main() -> None:
             found["a view"].append(viewed(place / "b", seconds, whole, connected=False))
             found["a view and a viewer"].append(viewed(place / "c", seconds, whole, connected=True))
             found["the page"].append(paged(place / "d", seconds, whole))
-    base = statistics.median(found["without"])
     rates = ", ".join(f"{name} {rate:g} Hz" for name, rate in RATES_HZ.items())
-    print(f"p99.9 of the loop's lateness, {rates}, median of {ROUNDS} rounds of {seconds:g} s")
+    print(f"{rates}, median of {ROUNDS} rounds of {seconds:g} s")
+    base_s = [statistics.median(column) for column in zip(*found["without"], strict=True)]
     for name, values in found.items():
-        value = statistics.median(values)
+        late_s, cpu_s = zip(*values, strict=True)
+        p999, cpu = (statistics.median(column) for column in (late_s, cpu_s))
         print(
-            f"{name:20} {value * 1e6:8.0f} us  {value / base:5.2f} times"
-            f"  ({min(values) * 1e6:.0f} to {max(values) * 1e6:.0f})"
+            f"{name:20} CPU {cpu / seconds:6.2%} {cpu / base_s[1]:5.2f} times"
+            f"  late {p999 * 1e6:8.0f} us  {p999 / base_s[0]:5.2f} times"
+            f"  ({min(late_s) * 1e6:.0f} to {max(late_s) * 1e6:.0f})"
         )
 
 

@@ -22,8 +22,10 @@ import numpy as np
 import pytest
 from real_runs import ENVIRONMENT, ROOT, Staged, in_process
 from test_live import Growing
+from websockets.sync.client import connect
 
 from stepload.errors import BadInputError
+from stepload.live.view import address_of, live_view
 from stepload.record.reader import read_recording
 from stepload.record.rows import Phase
 from stepload.ui.folder import curves_of, means, thinned
@@ -181,6 +183,14 @@ def test_others_on_the_network_need_tls_and_the_token(lab: Path, tmp_path: Path)
             assert page.ask(path)[0] == 401
             assert page.ask(path, Authorization=f"Basic {wrong}")[0] == 401
             assert page.ask(path, Authorization=f"Basic {coded}")[0] == 200
+    pytest.importorskip("foxglove")
+    with live_view(address_of("0.0.0.0:0", *names)) as view:
+        assert view.address.url.startswith("wss://")
+        url = view.address.url.replace("0.0.0.0", "localhost")
+        known = ssl.create_default_context(cafile=names[0])
+        known.check_hostname = False
+        with connect(url, subprotocols=["foxglove.sdk.v1"], ssl=known) as viewer:
+            assert json.loads(viewer.recv())["op"] == "serverInfo"
 
 
 def test_points_of_a_run_while_it_grows(quick_run: Path, tmp_path: Path) -> None:

@@ -32,7 +32,6 @@ PERIOD_S = 1.0 / 30.0
 """Period of the updates for viewers: the newest sample of each stream, and every event."""
 LINGER_S = 0.5
 NICE = 10
-TLS = ("tls_cert", "tls_key")
 READY, FAILED = "ready", "failed"
 
 
@@ -121,9 +120,10 @@ def main(host: str, port: int, *files: str) -> int:
     try:
         import foxglove
 
+        certificate, key = [Path(file).read_bytes() for file in files] or (None, None)
         server = foxglove.start_server(
             name="stepload", host=host, port=port, capabilities=[], supported_encodings=[],
-            **{name: Path(file).read_bytes() for name, file in zip(TLS, files, strict=False)},
+            tls_cert=certificate, tls_key=key,
         )  # fmt: skip
     except ImportError:
         print(FAILED, "foxglove-sdk is not installed: pip install 'stepload[live]'", flush=True)
