@@ -154,7 +154,7 @@ class State:
             self.force = tick.force[-1] if tick.force else self.force
             self.arm = tick.arm[-1] if tick.arm else self.arm
             self.row = tick.row
-            self.taken.append((tick.row, self.arm.position_m if self.arm else math.nan))
+            self.taken.append((tick.row, self._position_m))
             del self._force[: len(tick.force)]
             del self._arm[: len(tick.arm)]
             del self._second[: len(tick.second)]
@@ -188,6 +188,10 @@ class State:
             return None
         return tuple(a - b for a, b in zip(self.force.wrench, self._zero, strict=True))
 
+    @property
+    def _position_m(self) -> float:
+        return self.arm.position_m if self.arm is not None else math.nan
+
     def told(self) -> dict[str, Any] | None:
         """The newest tick for display; None before the first. Forces in N, lengths in µm."""
         row = self.row
@@ -210,7 +214,7 @@ class State:
             "elastic_limit_n": limits.elastic_limit_n,
             "used_limit_n": limits.used_limit_n,
             "target_um": finite(row.target_m * 1e6),
-            "deformation_um": finite(float(self.deformation_um(self.taken[-1:])[0])),
+            "deformation_um": finite(float(self.deformation_um([(row, self._position_m)])[0])),
             "margins": margins(self._replayer.supervisor, limits, row.time_s, row.phase),
         }
 
