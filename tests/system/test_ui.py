@@ -87,9 +87,9 @@ def lab(tmp_path: Path, quick_run: Path) -> Path:
     (folder / "plan.yaml").write_text(PLAN)
     (folder / "runs" / "linked").symlink_to(tmp_path / "other")
     (tmp_path / "secret.html").write_text("secret")
-    report = folder / "runs" / "first" / "report.html"
-    report.unlink()
-    report.symlink_to(tmp_path / "secret.html")
+    (folder / "runs" / "second").mkdir()
+    (folder / "runs" / "second" / "run.mcap").write_bytes(b"no record")
+    (folder / "runs" / "second" / "report.html").symlink_to(tmp_path / "secret.html")
     return folder
 
 
@@ -119,16 +119,18 @@ def test_the_door_and_the_folder(lab: Path) -> None:
             ("/api/curves?run=runs/linked", None, {}, 400),
             ("/api/curves?run=runs%00", None, {}, 400),
             ("/api/curves?run=plan.yaml", None, {}, 400),
+            ("/api/curves?run=runs/second", None, {}, 400),
+            ("/api/report?run=runs/second", None, {}, 400),
             ("/api/plan?name=../secret.html", None, {}, 400),
             ("/../pyproject.toml", None, {}, 404),
         ):  # fmt: skip
             assert page.ask(path, body, **sent)[0] == expected, (path, sent)
-        [row] = page.ask("/api/runs")[2]["runs"]
+        row, damaged = page.ask("/api/runs")[2]["runs"]
+        assert damaged["problem"]
         assert (row["key"], row["live"], row["simulated"]) == ("runs/first", False, True)
         assert page.ask("/api/plans")[2]["plans"] == ["plan.yaml"]
         _, headers, report = page.ask("/api/report?run=runs/first")
-        assert b"secret" not in report  # that is a link; it is made from the record
-        assert b"SIMULATED" in report
+        assert report == (lab / "runs" / "first" / "report.html").read_bytes()
         assert "sandbox" in headers["Content-Security-Policy"]
         token = {"X_Stepload_Token": page.token, "Origin": page.url}
         status, _, told = page.ask("/api/request", {"name": "runs/first", "text": "stop"}, **token)
