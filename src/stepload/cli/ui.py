@@ -45,9 +45,11 @@ def ui(
     def started(door: Door) -> None:
         output.line(f"page     {door.url}")
         output.line(f"folder   {directory.resolve()}")
-        asks = "everything" if door.everything else "pause and stop"
-        output.line(f"token    {door.token}   needed for {asks}; part of the address")
-        output.line("Ctrl+C ends the page, not a run.")
+        if door.everything:
+            output.line("The browser asks for a password: the token, under any name.")
+        output.line(
+            "Pause and stop need the token in this address. Ctrl+C ends the page, not a run."
+        )
         output.result({"url": door.url, "token": door.token, "directory": directory.resolve()})
 
     os.nice(NICE)

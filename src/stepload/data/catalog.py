@@ -156,7 +156,7 @@ def find_run(text: str, directory: Path) -> Path:
 
 
 def _records(directory: Path, deep: int) -> Iterator[tuple[Path, str]]:
-    """Records in a directory and below; links are not followed.
+    """Records in a directory and below; links and hidden entries are left out.
 
     Other files next to a run's record belong to that run; subdirectories are searched. A directory
     that cannot be read is returned with the reason, a record with "".
@@ -170,7 +170,7 @@ def _records(directory: Path, deep: int) -> Iterator[tuple[Path, str]]:
     if record is not None:
         yield record, ""
     for entry in entries:
-        if entry.is_symlink():
+        if entry.is_symlink() or entry.name.startswith("."):
             continue
         if entry.is_dir():
             if deep:

@@ -1,7 +1,7 @@
 // One run: live while it goes on, with the two requests; its curves and its report when it is over.
 
 import {curveChart, digits, legend, timeChart} from "./charts.js";
-import {get, h, keepToken, nameOf, post, runLink, token, verdict, when} from "./tools.js";
+import {get, h, keepToken, lost, nameOf, post, token, verdict, when} from "./tools.js";
 import {refresh, rowOf} from "./runs.js";
 
 const LATE_S = 1.5;
@@ -156,9 +156,16 @@ function liveRun(place, row, ended) {
 
   const events = new EventSource(`/api/live?${new URLSearchParams({run: row.key})}`);
   events.onopen = () => {  // a connection that was lost begins again
+    lost(false);
     Object.values(time).forEach(each => each.splice(0));
     curve.x.splice(0);
     curve.y.splice(0);
+  };
+  events.onerror = async () => {
+    if (events.readyState !== EventSource.CLOSED) return lost(true);  // it tries again
+    await refresh();
+    if (!rowOf(row.key)?.live) return ended(stop);
+    phase.textContent = "Four pages watch already. Close one, then load this page again.";
   };
   events.onmessage = ({data}) => {
     const told = JSON.parse(data);

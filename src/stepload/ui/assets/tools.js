@@ -14,17 +14,17 @@ export function h(tag, properties = {}, ...children) {
 
 export class Refused extends Error {}
 
-const lost = () => document.getElementById("lost");
+export const lost = is => { document.getElementById("lost").hidden = !is; };
 
 async function answer(path, options) {
   let response;
   try {
     response = await fetch(path, options);
   } catch (error) {
-    if (error.name !== "AbortError") lost().hidden = false;
+    if (error.name !== "AbortError") lost(true);
     throw error;
   }
-  lost().hidden = true;
+  lost(false);
   const told = await response.json();
   if (!response.ok) throw new Refused([told.error, told.hint].filter(Boolean).join(". "));
   return told;
