@@ -179,6 +179,7 @@ def test_others_on_the_network_need_tls_and_the_token(lab: Path, tmp_path: Path)
     tls = ("--certificate", names[0], "--key", names[1])
     with served(lab, "--host", "0.0.0.0", *tls) as page:
         assert page.url.startswith("https://")
+        page = page._replace(url=f"https://localhost:{page.url.rpartition(':')[2]}")
         coded = base64.b64encode(f"anybody:{page.token}".encode()).decode()
         wrong = base64.b64encode(b"anybody:guess").decode()
         for path in ("/", "/page.js", "/api/runs"):

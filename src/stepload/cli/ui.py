@@ -15,7 +15,8 @@ from stepload.report.terminal import AsJson, Output
 if TYPE_CHECKING:
     from stepload.ui.door import Door
 
-NICE = 10
+NICE = 5
+"""Below a loop, and above what else reads files."""
 
 
 def ui(
@@ -47,9 +48,8 @@ def ui(
         output.line(f"folder   {directory.resolve()}")
         if door.everything:
             output.line("The browser asks for a password: the token, under any name.")
-        output.line(
-            "Pause and stop need the token in this address. Ctrl+C ends the page, not a run."
-        )
+        output.line("Pause and stop need the token in this address.")
+        output.line("Ctrl+C ends the page, not a run.")
         output.result({"url": door.url, "token": door.token, "directory": directory.resolve()})
 
     os.nice(NICE)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import binascii
 import secrets
+import socket
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -43,7 +44,8 @@ class Door:
     @property
     def url(self) -> str:
         """The address for a browser, with the token in the part that it does not send."""
-        host = f"[{self.host}]" if ":" in self.host else self.host
+        host = socket.gethostname() if self.host in ANY else self.host
+        host = f"[{host}]" if ":" in host else host
         return f"{self._scheme}://{host}:{self.port}/#token={self.token}"
 
     @property

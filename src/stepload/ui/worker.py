@@ -16,7 +16,7 @@ from stepload.errors import BadInputError
 from stepload.jobs.pool import one_thread, serve
 
 Result = TypeVar("Result")
-NICE = 10
+NICE = 5
 MOST_BYTES = 4 << 30
 """Memory that a file may make the process take."""
 
