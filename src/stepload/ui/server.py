@@ -41,9 +41,10 @@ def serve(
         door = Door(host, bound, certificate is not None, secrets.token_urlsafe(24))
         page = Page(directory, door, lambda: server.should_exit)
         config = uvicorn.Config(
-            page.app, http="h11", ws="none", loop="asyncio", lifespan="off", log_config=None, log_level="critical",
-            access_log=False, server_header=False, proxy_headers=False, limit_concurrency=64,
-            timeout_graceful_shutdown=LEAVE_S, ssl_certfile=certificate, ssl_keyfile=key,
+            page.app, http="h11", ws="none", loop="asyncio", lifespan="off",
+            log_config=None, log_level="critical", access_log=False, server_header=False,
+            proxy_headers=False, limit_concurrency=64, timeout_graceful_shutdown=LEAVE_S,
+            ssl_certfile=certificate, ssl_keyfile=key,
         )  # fmt: skip
         server = uvicorn.Server(config)
         try:
