@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import platform
 import time
 from collections.abc import Sequence
 from contextlib import suppress
@@ -47,7 +48,7 @@ class Follower:
         self._preflight: Preflight | None = None
         self._remaining: Remaining | None = None
         self._start_s = math.nan
-        self._quiet, self._virtual = 0, False
+        self._quiet, self._same_clock = 0, False
         self.ended = False
 
     def close(self) -> None:
@@ -73,7 +74,7 @@ class Follower:
         if self._state.taken:
             told |= self._points(self._state.taken) | {"state": self._state.told()}
             row = self._state.row
-            if row is not None and not self._virtual:
+            if row is not None and self._same_clock:
                 told["behind_s"] = round(time.monotonic() - row.time_s, 1)
             if row is not None and self._remaining is not None:
                 told["left_s"] = round(self._remaining.at(row), 1)
@@ -99,11 +100,12 @@ class Follower:
             self._preflight = preflight_of(plan_of(metadata, attachments))
             procedure = self._preflight.plan.procedure
             self._remaining = Remaining(self._preflight.stages, procedure)
-        self._virtual = metadata.get("dry_run") == "true"
+        virtual = metadata.get("dry_run") == "true"
+        self._same_clock = not virtual and metadata.get("host") == platform.node()
         return {
             **{name: metadata.get(name, "") for name in TEXTS},
             "simulated": "true" in (metadata.get("simulated"), metadata.get("dry_run")),
-            "virtual": self._virtual,
+            "virtual": virtual,
             "rules": {code: rule.name for code, rule in RULES.items() if rule.used},
             "theory": self._theory(),
         }

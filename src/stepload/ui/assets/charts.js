@@ -148,7 +148,9 @@ export function trendChart(host, readout, rows) {
       ctx.stroke();
       ctx.beginPath();
       ctx.arc(x, at(row.chord_n_per_m * factor, "y"), radius * 0.85, 0, 7);
+      if (row.simulated) ctx.fillStyle = style("--paper");
       ctx.fill();
+      ctx.stroke();
     });
     ctx.restore();
   };

@@ -52,7 +52,7 @@ export function runsView(place) {
     if (trend.hidden) return;
     const payloads = h("select", {"aria-label": "Payload of the trend", onchange: () => { filter.payload = payloads.value; drawTrend(rows); }},
       often.filter(each => each[1].length > 1).map(([name, of]) => h("option", {value: name, selected: name === payload}, `${name} (${of.length})`)));
-    const {place: head, readout} = legend([{name: "identified", colour: "--good"}, {name: "other verdict", colour: "--doubt"}]);
+    const {place: head, readout} = legend([{name: "identified", colour: "--good"}, {name: "other verdict; open circles: simulated", colour: "--doubt"}]);
     const host = h("div", {role: "img", "aria-label": `Chord stiffness of ${known.length} runs of ${payload} with 95 % intervals; the table has the numbers`});
     trend.replaceChildren(h("div", {className: "title"}, h("h2", {}, "Trend of the chord stiffness, 95 % intervals"), payloads), head, host);
     chart = trendChart(host, readout, known);
