@@ -8,6 +8,17 @@ from typing import Annotated
 
 from typer import Argument, Option
 
+from stepload.cli.curves import (
+    Columns,
+    Decimal,
+    Encoding,
+    Look,
+    Sheet,
+    Specimen,
+    Units,
+    curve_mapping,
+    show_look,
+)
 from stepload.cli.options import Surface, TipRadius, quantity, run_path
 from stepload.errors import BadInputError
 from stepload.report.terminal import AsJson, Output
@@ -117,6 +128,16 @@ def compare(
     bounds: Annotated[
         Texts, Option(help='Position resolution and √MSDE of a curve, "[NAME=]1 um, 1.31 um".')
     ] = None,
+    columns: Columns = None,
+    units: Units = None,
+    sheet: Sheet = None,
+    decimal: Decimal = None,
+    encoding: Encoding = None,
+    specimen: Specimen = None,
+    mapping: Annotated[
+        Texts, Option(metavar="[NAME=]FILE", help="YAML with these, as --look prints it.")
+    ] = None,
+    look: Look = False,
     rough: Annotated[Texts, Option(metavar="NAME", help="Curve to multiply by (10).")] = None,
     plastic: Annotated[Texts, Option(metavar="NAME", help="Curve to multiply by (15).")] = None,
     payload: Annotated[
@@ -165,13 +186,24 @@ def compare(
     for flag, names in ("--rough", rough), ("--plastic", plastic):
         _by_curve(flag, [f"{name}=" for name in names or ()], files)
     body = None if payload is None else load_payload(payload)
+    kept = _by_curve("--mapping", mapping, files)
+    wanted = {
+        name: curve_mapping(
+            Path(kept[name]) if name in kept else None, columns, units, sheet=sheet,
+            decimal=decimal, encoding=encoding, specimen=specimen,
+        )
+        for name in files
+    }  # fmt: skip
+    if look:
+        show_look(output, [(p, read_curve(p, wanted[n])) for n, p in files.items()])
+        return
     groups = _groups(runs or [])
     saved = [saved_run(path) for group in groups for path in group]
     top_n = secant_force or min(map(reached_secant_force_n, saved), default=FIRST_N)
     given = []
     for name, path in files.items():
         of = load_payload(path) if path.suffix.lower() in SHAPES else None
-        made = predicted_curve(of, top_n) if of else deformation_curve(read_curve(path))
+        made = predicted_curve(of, top_n) if of else deformation_curve(read_curve(path, wanted[name]))
         wanted = {"rough": name in (rough or ()), "plastic": name in (plastic or ())}
         if any(wanted.values()) or not (rough or plastic):
             factors = tip_factors(of or body, **wanted, surface=surface, radius_m=tip_radius)

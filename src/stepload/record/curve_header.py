@@ -1,312 +1,492 @@
-"""Determines the role and the unit of every column of a table from its header, or refuses it.
-
-A name such as "Load On Sample (mN)", "displacement_um" or "Force / kN" contains a word for the
-quantity and a unit. The spelling of units counts: mN and MN differ by 1e9. A word without a unit is
-never read as SI; only the plain names `time_s`, `position_m`, `displacement_m`, `force_n`,
-`lateral_n` carry theirs in lower case.
-"""
+"""Finds the names of a table's columns, and determines the role and unit of each, or refuses it."""
 
 from __future__ import annotations
 
+import csv
 import difflib
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-COLUMNS = ("time_s", "position_m", "displacement_m", "force_n")
-LATERAL = "lateral_n"
-HINT = (
-    "the first line names the columns: `time_s, position_m, force_n` (travel of the arm), "
-    "or `displacement_m, force_n` (deformation, system stiffness already taken out); other names "
-    'with their units: "Force [mN]", "Depth (nm)"'
+from stepload.record.curve_mapping import CALLED, ROLES, CurveMapping, Refusal, listed
+from stepload.record.curve_words import (
+    KIND_OF_ROLE,
+    LATERAL,
+    MASSES,
+    bracketed,
+    has_word,
+    kind_of,
+    near,
+    role,
+    scale_of,
+    unit,
+    unit_of,
+    words,
 )
 
-_PREFIXES = {"p": 1e-12, "n": 1e-9, "µ": 1e-6, "μ": 1e-6, "u": 1e-6, "m": 1e-3, "": 1.0}
-_UNITS = {
-    "force": {p + "N": size for p, size in _PREFIXES.items()} | {"kN": 1e3, "MN": 1e6},
-    "length": {p + "m": size for p, size in _PREFIXES.items()} | {"cm": 1e-2},
-    "time": {p + "s": size for p, size in _PREFIXES.items() if p != "p"}
-    | {"sec": 1.0, "min": 60.0, "h": 3600.0},
-}
-_KIND = {unit: kind for kind, units in _UNITS.items() for unit in units}
-_SIZE = {unit: size for units in _UNITS.values() for unit, size in units.items()}
-_SPELT = {
-    "pico": "p", "nano": "n", "micro": "µ", "milli": "m", "kilo": "k", "mega": "M",
-}  # fmt: skip
-_WHOLE = {
-    "newton": "N", "newtons": "N", "meter": "m", "meters": "m", "metre": "m", "metres": "m",
-    "second": "s", "seconds": "s", "sec": "s", "micron": "µm", "microns": "µm",
-}  # fmt: skip
-
-_KIND_OF_ROLE = {
-    "time_s": "time", "position_m": "length", "displacement_m": "length", "force_n": "force",
-    LATERAL: "force",
-}  # fmt: skip
-_EXAMPLE = {"time": "[s]", "length": "[um]", "force": "[mN]"}
-_WORDS = {
-    LATERAL: {"lateral", "tangential", "shear", "friction", "transverse", "fx", "fy", "ft"},
-    "force_n": {"force", "load", "fz", "fn", "kraft"},
-    "displacement_m": {
-        "displacement", "disp", "deformation", "indentation", "indent", "depth", "penetration",
-        "compression", "separation",
-    },
-    "position_m": {
-        "position", "pos", "travel", "stroke", "crosshead", "height", "piezo", "z", "zsensor",
-    },
-    "time_s": {"time", "zeit"},
-}  # fmt: skip
-_ABOUT = frozenset(
-    {
-        "std", "sd", "sigma", "deviation", "amplitude", "amp", "rate", "speed", "velocity", "error",
-        "noise", "stiffness", "modulus", "hardness", "residual", "volt", "volts", "voltage",
-        "setpoint", "target", "command", "commanded", "demand", "area", "rms",
-    }
-)  # fmt: skip
-"""Words for quantities that are derived from a channel, and are not the channel itself."""
+MAX_PREAMBLE = 400
+"""Lines that an instrument may write before the names of the columns."""
+NUMBER = re.compile(
+    r"[+\-−]?(?:\d+(?:[,.'’ \u00a0\u2009\u202f]\d{3})*(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?",
+    re.ASCII,
+)
+CLOCK = re.compile(
+    r"(?:(?P<date>\d{1,4}[-./]\d{1,2}[-./]\d{1,4})[T ]\s*)?(?P<h>\d{1,2}):(?P<m>[0-5]\d):"
+    r"(?P<s>[0-5]?\d(?:[.,]\d+)?)\s*(?P<half>[AaPp][Mm])?(?P<zone>Z|[+-]\d\d:?\d\d)?",
+    re.ASCII,
+)
+ERRORS = frozenset({"#n/a", "#ref!", "#div/0!", "#value!", "#name?", "#num!", "#null!"})
+"""What a spreadsheet writes in place of a number."""
+_EPOCH = {"s": 1e9, "ms": 1e12, "µs": 1e15, "ns": 1e18}
+"""Unit of a time since 1970 by the size of its first value, of the years 2001 to 2100."""
+_FIRST_ROWS = 3
+NONE = "none"
+"""Stated for a role that no column has."""
+_TRAVELS = {"position_m", "displacement_m"}
 
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """One column: where it stands, its name in the file, what it is, and its unit in SI."""
+    """One column: its place, its name in the file, what it is, and its unit in SI.
+
+    `unit_place`: the column of its units, or its own where a unit stands behind each number.
+    `source`: where the unit is from.
+    """
 
     place: int
     name: str
     role: str
     unit: str
     scale: float
+    unit_place: int | None = None
+    source: str = "name"
 
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """The columns that are used, the delimiter (None: spaces), and how many cells a row has."""
+    """The columns that are used, and the rows below.
+
+    Attributes:
+        delimiter: of the cells; None: spaces.
+        names: all names; empty where the table has none.
+        line: where they are, from 1; 0 where there are none.
+        units_line: the row of units; 0 where there is none.
+        begin: index of the first line below.
+        beside: how many specimens are beside each other.
+    """
 
     delimiter: str | None
     columns: tuple[Column, ...]
+    names: tuple[str, ...]
+    line: int
+    units_line: int
+    begin: int
     width: int
+    beside: int = 1
 
 
 def may_be_machine(column: Column) -> bool:
     """Whether a column of displacement may hold the machine's own deflection as well.
 
     Testing machines use such names for their crosshead's travel; depth, indentation and deformation
-    are the payload's, and so is stepload's own name with any unit.
+    are the payload's, and so is what is stated, and stepload's own name with any unit.
     """
-    if column.role != "displacement_m" or re.fullmatch(r"displacement_\w+", column.name):
+    if column.role != "displacement_m" or column.source.endswith("stated role"):
         return False
-    return bool({"displacement", "disp", "compression"} & set(_words(column.name)))
-
-
-class HeaderError(Exception):
-    """A line that is no header; `known` says how much of one it looks like."""
-
-    def __init__(self, message: str, *, hint: str = HINT, known: int = 0) -> None:
-        super().__init__(message)
-        self.message, self.hint, self.known = message, hint, known
+    own = re.fullmatch(r"displacement_\w+", column.name)
+    return not own and has_word(column.name, "perhaps_machine")
 
 
 def split(line: str, delimiter: str | None) -> list[str]:
     """The cells of a line, without quotes and spaces around them."""
-    return [cell.strip().strip('"').strip() for cell in line.split(delimiter)]
+    if delimiter is not None and '"' in line:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
+    return [cell.strip() for cell in line.split(delimiter)]
 
 
-def delimiter_of(line: str) -> str | None:
-    """Comma, semicolon or tab, whichever is there most often; None where there is none."""
-    delimiter = max("\t;,", key=line.count)
-    return delimiter if delimiter in line else None
+def is_comment(text: str) -> bool:
+    """Whether a line that is not empty is a comment: a # in it may be the error of a spreadsheet."""
+    return text.startswith("#") and re.split(r"[,;\t]", text, maxsplit=1)[0].lower() not in ERRORS
 
 
-def parse_header(line: str, units: str | None = None) -> Header:
-    """Read the names of the columns.
+def find_header(
+    lines: Sequence[str], mapping: CurveMapping, delimiter: str | None = None, start: int = 0
+) -> Header:
+    """The first line that names force and travel, among those that an instrument writes above.
 
-    Args:
-        line: the header, without its line end.
-        units: the line below it; where it holds nothing but units, they count to the names.
-
-    Raises:
-        HeaderError: a column that is needed is missing, there twice, or without a known unit.
-    """
-    delimiter = delimiter_of(line)
-    names = split(line, delimiter)
-    if delimiter is None and any(_unit_of(name) is None for name in names):
-        # Names of several words and no delimiter: one column, or prose.
-        names = [line.strip()]
-    if units is not None:
-        names = _with_units(names, split(units, delimiter))
-    try:
-        return Header(delimiter, tuple(_columns(names)), len(names))
-    except HeaderError as error:
-        error.known = error.known if len(names) > 1 else 0
-        raise
-
-
-def _with_units(names: list[str], units: list[str]) -> list[str]:
-    """Names with the units of the row below.
+    The line below it may hold the units. Where no line names them, the comment above the numbers,
+    cells with units, or the stated numbers of columns do.
 
     Raises:
-        HeaderError: that row is none of units.
+        Refusal: what looks most like a header, and what it lacks.
     """
-    bare = [unit.strip("[]() ") for unit in units]
-    if len(bare) != len(names) or not all(u in ("", "-") or _unit(u) for u in bare):
-        raise HeaderError("no row of units")
-    return [f"{n} [{u}]" if _unit(u) else n for n, u in zip(names, bare, strict=True)]
-
-
-def _columns(names: Sequence[str]) -> Iterable[Column]:
-    for name in (*COLUMNS, LATERAL):
-        if names.count(name) > 1:
-            raise HeaderError(f"the column {name!r} is there {names.count(name)} times", known=4)
-    found = {name: [names.index(name)] for name in (*COLUMNS, LATERAL) if name in names}
-    loose: dict[str, list[int]] = {}
-    for place, name in enumerate(names):
-        role = _role(name)
-        if role is not None and role not in found:
-            loose.setdefault(role, []).append(place)
-    chosen = {role: (names[places[0]], places) for role, places in found.items()}
-    known = len(found)
-    if found.keys() & {"position_m", "displacement_m"}:
-        loose = {r: p for r, p in loose.items() if r not in ("position_m", "displacement_m")}
-    refusal: HeaderError | None = None
-    for role, places in loose.items():
+    by_number = any(text != NONE for _, text in mapping.columns) and all(
+        bracket_free(text).isdigit() for _, text in mapping.columns if text != NONE
+    )
+    best: Refusal | None = None
+    comments: list[int] = []
+    numbers = 0
+    end = min(len(lines), start + MAX_PREAMBLE)
+    for at in range(start, end):
+        text = lines[at].strip()
+        if not text:
+            continue
+        if is_comment(text):
+            comments.append(at)
+            continue
+        if _cells_of_numbers(lines, at, delimiter):
+            numbers += 1
+            if numbers >= _FIRST_ROWS:
+                end = at
+                break
+            continue
+        if by_number:
+            continue
         try:
-            usable = _usable(role, [(place, names[place]) for place in places])
-        except HeaderError as error:
-            known += 1
-            if refusal is None or role == "force_n":
+            return _header_at(lines, at, text, mapping, delimiter)
+        except Refusal as error:
+            if best is None or error.known > best.known:
+                best = error
+    for at in reversed(comments):
+        try:
+            return _header_at(lines, at, lines[at].strip().lstrip("# "), mapping, delimiter)
+        except Refusal as error:
+            if best is None or error.known > best.known:
+                best = error
+    for at in range(start, min(len(lines), end + 1)):
+        if found := _without_names(lines, at, mapping, delimiter, by_number):
+            return found
+    if numbers and (best is None or not best.known):
+        raise Refusal(
+            "the columns have no names", end + 1, hint="numbers from 1, units such as N, mm, s",
+            columns=(("force", "?"), ("position", "?")), units=(("force", "?"), ("position", "?")),
+        )  # fmt: skip
+    raise best or Refusal("the file is empty", max(len(lines), 1))
+
+
+def bracket_free(text: str) -> str:
+    """A text without the unit in brackets at its end."""
+    return re.sub(r"\s*[\[(][^\[\]()]*[\])]$", "", text.strip())
+
+
+def _delimiters(line: str, given: str | None) -> list[str | None]:
+    return [given] if given else [*(mark for mark in "\t;," if mark in line), None]
+
+
+def _cells_of_numbers(lines: Sequence[str], at: int, given: str | None) -> list[str]:
+    """The cells of a line that holds numbers only; none where it does not."""
+    for delimiter in _delimiters(lines[at], given):
+        cells = split(lines[at], delimiter)
+        if all(NUMBER.fullmatch(cell) or not cell for cell in cells) and any(cells):
+            return cells
+    return []
+
+
+def _below(lines: Sequence[str], at: int) -> int:
+    """The next line that is neither empty nor a comment."""
+    for index in range(at + 1, min(len(lines), at + MAX_PREAMBLE)):
+        if (text := lines[index].strip()) and not is_comment(text):
+            return index
+    return len(lines)
+
+
+def _header_at(
+    lines: Sequence[str], at: int, text: str, mapping: CurveMapping, given: str | None
+) -> Header:
+    """The header whose names are in this line; raises Refusal."""
+    refusal: Refusal | None = None
+    found: Header | None = None
+    for delimiter in _delimiters(text, given):
+        names = split(text, delimiter)
+        below = _below(lines, at)
+        units = _row_of_units(lines, below, delimiter, len(names))
+        units_at = below if units else None
+        if units is None and at and (units := _row_of_units(lines, at - 1, delimiter, len(names))):
+            units_at = at - 1
+        first = _below(lines, below) if units_at == below else below
+        cells = split(lines[first], delimiter) if first < len(lines) else []
+        fits = len(cells) == len(names) or (len(cells) == len(names) + 1 and not cells[-1])
+        if delimiter is None and not (
+            len(names) > 1 and (fits or all(unit_of(name) is not None for name in names))
+        ):
+            names = [text]  # several words and no delimiter: one column, or prose
+        try:
+            columns, beside = columns_of(names, units or [], cells, mapping)
+        except Refusal as error:
+            error.line, error.known = at + 1, error.known if len(names) > 1 else 0
+            if refusal is None or error.known > refusal.known:
                 refusal = error
             continue
-        if usable:
-            known += 1
-            chosen[role] = (names[usable[0]], usable)
-    if refusal is not None:
-        refusal.known = known
+        units_line = units_at + 1 if units_at is not None else 0
+        header = Header(
+            delimiter, columns, tuple(names), at + 1, units_line,
+            below + 1 if units_at == below else at + 1, len(names), beside,
+        )  # fmt: skip
+        if fits:
+            return header
+        found = found or header
+    if found is None:
+        assert refusal is not None
         raise refusal
-    _complete(chosen, names, known)
-    for role, (_, places) in chosen.items():
-        for place in places:
-            unit = "" if names[place] == role else _unit_of(names[place]) or ""
-            yield Column(place, names[place], role, unit, _SIZE.get(unit, 1.0))
+    return found
 
 
-def _usable(role: str, candidates: Sequence[tuple[int, str]]) -> list[int]:
-    """The indices of a role's columns: one, or several of a lateral force.
-
-    Raises:
-        HeaderError: several could be meant, or none has a unit of its kind.
-    """
-    kind = _KIND_OF_ROLE[role]
-    units = {place: _unit_of(name) for place, name in candidates}
-    good = [place for place, unit in units.items() if unit and _KIND[unit] == kind]
-    names = dict(candidates)
-    if len(good) > 1 and role != LATERAL:
-        listed = ", ".join(repr(names[place]) for place in good)
-        raise HeaderError(
-            f"{len(good)} columns could be the {_called(role)}: {listed[:200]}",
-            hint=f"call the one that is meant {role!r}, if it is in SI, or take out the others",
-        )
-    if good or role == LATERAL:
-        return good
-    place, name = candidates[0]
-    unit = units[place]
-    if unit:
-        message = f"the column {name[:60]!r} is in {unit}, no unit of a {kind}"
-    else:
-        message = f"the column {name[:60]!r} has no unit that is known"
-    near = _near(name, kind)
-    word = re.split(r"[\[(/]", name)[0].strip(" _:,") or _called(role)
-    hint = f'write its unit: "{word} {_EXAMPLE[kind]}"; known are {", ".join(_listed(kind))}'
-    raise HeaderError(message + (f"; is {near!r} meant?" if near else ""), hint=hint)
-
-
-def _complete(chosen: dict[str, tuple[str, list[int]]], names: Sequence[str], known: int) -> None:
-    """Refuse a header without force, without travel, or with two travels."""
-    if {"position_m", "displacement_m"} <= chosen.keys():
-        one, other = chosen["position_m"][0], chosen["displacement_m"][0]
-        raise HeaderError(
-            f"both {one!r} and {other!r}: which one is meant?",
-            hint="take one out: travel of the machine, or deformation of the payload alone",
-            known=known,
-        )
-    needed = ["force_n"] if "displacement_m" in chosen else ["force_n", "position_m"]
-    for role in needed:
-        if role not in chosen:
-            others = [name for name in names if name not in COLUMNS]
-            near = difflib.get_close_matches(role, others, 1, 0.5)
-            found = f"; is {near[0]!r} meant?" if near else f" among {', '.join(names)[:200]}"
-            raise HeaderError(f"no column {role!r}{found}", known=known)
-
-
-def _called(role: str) -> str:
-    return {"time_s": "time", "force_n": "force", LATERAL: "lateral force"}.get(role, "travel")
-
-
-def _listed(kind: str) -> list[str]:
-    return [unit for unit in _UNITS[kind] if not unit.startswith(("u", "μ")) and unit != "sec"]
-
-
-def _near(name: str, kind: str) -> str | None:
-    """A unit of this kind that differs from the last word of the name by its case only."""
-    last = re.split(r"[\s_\[\](),:/]+", name.strip(" ])_:,"))[-1]
-    near = [unit for unit in _UNITS[kind] if unit.lower() == last.lower()]
-    return " or ".join(near) if near else None
-
-
-def _words(name: str) -> list[str]:
-    apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", re.sub(r"[\[(][^\])]*[\])]", " ", name))
-    return [word for word in re.split(r"[^A-Za-zµμ]+", apart.lower()) if word]
-
-
-def _role(name: str) -> str | None:
-    """The role that a name stands for; None for everything that is not used."""
-    words = _words(name)
-    if not words or _ABOUT & set(words):
+def _row_of_units(
+    lines: Sequence[str], at: int, delimiter: str | None, width: int
+) -> list[str] | None:
+    """The units in a line; None where it holds anything else."""
+    cells = split(lines[at], delimiter) if at < len(lines) else []
+    bare = [cell.strip("[]() ") for cell in cells]
+    known = [unit(each) for each in bare]
+    if len(bare) != width or not any(known) or any(NUMBER.fullmatch(each) for each in bare):
         return None
-    if words[:2] == ["contact", "depth"]:
+    symbols = all(k or len(each) <= 5 for k, each in zip(known, bare, strict=True))
+    return [k or each for k, each in zip(known, bare, strict=True)] if symbols else None
+
+
+def _without_names(
+    lines: Sequence[str], at: int, mapping: CurveMapping, given: str | None, by_number: bool
+) -> Header | None:
+    """A table without names that begins here: stated numbers of columns, or units in the cells."""
+    text = lines[at].strip()
+    if not text or is_comment(text):
         return None
-    unit = _unit_of(name)
-    if unit is not None and len(words) > 1 and words[-1] == unit.lower():
-        words = words[:-1]
-    bag = set(words)
-    forces = bag & _WORDS["force_n"]
-    if bag & _WORDS[LATERAL] or (forces and bag & {"x", "y"}):
-        return LATERAL
-    if forces:
-        return "force_n"
-    if {"tip", "position"} <= bag:
-        return "displacement_m"
-    for role in ("displacement_m", "position_m", "time_s"):
-        if bag & _WORDS[role]:
-            return role
+    for delimiter in _delimiters(text, given):
+        cells = split(lines[at], delimiter)
+        shown = [_inside(cell) for cell in cells]
+        if len(cells) < 2:
+            continue
+        if by_number:
+            places = [int(bracket_free(t)) - 1 for _, t in mapping.columns if t != NONE]
+            ok = [0 <= p < len(cells) and shown[p] is not None for p in places]
+            clocks = [0 <= p < len(cells) and CLOCK.fullmatch(cells[p]) for p in places]
+            if not all(a or b for a, b in zip(ok, clocks, strict=True)):
+                continue
+        elif shown[0] is None or not any(map(unit, cells)) and not any(filter(None, shown)):
+            continue
+        names = [""] * len(cells)
+        units: list[str] = []
+        for above in range(at - 1, max(at - 4, -1), -1):
+            row = split(lines[above].lstrip("# "), delimiter)
+            if len(row) == len(cells) and not _cells_of_numbers(lines, above, given):
+                if not units and (units := _row_of_units(lines, above, delimiter, len(row)) or []):
+                    continue
+                names = row
+                break
+        columns, beside = columns_of(names, units, cells, mapping)
+        return Header(delimiter, columns, (), 0, 0, at, len(cells), beside)
     return None
 
 
-def _unit(text: str) -> str | None:
-    """The symbol of a unit as it is spelt, or in words."""
-    text = text.strip()
-    if text in _KIND:
-        return text
-    word = text.lower()
-    for prefix, short in _SPELT.items():
-        if word.startswith(prefix):
-            rest = text[len(prefix) :].strip(" _-")
-            symbol = short + _WHOLE.get(rest.lower(), rest)
-            if symbol in _KIND:
-                return symbol
-    return _WHOLE.get(word)
-
-
-def _unit_of(name: str) -> str | None:
-    """The unit in a name: in brackets, behind a slash or at its end."""
-    if name in _KIND_OF_ROLE:
-        return {"time": "s", "length": "m", "force": "N"}[_KIND_OF_ROLE[name]]
-    bracketed = [_unit(text) for text in re.findall(r"[\[(]([^\[\]()]*)[\])]", name)]
-    units = {unit for unit in bracketed if unit}
-    if bracketed:
-        return units.pop() if len(units) == 1 else None
-    parts = [part for part in re.split(r"\s*/\s*|[\s_,:]+", name.strip()) if part]
-    if len(parts) < 2 or (unit := _unit(parts[-1])) is None:
+def _inside(cell: str) -> str | None:
+    """The unit behind a number in a cell, "" where there is none; None where it is no number."""
+    match = NUMBER.match(cell)
+    if match is None:
         return None
-    prefix = _SPELT.get(parts[-2].lower())
-    if prefix is None:
-        return unit
-    joined = prefix + unit
-    return joined if joined in _KIND else None
+    rest = cell[match.end() :].strip()
+    return rest and unit(rest)
+
+
+def columns_of(
+    names: Sequence[str], units: Sequence[str], cells: Sequence[str], mapping: CurveMapping
+) -> tuple[tuple[Column, ...], int]:
+    """The columns that are used, and how many specimens are beside each other.
+
+    Args:
+        names: of all columns.
+        units: of the row of units; empty where there is none.
+        cells: of the first row.
+
+    Raises:
+        Refusal: a column that is needed is missing, there twice, or without a known unit.
+    """
+    places: dict[str, list[int]] = {}
+    told: dict[int, str] = {}
+    stated = {ROLES[name] for name, _ in mapping.columns}
+    for name, text in mapping.columns:
+        if text == NONE:
+            continue
+        place, symbol = _place(names, cells, text, name)
+        places.setdefault(ROLES[name], []).append(place)
+        told[place] = symbol
+    exact = {each for each in KIND_OF_ROLE if each in names} - stated
+    fixed = (stated or exact) & _TRAVELS or exact & _TRAVELS
+    for place, name in enumerate(names):
+        each = role(name) if name else _role_of_cell(cells, place)
+        if each is None or each in stated or place in told:
+            continue
+        if (each in exact and name != each) or (each in _TRAVELS and fixed and each not in fixed):
+            continue
+        places.setdefault(each, []).append(place)
+    chosen: dict[str, list[Column]] = {}
+    refusal: Refusal | None = None
+    beside = 1
+    for each, candidates in places.items():
+        try:
+            found = [
+                column
+                for place in candidates
+                if (column := _column(place, each, names, units, cells, mapping, told))
+            ]
+            if not found and each != LATERAL:
+                raise _no_unit(names[candidates[0]], candidates[0], each, units)
+            if len(found) > 1 and each != LATERAL:
+                beside = max(beside, len(found))
+                found = [_one_of(found, each, mapping)]
+        except Refusal as error:
+            if refusal is None or each == "force_n":
+                refusal = error
+            continue
+        if found:
+            chosen[each] = found
+    if refusal is not None:
+        refusal.known = len(places)
+        raise refusal
+    _complete(chosen, names, len(places))
+    return tuple(column for found in chosen.values() for column in found), beside
+
+
+def _place(names: Sequence[str], cells: Sequence[str], text: str, name: str) -> tuple[int, str]:
+    """The column that a text states, and the unit in its brackets."""
+    bare, symbol = bracket_free(text), unit(bracketed(text)) or ""
+    for sought, told in ((text, ""), (bare, symbol)):
+        same = [place for place, each in enumerate(names) if each == sought]
+        same = same or [p for p, each in enumerate(names) if each.lower() == sought.lower()]
+        if len(same) == 1:
+            return same[0], told
+        if len(same) > 1:
+            numbers = ", ".join(str(place + 1) for place in same)
+            raise Refusal(
+                f"{len(same)} columns are called {sought!r}: {numbers}", known=len(same) + 4,
+                columns=((name, f"{same[0] + 1}" + (f" ({told})" if told else "")),),
+            )  # fmt: skip
+        if sought.isdigit() and 1 <= int(sought) <= max(len(names), len(cells)):
+            return int(sought) - 1, told
+    raise Refusal(f"no column is called {text!r}; {_all(names)}", columns=((name, "?"),))
+
+
+def _all(names: Sequence[str]) -> str:
+    return "columns: " + ", ".join(f"{i} {n!r}" for i, n in enumerate(names, 1))[:300]
+
+
+def _role_of_cell(cells: Sequence[str], place: int) -> str | None:
+    """The role of a column without a name by the unit in or beside its first cell."""
+    _, symbol = _unit_in_cells(cells, place)
+    return {"force": "force_n", "length": "position_m", "time": "time_s", "": None}[kind_of(symbol)]
+
+
+def _unit_in_cells(cells: Sequence[str], place: int) -> tuple[int, str]:
+    """The column of the units of a column, and the first of them; "" where there is none."""
+    inside = _inside(cells[place]) if place < len(cells) else None
+    if inside:
+        return place, inside
+    beside = unit(cells[place + 1]) if inside is not None and place + 1 < len(cells) else None
+    return place + 1, beside or ""
+
+
+def _column(
+    place: int, each: str, names: Sequence[str], units: Sequence[str], cells: Sequence[str],
+    mapping: CurveMapping, told: dict[int, str],
+) -> Column | None:  # fmt: skip
+    """The column at a place in the role; None where no unit of its kind is known."""
+    name, kind = names[place] if place < len(names) else "", KIND_OF_ROLE[each]
+    role_stated = " stated role" if place in told else ""
+    first = cells[place] if place < len(cells) else ""
+    if kind == "time" and CLOCK.fullmatch(first):
+        return Column(place, name, each, "clock", 1.0, None, "cells" + role_stated)
+    in_name, in_row = unit_of(name), units[place] if place < len(units) else ""
+    unit_place, in_cells = _unit_in_cells(cells, place)
+    wanted = unit(dict(mapping.units).get(CALLED[each], "") or told.get(place, ""))
+    if not wanted and in_name and kind_of(in_row) and in_name != in_row:
+        raise Refusal(
+            f"the column {name[:60]!r} is in {in_row} in the row of units", known=4,
+            units=((CALLED[each], in_row),), hint=f"or {in_name}",
+        )  # fmt: skip
+    sources = {
+        "stated": wanted, "name": in_name, "row of units": in_row, "cells": in_cells,
+        "size": _epoch(first) if kind == "time" else None,
+    }  # fmt: skip
+    for source, symbol in sources.items():
+        if symbol and (kind_of(symbol) == kind or source == "name"):
+            if kind_of(symbol) != kind:
+                return None
+            at = unit_place if source == "cells" else None
+            return Column(place, name, each, symbol, scale_of(symbol), at, source + role_stated)
+    return None
+
+
+def _epoch(text: str) -> str | None:
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return next((each for each, size in _EPOCH.items() if size <= value < 4.1 * size), None)
+
+
+def _one_of(found: Sequence[Column], each: str, mapping: CurveMapping) -> Column:
+    """The one column of several in a role that is meant; raises Refusal."""
+    if len({column.name for column in found}) == 1 and found[0].name:
+        if mapping.specimen.isdigit() and int(mapping.specimen) <= len(found):
+            return found[int(mapping.specimen) - 1]
+        raise Refusal(
+            f"{len(found)} specimens beside each other: {found[0].name!r} is there "
+            f"{len(found)} times", hint=f"1 to {len(found)}", specimen="1",
+        )  # fmt: skip
+    if each == "time_s" and (stamp := [c for c in found if c.name.endswith("header.stamp")]):
+        return stamp[0]
+    along = [column for column in found if not {"x", "y"} & set(words(column.name))]
+    if each == "position_m" and len(along) == 1 and "z" in words(along[0].name):
+        return along[0]
+    told = ", ".join(f"{column.place + 1} {column.name!r}" for column in found)
+    column = found[0]
+    same = sum(each.name == column.name for each in found) > 1 or not column.name
+    text = f"{column.place + 1} ({column.unit})" if same else column.name
+    raise Refusal(
+        f"{len(found)} columns could be the {_called(each)}: {told[:200]}",
+        hint="or another of them", columns=((CALLED[each], text),),
+    )  # fmt: skip
+
+
+def _no_unit(name: str, place: int, each: str, units: Sequence[str]) -> Refusal:
+    """The refusal of a column whose unit is not known."""
+    kind = KIND_OF_ROLE[each]
+    written = unit_of(name) or (units[place] if place < len(units) else "")
+    written = written or bracketed(name)
+    mass = MASSES.get(written.lower())
+    if kind == "force" and mass:
+        message, meant = f"the column {name[:60]!r} is in {written}, a mass", mass
+    elif kind_of(written):
+        message, meant = f"the column {name[:60]!r} is in {written}, no unit of a {kind}", "?"
+    else:
+        meant = near(written or name, kind) or "?"
+        message = f"the column {name[:60]!r} has no unit that is known"
+        message += f"; is {meant!r} meant?" if meant != "?" else ""
+    return Refusal(
+        message, hint=f"known: {listed(kind)}",
+        units=((CALLED[each], meant if kind_of(meant) else "?"),),
+    )  # fmt: skip
+
+
+def _complete(chosen: dict[str, list[Column]], names: Sequence[str], known: int) -> None:
+    """Refuse a header without force, without travel, or with two travels."""
+    if chosen.keys() >= _TRAVELS:
+        one, other = (chosen[each][0] for each in ("position_m", "displacement_m"))
+        raise Refusal(
+            f"both {one.name!r} and {other.name!r}: which one is meant?", known=known,
+            hint="travel of the machine; or displacement=, deformation of the payload alone",
+            columns=(("position", one.name or str(one.place + 1)),),
+        )  # fmt: skip
+    missing = [] if "force_n" in chosen else ["force"]
+    missing += [] if chosen.keys() & _TRAVELS else ["position"]
+    if missing:
+        close = [difflib.get_close_matches(ROLES[each], names, 1, 0.5) for each in missing]
+        meant = f"; is {close[0][0]!r} meant?" if close[0] else f"; {_all(names)}"
+        raise Refusal(
+            f"no column for the {_called(ROLES[missing[0]])} ({ROLES[missing[0]]}){meant}",
+            known=known, columns=tuple((each, "?") for each in missing),
+            hint="their names or numbers, units in brackets: 'force=3 (kN)'",
+        )  # fmt: skip
+
+
+def _called(each: str) -> str:
+    return {"time_s": "time", "force_n": "force", LATERAL: "lateral force"}.get(each, "travel")
