@@ -27,7 +27,7 @@ from stepload.record.curve_words import (
 MAX_PREAMBLE = 400
 """Lines that an instrument may write before the names of the columns."""
 NUMBER = re.compile(
-    r"[+\-−]?(?:\d+(?:[,.'’ \u00a0\u2009\u202f]\d{3})*(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?",
+    r"[+\-−]?(?:\d+(?:[,.'’ \u00a0\u2009\u202f]\d{3}(?!\d))*(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?",
     re.ASCII,
 )
 CLOCK = re.compile(
@@ -158,7 +158,7 @@ def find_header(
             return found
     if numbers and (best is None or not best.known):
         raise Refusal(
-            "the columns have no names", end + 1, hint="numbers from 1, units such as N, mm, s",
+            "the columns have no names", end - _FIRST_ROWS + 2, hint="numbers from 1, units such as N, mm, s",
             columns=(("force", "?"), ("position", "?")), units=(("force", "?"), ("position", "?")),
         )  # fmt: skip
     raise best or Refusal("the file is empty", max(len(lines), 1))
@@ -403,7 +403,7 @@ def _column(
             units=((CALLED[each], in_row),), hint=f"or {in_name}",
         )  # fmt: skip
     sources = {
-        "stated": wanted, "name": in_name, "row of units": in_row, "cells": in_cells,
+        "cells": in_cells, "stated": wanted, "name": in_name, "row of units": in_row,
         "size": _epoch(first) if kind == "time" else None,
     }  # fmt: skip
     for source, symbol in sources.items():

@@ -22,7 +22,7 @@ from stepload.record.curve_words import has_word, kind_of, scale_of, unit
 FloatArray = NDArray[np.float64]
 
 MAX_LINE = 4096
-BLOCK = 4096
+BLOCK = 8192
 """Rows that are converted at a time."""
 MISSING = "without a number"
 """Reason of a row in which a number is missing."""
@@ -193,16 +193,19 @@ class _Rows:
             if "." in text or delimiter == ",":
                 return None
             block = text.replace(",", ".").split("\n")
-        cells = [line.split(delimiter) for line in block]
-        if set(map(len, cells)) != {self.header.width}:
+        count = (lambda line: len(line.split())) if delimiter is None else (
+            lambda line: line.count(delimiter) + 1)  # fmt: skip
+        if set(map(count, block)) != {self.header.width}:
             return None
-        if 0 not in self.places and any(row[0][:1].isalpha() for row in cells):
+        if 0 not in self.places and any(line[:1].isalpha() for line in block):
             return None
         try:
-            values = np.array([list(map(float, [row[at] for row in cells])) for at in self.places])
+            values = np.loadtxt(
+                block, comments=None, delimiter=delimiter, usecols=self.places, ndmin=2
+            )
         except ValueError:
             return None
-        return values.T if np.isfinite(values).all() else None
+        return values if len(values) == len(block) and np.isfinite(values).all() else None
 
     def strict(self, start: int, block: Sequence[str]) -> FloatArray:
         """The values of a block, line by line."""

@@ -101,11 +101,16 @@ def near(name: str, kind: str) -> str | None:
     return " or ".join(found) if found else None
 
 
+def _plain(text: str) -> str:
+    """A text without accents, in lower case."""
+    letters = normalize("NFD", text.lower()).replace("ł", "l")
+    return normalize("NFC", "".join(c for c in letters if not "\u0300" <= c <= "\u036f"))
+
+
 def words(name: str) -> list[str]:
     """The words of a name without brackets and accents, in lower case."""
     apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", _BRACKETS.sub(" ", normalize("NFKC", name)))
-    plain = "".join(c for c in normalize("NFD", apart) if not "\u0300" <= c <= "\u036f")
-    return re.findall(r"[^\W\d_]+", normalize("NFC", plain).lower())
+    return re.findall(r"[^\W\d_]+", _plain(apart))
 
 
 def has_word(name: str, which: str) -> bool:
