@@ -187,7 +187,7 @@ def compare(
         _by_curve(flag, [f"{name}=" for name in names or ()], files)
     body = None if payload is None else load_payload(payload)
     kept = _by_curve("--mapping", mapping, files)
-    wanted = {
+    mappings = {
         name: curve_mapping(
             Path(kept[name]) if name in kept else None, columns, units, sheet=sheet,
             decimal=decimal, encoding=encoding, specimen=specimen,
@@ -195,7 +195,7 @@ def compare(
         for name in files
     }  # fmt: skip
     if look:
-        show_look(output, [(p, read_curve(p, wanted[n])) for n, p in files.items()])
+        show_look(output, [(p, read_curve(p, mappings[n])) for n, p in files.items()])
         return
     groups = _groups(runs or [])
     saved = [saved_run(path) for group in groups for path in group]
@@ -203,7 +203,7 @@ def compare(
     given = []
     for name, path in files.items():
         of = load_payload(path) if path.suffix.lower() in SHAPES else None
-        made = predicted_curve(of, top_n) if of else deformation_curve(read_curve(path, wanted[name]))
+        made = predicted_curve(of, top_n) if of else deformation_curve(read_curve(path, mappings[name]))
         wanted = {"rough": name in (rough or ()), "plastic": name in (plastic or ())}
         if any(wanted.values()) or not (rough or plastic):
             factors = tip_factors(of or body, **wanted, surface=surface, radius_m=tip_radius)

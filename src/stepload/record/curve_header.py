@@ -8,14 +8,16 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from stepload.record.curve_mapping import CALLED, ROLES, CurveMapping, Refusal, listed
+from stepload.record.curve_mapping import CALLED, NONE, ROLES, CurveMapping, Refusal
 from stepload.record.curve_words import (
     KIND_OF_ROLE,
     LATERAL,
     MASSES,
+    TRAVELS,
     bracketed,
     has_word,
     kind_of,
+    listed,
     near,
     role,
     scale_of,
@@ -31,26 +33,23 @@ NUMBER = re.compile(
     re.ASCII,
 )
 CLOCK = re.compile(
-    r"(?:(?P<date>\d{1,4}[-./]\d{1,2}[-./]\d{1,4})[T ]\s*)?(?P<h>\d{1,2}):(?P<m>[0-5]\d):"
-    r"(?P<s>[0-5]?\d(?:[.,]\d+)?)\s*(?P<half>[AaPp][Mm])?(?P<zone>Z|[+-]\d\d:?\d\d)?",
+    r"(?P<date>\d{1,4}[-./]\d{1,2}[-./]\d{1,4}[T ]\s*)?(?P<h>\d{1,2}):(?P<m>[0-5]\d):"
+    r"(?P<s>[0-5]?\d(?:[.,]\d+)?)\s*(?P<half>[AaPp][Mm])?(?:Z|[+-]\d\d:?\d\d)?",
     re.ASCII,
 )
 ERRORS = frozenset({"#n/a", "#ref!", "#div/0!", "#value!", "#name?", "#num!", "#null!"})
 """What a spreadsheet writes in place of a number."""
 _EPOCH = {"s": 1e9, "ms": 1e12, "µs": 1e15, "ns": 1e18}
-"""Unit of a time since 1970 by the size of its first value, of the years 2001 to 2100."""
+"""Unit of a time since 1970 by the size of its first value, of the years 2001 to 2099."""
 _FIRST_ROWS = 3
-NONE = "none"
-"""Stated for a role that no column has."""
-_TRAVELS = {"position_m", "displacement_m"}
 
 
 @dataclass(frozen=True, slots=True)
 class Column:
     """One column: its place, its name in the file, what it is, and its unit in SI.
 
-    `unit_place`: the column of its units, or its own where a unit stands behind each number.
-    `source`: where the unit is from.
+    `unit_place`: the column of its units, or its own where a unit is behind each number.
+    `unit_from`: what says the unit; `stated`: whether the user says which column it is.
     """
 
     place: int
@@ -58,21 +57,17 @@ class Column:
     role: str
     unit: str
     scale: float
-    unit_place: int | None = None
-    source: str = "name"
+    unit_place: int | None
+    unit_from: str
+    stated: bool
 
 
 @dataclass(frozen=True, slots=True)
 class Header:
     """The columns that are used, and the rows below.
 
-    Attributes:
-        delimiter: of the cells; None: spaces.
-        names: all names; empty where the table has none.
-        line: where they are, from 1; 0 where there are none.
-        units_line: the row of units; 0 where there is none.
-        begin: index of the first line below.
-        beside: how many specimens are beside each other.
+    `delimiter` None: spaces. `line`, `units_line`: of names and units, from 1; 0 where there are
+    none. `begin`: index of the first line below. `beside`: specimens beside each other.
     """
 
     delimiter: str | None
@@ -82,7 +77,7 @@ class Header:
     units_line: int
     begin: int
     width: int
-    beside: int = 1
+    beside: int
 
 
 def may_be_machine(column: Column) -> bool:
@@ -91,10 +86,8 @@ def may_be_machine(column: Column) -> bool:
     Testing machines use such names for their crosshead's travel; depth, indentation and deformation
     are the payload's, and so is what is stated, and stepload's own name with any unit.
     """
-    if column.role != "displacement_m" or column.source.endswith("stated role"):
-        return False
-    own = re.fullmatch(r"displacement_\w+", column.name)
-    return not own and has_word(column.name, "perhaps_machine")
+    own = column.stated or re.fullmatch(r"displacement_\w+", column.name)
+    return column.role == "displacement_m" and not own and has_word(column.name, "perhaps_machine")
 
 
 def split(line: str, delimiter: str | None) -> list[str]:
@@ -105,8 +98,8 @@ def split(line: str, delimiter: str | None) -> list[str]:
 
 
 def is_comment(text: str) -> bool:
-    """Whether a line that is not empty is a comment: a # in it may be the error of a spreadsheet."""
-    return text.startswith("#") and re.split(r"[,;\t]", text, maxsplit=1)[0].lower() not in ERRORS
+    """Whether a line, not empty, is a comment: a # in it may be the error of a spreadsheet."""
+    return text[0] == "#" and re.split(r"[,;\t]", text, maxsplit=1)[0].lower() not in ERRORS
 
 
 def find_header(
@@ -120,51 +113,39 @@ def find_header(
     Raises:
         Refusal: what looks most like a header, and what it lacks.
     """
-    by_number = any(text != NONE for _, text in mapping.columns) and all(
-        bracket_free(text).isdigit() for _, text in mapping.columns if text != NONE
-    )
-    best: Refusal | None = None
-    comments: list[int] = []
-    numbers = 0
+    stated = [_bare(text) for _, text in mapping.columns if text != NONE]
+    by_number = bool(stated) and all(text.isdigit() for text in stated)
     end = min(len(lines), start + MAX_PREAMBLE)
+    names, comments, numbers, first = list[int](), list[int](), 0, 0
     for at in range(start, end):
-        text = lines[at].strip()
-        if not text:
+        if not (text := lines[at].strip()):
             continue
         if is_comment(text):
             comments.append(at)
-            continue
-        if _cells_of_numbers(lines, at, delimiter):
-            numbers += 1
+        elif not _all_numbers(lines[at], delimiter):
+            names.append(at)
+        else:
+            numbers, first = numbers + 1, first or at + 1
             if numbers >= _FIRST_ROWS:
                 end = at
                 break
-            continue
-        if by_number:
-            continue
+    best = Refusal("the file is empty", max(len(lines), 1), known=-1)
+    for at in [] if by_number else [*names, *reversed(comments)]:
         try:
-            return _header_at(lines, at, text, mapping, delimiter)
+            return header_at(lines, at, mapping, delimiter)
         except Refusal as error:
-            if best is None or error.known > best.known:
-                best = error
-    for at in reversed(comments):
-        try:
-            return _header_at(lines, at, lines[at].strip().lstrip("# "), mapping, delimiter)
-        except Refusal as error:
-            if best is None or error.known > best.known:
-                best = error
+            best = error if error.known > best.known else best
     for at in range(start, min(len(lines), end + 1)):
         if found := _without_names(lines, at, mapping, delimiter, by_number):
             return found
-    if numbers and (best is None or not best.known):
-        raise Refusal(
-            "the columns have no names", end - _FIRST_ROWS + 2, hint="numbers from 1, units such as N, mm, s",
-            columns=(("force", "?"), ("position", "?")), units=(("force", "?"), ("position", "?")),
-        )  # fmt: skip
-    raise best or Refusal("the file is empty", max(len(lines), 1))
+    if first and best.known <= 0 and _all_numbers(lines[first - 1], delimiter) > 1:
+        both = ("force", "?"), ("position", "?")
+        raise Refusal("the columns have no names", first, columns=both, units=both,
+                      hint="numbers from 1, units such as N, mm, s")  # fmt: skip
+    raise best
 
 
-def bracket_free(text: str) -> str:
+def _bare(text: str) -> str:
     """A text without the unit in brackets at its end."""
     return re.sub(r"\s*[\[(][^\[\]()]*[\])]$", "", text.strip())
 
@@ -173,319 +154,278 @@ def _delimiters(line: str, given: str | None) -> list[str | None]:
     return [given] if given else [*(mark for mark in "\t;," if mark in line), None]
 
 
-def _cells_of_numbers(lines: Sequence[str], at: int, given: str | None) -> list[str]:
-    """The cells of a line that holds numbers only; none where it does not."""
-    for delimiter in _delimiters(lines[at], given):
-        cells = split(lines[at], delimiter)
-        if all(NUMBER.fullmatch(cell) or not cell for cell in cells) and any(cells):
-            return cells
-    return []
+def _all_numbers(line: str, given: str | None) -> int:
+    """How many cells a line of numbers has; 0 where it holds anything else."""
+    for delimiter in _delimiters(line, given):
+        cells = [cell for cell in split(line, delimiter) if cell]
+        if cells and all(map(NUMBER.fullmatch, cells)):
+            return len(cells)
+    return 0
 
 
-def _below(lines: Sequence[str], at: int) -> int:
-    """The next line that is neither empty nor a comment."""
-    for index in range(at + 1, min(len(lines), at + MAX_PREAMBLE)):
-        if (text := lines[index].strip()) and not is_comment(text):
-            return index
-    return len(lines)
+def _next(lines: Sequence[str], at: int, step: int = 1) -> int:
+    """The next line that is neither empty nor a comment; beyond all where there is none."""
+    at += step
+    while 0 <= at < len(lines) and (not (text := lines[at].strip()) or is_comment(text)):
+        at += step
+    return at if at >= 0 else len(lines)
 
 
-def _header_at(
-    lines: Sequence[str], at: int, text: str, mapping: CurveMapping, given: str | None
-) -> Header:
+def header_at(lines: Sequence[str], at: int, mapping: CurveMapping, given: str | None) -> Header:
     """The header whose names are in this line; raises Refusal."""
+    text = lines[at].strip()
+    text = text.lstrip("# ") if is_comment(text) else text
     refusal: Refusal | None = None
     found: Header | None = None
     for delimiter in _delimiters(text, given):
-        names = split(text, delimiter)
-        below = _below(lines, at)
-        units = _row_of_units(lines, below, delimiter, len(names))
-        units_at = below if units else None
-        if units is None and at and (units := _row_of_units(lines, at - 1, delimiter, len(names))):
-            units_at = at - 1
-        first = _below(lines, below) if units_at == below else below
+        names, below = split(text, delimiter), _next(lines, at)
+        first, begin = below, at + 1
+        units_at = below
+        if units := _row_of_units(lines, below, delimiter, len(names)):
+            first, begin = _next(lines, below), below + 1
+        else:
+            units_at = _next(lines, at, -1)
+            units = _row_of_units(lines, units_at, delimiter, len(names))
         cells = split(lines[first], delimiter) if first < len(lines) else []
         fits = len(cells) == len(names) or (len(cells) == len(names) + 1 and not cells[-1])
-        if delimiter is None and not (
-            len(names) > 1 and (fits or all(unit_of(name) is not None for name in names))
-        ):
+        if delimiter is None and not (fits or all(unit_of(name) for name in names)):
             names = [text]  # several words and no delimiter: one column, or prose
         try:
-            columns, beside = columns_of(names, units or [], cells, mapping)
+            columns, beside = _Names(names, units, cells, mapping).columns()
         except Refusal as error:
             error.line, error.known = at + 1, error.known if len(names) > 1 else 0
-            if refusal is None or error.known > refusal.known:
-                refusal = error
+            refusal = error if refusal is None or error.known > refusal.known else refusal
             continue
-        units_line = units_at + 1 if units_at is not None else 0
         header = Header(
-            delimiter, columns, tuple(names), at + 1, units_line,
-            below + 1 if units_at == below else at + 1, len(names), beside,
+            delimiter, columns, tuple(names), at + 1, units_at + 1 if units else 0, begin,
+            len(cells) if fits else len(names), beside,
         )  # fmt: skip
         if fits:
             return header
         found = found or header
-    if found is None:
-        assert refusal is not None
+    if found is None and refusal is not None:
         raise refusal
+    assert found is not None
     return found
 
 
-def _row_of_units(
-    lines: Sequence[str], at: int, delimiter: str | None, width: int
-) -> list[str] | None:
-    """The units in a line; None where it holds anything else."""
+def _row_of_units(lines: Sequence[str], at: int, delimiter: str | None, width: int) -> list[str]:
+    """The units in a line; none where it holds anything else."""
     cells = split(lines[at], delimiter) if at < len(lines) else []
-    bare = [cell.strip("[]() ") for cell in cells]
-    known = [unit(each) for each in bare]
-    if len(bare) != width or not any(known) or any(NUMBER.fullmatch(each) for each in bare):
-        return None
-    symbols = all(k or len(each) <= 5 for k, each in zip(known, bare, strict=True))
-    return [k or each for k, each in zip(known, bare, strict=True)] if symbols else None
+    found = [unit(cell) or cell.strip("[]() ") for cell in cells]
+    short = all(len(each) <= 5 and not NUMBER.match(each) for each in found)
+    return found if len(cells) == width and short and any(map(kind_of, found)) else []
 
 
 def _without_names(
     lines: Sequence[str], at: int, mapping: CurveMapping, given: str | None, by_number: bool
 ) -> Header | None:
-    """A table without names that begins here: stated numbers of columns, or units in the cells."""
-    text = lines[at].strip()
-    if not text or is_comment(text):
-        return None
-    for delimiter in _delimiters(text, given):
+    """A table whose first row is this line: stated numbers of columns, or units in the cells."""
+    places = [int(_bare(t)) - 1 for _, t in mapping.columns if t != NONE] if by_number else [0]
+    for delimiter in _delimiters(lines[at], given):
         cells = split(lines[at], delimiter)
-        shown = [_inside(cell) for cell in cells]
-        if len(cells) < 2:
+        used = [cells[place] if 0 <= place < len(cells) else "" for place in places]
+        if len(cells) < 2 or not all(NUMBER.match(x) or CLOCK.fullmatch(x) for x in used):
             continue
-        if by_number:
-            places = [int(bracket_free(t)) - 1 for _, t in mapping.columns if t != NONE]
-            ok = [0 <= p < len(cells) and shown[p] is not None for p in places]
-            clocks = [0 <= p < len(cells) and CLOCK.fullmatch(cells[p]) for p in places]
-            if not all(a or b for a, b in zip(ok, clocks, strict=True)):
-                continue
-        elif shown[0] is None or not any(map(unit, cells)) and not any(filter(None, shown)):
+        if not by_number and not any(_unit_in(cells, place)[1] for place in range(len(cells))):
             continue
-        names = [""] * len(cells)
-        units: list[str] = []
-        for above in range(at - 1, max(at - 4, -1), -1):
-            row = split(lines[above].lstrip("# "), delimiter)
-            if len(row) == len(cells) and not _cells_of_numbers(lines, above, given):
-                if not units and (units := _row_of_units(lines, above, delimiter, len(row)) or []):
-                    continue
-                names = row
-                break
-        columns, beside = columns_of(names, units, cells, mapping)
-        return Header(delimiter, columns, (), 0, 0, at, len(cells), beside)
+        width, names_at = len(cells), _next(lines, at, -1)
+        units = _row_of_units(lines, names_at, delimiter, width)
+        names_at = _next(lines, names_at, -1) if units else names_at
+        names = split(lines[names_at], delimiter) if names_at < at else []
+        if len(names) != width or _all_numbers(lines[names_at], given):
+            names, names_at = [""] * width, -1
+        columns, beside = _Names(names, units, cells, mapping).columns()
+        return Header(delimiter, columns, tuple(names), names_at + 1, 0, at, width, beside)
     return None
 
 
-def _inside(cell: str) -> str | None:
-    """The unit behind a number in a cell, "" where there is none; None where it is no number."""
-    match = NUMBER.match(cell)
-    if match is None:
-        return None
-    rest = cell[match.end() :].strip()
-    return rest and unit(rest)
-
-
-def columns_of(
-    names: Sequence[str], units: Sequence[str], cells: Sequence[str], mapping: CurveMapping
-) -> tuple[tuple[Column, ...], int]:
-    """The columns that are used, and how many specimens are beside each other.
-
-    Args:
-        names: of all columns.
-        units: of the row of units; empty where there is none.
-        cells: of the first row.
-
-    Raises:
-        Refusal: a column that is needed is missing, there twice, or without a known unit.
-    """
-    places: dict[str, list[int]] = {}
-    told: dict[int, str] = {}
-    stated = {ROLES[name] for name, _ in mapping.columns}
-    for name, text in mapping.columns:
-        if text == NONE:
-            continue
-        place, symbol = _place(names, cells, text, name)
-        places.setdefault(ROLES[name], []).append(place)
-        told[place] = symbol
-    exact = {each for each in KIND_OF_ROLE if each in names} - stated
-    fixed = (stated or exact) & _TRAVELS or exact & _TRAVELS
-    for place, name in enumerate(names):
-        each = role(name) if name else _role_of_cell(cells, place)
-        if each is None or each in stated or place in told:
-            continue
-        if (each in exact and name != each) or (each in _TRAVELS and fixed and each not in fixed):
-            continue
-        places.setdefault(each, []).append(place)
-    chosen: dict[str, list[Column]] = {}
-    refusal: Refusal | None = None
-    beside = 1
-    for each, candidates in places.items():
-        try:
-            found = [
-                column
-                for place in candidates
-                if (column := _column(place, each, names, units, cells, mapping, told))
-            ]
-            if not found and each != LATERAL:
-                raise _no_unit(names[candidates[0]], candidates[0], each, units)
-            if len(found) > 1 and each != LATERAL:
-                beside = max(beside, len(found))
-                found = [_one_of(found, each, mapping)]
-        except Refusal as error:
-            if refusal is None or each == "force_n":
-                refusal = error
-            continue
-        if found:
-            chosen[each] = found
-    if refusal is not None:
-        refusal.known = len(places)
-        raise refusal
-    _complete(chosen, names, len(places))
-    return tuple(column for found in chosen.values() for column in found), beside
-
-
-def _place(names: Sequence[str], cells: Sequence[str], text: str, name: str) -> tuple[int, str]:
-    """The column that a text states, and the unit in its brackets."""
-    bare, symbol = bracket_free(text), unit(bracketed(text)) or ""
-    for sought, told in ((text, ""), (bare, symbol)):
-        same = [place for place, each in enumerate(names) if each == sought]
-        same = same or [p for p, each in enumerate(names) if each.lower() == sought.lower()]
-        if len(same) == 1:
-            return same[0], told
-        if len(same) > 1:
-            numbers = ", ".join(str(place + 1) for place in same)
-            raise Refusal(
-                f"{len(same)} columns are called {sought!r}: {numbers}", known=len(same) + 4,
-                columns=((name, f"{same[0] + 1}" + (f" ({told})" if told else "")),),
-            )  # fmt: skip
-        if sought.isdigit() and 1 <= int(sought) <= max(len(names), len(cells)):
-            return int(sought) - 1, told
-    raise Refusal(f"no column is called {text!r}; {_all(names)}", columns=((name, "?"),))
-
-
-def _all(names: Sequence[str]) -> str:
-    return "columns: " + ", ".join(f"{i} {n!r}" for i, n in enumerate(names, 1))[:300]
-
-
-def _role_of_cell(cells: Sequence[str], place: int) -> str | None:
-    """The role of a column without a name by the unit in or beside its first cell."""
-    _, symbol = _unit_in_cells(cells, place)
-    return {"force": "force_n", "length": "position_m", "time": "time_s", "": None}[kind_of(symbol)]
-
-
-def _unit_in_cells(cells: Sequence[str], place: int) -> tuple[int, str]:
+def _unit_in(cells: Sequence[str], place: int) -> tuple[int, str]:
     """The column of the units of a column, and the first of them; "" where there is none."""
-    inside = _inside(cells[place]) if place < len(cells) else None
-    if inside:
-        return place, inside
-    beside = unit(cells[place + 1]) if inside is not None and place + 1 < len(cells) else None
-    return place + 1, beside or ""
+    cell = cells[place] if place < len(cells) else ""
+    if match := NUMBER.match(cell):
+        if rest := cell[match.end() :].strip():
+            return place, unit(rest) or ""
+        if place + 1 < len(cells):
+            return place + 1, unit(cells[place + 1]) or ""
+    return place, ""
 
 
-def _column(
-    place: int, each: str, names: Sequence[str], units: Sequence[str], cells: Sequence[str],
-    mapping: CurveMapping, told: dict[int, str],
-) -> Column | None:  # fmt: skip
-    """The column at a place in the role; None where no unit of its kind is known."""
-    name, kind = names[place] if place < len(names) else "", KIND_OF_ROLE[each]
-    role_stated = " stated role" if place in told else ""
-    first = cells[place] if place < len(cells) else ""
-    if kind == "time" and CLOCK.fullmatch(first):
-        return Column(place, name, each, "clock", 1.0, None, "cells" + role_stated)
-    in_name, in_row = unit_of(name), units[place] if place < len(units) else ""
-    unit_place, in_cells = _unit_in_cells(cells, place)
-    wanted = unit(dict(mapping.units).get(CALLED[each], "") or told.get(place, ""))
-    if not wanted and in_name and kind_of(in_row) and in_name != in_row:
-        raise Refusal(
-            f"the column {name[:60]!r} is in {in_row} in the row of units", known=4,
-            units=((CALLED[each], in_row),), hint=f"or {in_name}",
-        )  # fmt: skip
-    sources = {
-        "cells": in_cells, "stated": wanted, "name": in_name, "row of units": in_row,
-        "size": _epoch(first) if kind == "time" else None,
-    }  # fmt: skip
-    for source, symbol in sources.items():
-        if symbol and (kind_of(symbol) == kind or source == "name"):
-            if kind_of(symbol) != kind:
+class _Names:
+    """The columns of a table by names, row of units and cells of the first row (empty: none)."""
+
+    def __init__(
+        self, names: Sequence[str], units: Sequence[str], cells: Sequence[str],
+        mapping: CurveMapping,
+    ) -> None:  # fmt: skip
+        self.names, self.cells, self.mapping = names, cells, mapping
+        self.units = units or [""] * len(names)
+        self.told: dict[int, str] = {}
+        """Units in brackets behind the columns that are stated."""
+
+    def columns(self) -> tuple[tuple[Column, ...], int]:
+        """The columns that are used, and how many specimens are beside each other.
+
+        Raises:
+            Refusal: a column that is needed is missing, there twice, or without a known unit.
+        """
+        places = self.places()
+        chosen: dict[str, list[Column]] = {}
+        refusal: Refusal | None = None
+        beside = 1
+        for each, candidates in places.items():
+            try:
+                found = [c for place in candidates if (c := self.column(place, each))]
+                if not found and each != LATERAL:
+                    raise self.no_unit(candidates[0], each)
+                if len(found) > 1 and each != LATERAL:
+                    same = len({column.name for column in found}) == 1
+                    beside = max(beside, len(found)) if same else beside
+                    found = [self.one_of(found, each)]
+            except Refusal as error:
+                refusal = error if refusal is None or each == "force_n" else refusal
+            else:
+                if found:
+                    chosen[each] = found
+        if refusal is None:
+            refusal = self.incomplete(chosen)
+        if refusal is not None:
+            refusal.known += len(places)
+            raise refusal
+        return tuple(column for found in chosen.values() for column in found), beside
+
+    def places(self) -> dict[str, list[int]]:
+        """The columns that could have each role."""
+        places: dict[str, list[int]] = {}
+        stated = {ROLES[name] for name, _ in self.mapping.columns}
+        for name, text in self.mapping.columns:
+            if text != NONE:
+                place, self.told[place] = self.place(text, name)
+                places.setdefault(ROLES[name], []).append(place)
+        exact = {each for each in KIND_OF_ROLE if each in self.names} - stated
+        travels = stated & TRAVELS or exact & TRAVELS or TRAVELS
+        for place, name in enumerate(self.names):
+            kind = kind_of(_unit_in(self.cells, place)[1])
+            of_cell = {"force": "force_n", "length": "position_m", "time": "time_s"}.get(kind)
+            each = role(name) if name else of_cell
+            if each is None or each in stated or place in self.told:
+                continue
+            if each in TRAVELS - travels or (each in exact and name != each):
+                continue
+            places.setdefault(each, []).append(place)
+        return places
+
+    def place(self, text: str, name: str) -> tuple[int, str]:
+        """The column that a text states, and the unit in its brackets; raises Refusal."""
+        lower = [each.lower() for each in self.names]
+        for sought, told in ((text, ""), (_bare(text), unit(bracketed(text)) or "")):
+            same = [at for at, each in enumerate(self.names) if each == sought]
+            same = same or [at for at, each in enumerate(lower) if each == sought.lower()]
+            if len(same) > 1:
+                numbers = ", ".join(str(place + 1) for place in same)
+                raise Refusal(
+                    f"{len(same)} columns are called {sought!r}: {numbers}", known=len(same) + 4,
+                    columns=((name, f"{same[0] + 1}" + (f" ({told})" if told else "")),),
+                )  # fmt: skip
+            if same:
+                return same[0], told
+            if sought.isdigit() and 1 <= int(sought) <= max(len(self.names), len(self.cells)):
+                return int(sought) - 1, told
+        message = f"no column is called {text!r}; {self.all()}"
+        raise Refusal(message, columns=((name, "?"),), known=len(self.names) > 1)
+
+    def all(self) -> str:
+        return "columns: " + ", ".join(f"{at} {x!r}" for at, x in enumerate(self.names, 1))[:300]
+
+    def column(self, place: int, each: str) -> Column | None:
+        """The column at a place in a role; None where no unit of its kind is known."""
+        name, kind, stated = self.names[place], KIND_OF_ROLE[each], place in self.told
+        first = self.cells[place] if place < len(self.cells) else ""
+        if kind == "time" and CLOCK.fullmatch(first):
+            return Column(place, name, each, "clock", 1.0, None, "cells", stated)
+        unit_place, in_cells = _unit_in(self.cells, place)
+        wanted = dict(self.mapping.units).get(CALLED[each], "") or self.told.get(place, "")
+        in_name, in_row = unit_of(name) or "", self.units[place]
+        others = {each for each in (in_name, in_row, in_cells) if kind_of(each)}
+        if len(others) > 1 and not wanted and not (in_cells and kind_of(in_cells) != kind):
+            told = " and ".join(sorted(others))
+            raise Refusal(f"the column {name[:60]!r} is in {told}", known=4,
+                          units=((CALLED[each], in_cells or in_row),))  # fmt: skip
+        sources = {
+            "cells": in_cells, "stated": unit(wanted) or "", "name": in_name,
+            "row of units": in_row, "size": _epoch(first) if kind == "time" else "",
+        }  # fmt: skip
+        for source, symbol in sources.items():
+            if kind_of(symbol) == kind:
+                at = unit_place if source == "cells" else None
+                return Column(place, name, each, symbol, scale_of(symbol), at, source, stated)
+            if symbol and source == "name":
                 return None
-            at = unit_place if source == "cells" else None
-            return Column(place, name, each, symbol, scale_of(symbol), at, source + role_stated)
-    return None
-
-
-def _epoch(text: str) -> str | None:
-    try:
-        value = float(text)
-    except ValueError:
         return None
-    return next((each for each, size in _EPOCH.items() if size <= value < 4.1 * size), None)
 
+    def one_of(self, found: Sequence[Column], each: str) -> Column:
+        """The one column of several in a role that is meant; raises Refusal."""
+        many, specimen, column = len(found), self.mapping.specimen, found[0]
+        if len({column.name for column in found}) == 1 and column.name:
+            if specimen.isdigit() and int(specimen) <= many:
+                return found[int(specimen) - 1]
+            raise Refusal(f"{many} specimens beside each other, with {column.name!r} each",
+                          hint=f"1 to {many}", specimen="1")  # fmt: skip
+        if each == "time_s" and (stamp := [c for c in found if c.name.endswith("header.stamp")]):
+            return stamp[0]
+        along = [column for column in found if not {"x", "y"} & set(words(column.name))]
+        if each == "position_m" and len(along) == 1 and "z" in words(along[0].name):
+            return along[0]
+        told = ", ".join(f"{column.place + 1} {column.name!r}" for column in found)
+        text = column.name
+        if self.names.count(text) > 1 or not text:
+            text = f"{column.place + 1} ({column.unit})"
+        raise Refusal(f"{many} columns could be the {_called(each)}: {told[:200]}",
+                      hint="or another of them", columns=((CALLED[each], text),))  # fmt: skip
 
-def _one_of(found: Sequence[Column], each: str, mapping: CurveMapping) -> Column:
-    """The one column of several in a role that is meant; raises Refusal."""
-    if len({column.name for column in found}) == 1 and found[0].name:
-        if mapping.specimen.isdigit() and int(mapping.specimen) <= len(found):
-            return found[int(mapping.specimen) - 1]
-        raise Refusal(
-            f"{len(found)} specimens beside each other: {found[0].name!r} is there "
-            f"{len(found)} times", hint=f"1 to {len(found)}", specimen="1",
-        )  # fmt: skip
-    if each == "time_s" and (stamp := [c for c in found if c.name.endswith("header.stamp")]):
-        return stamp[0]
-    along = [column for column in found if not {"x", "y"} & set(words(column.name))]
-    if each == "position_m" and len(along) == 1 and "z" in words(along[0].name):
-        return along[0]
-    told = ", ".join(f"{column.place + 1} {column.name!r}" for column in found)
-    column = found[0]
-    same = sum(each.name == column.name for each in found) > 1 or not column.name
-    text = f"{column.place + 1} ({column.unit})" if same else column.name
-    raise Refusal(
-        f"{len(found)} columns could be the {_called(each)}: {told[:200]}",
-        hint="or another of them", columns=((CALLED[each], text),),
-    )  # fmt: skip
-
-
-def _no_unit(name: str, place: int, each: str, units: Sequence[str]) -> Refusal:
-    """The refusal of a column whose unit is not known."""
-    kind = KIND_OF_ROLE[each]
-    written = unit_of(name) or (units[place] if place < len(units) else "")
-    written = written or bracketed(name)
-    mass = MASSES.get(written.lower())
-    if kind == "force" and mass:
-        message, meant = f"the column {name[:60]!r} is in {written}, a mass", mass
-    elif kind_of(written):
-        message, meant = f"the column {name[:60]!r} is in {written}, no unit of a {kind}", "?"
-    else:
-        meant = near(written or name, kind) or "?"
+    def no_unit(self, place: int, each: str) -> Refusal:
+        """The refusal of a column whose unit is not known."""
+        name, kind = self.names[place], KIND_OF_ROLE[each]
+        written = unit_of(name) or self.units[place] or bracketed(name)
+        mass = MASSES.get(written.lower()) if kind == "force" else None
+        meant = mass or near(written or name, kind) or "?"
         message = f"the column {name[:60]!r} has no unit that is known"
-        message += f"; is {meant!r} meant?" if meant != "?" else ""
-    return Refusal(
-        message, hint=f"known: {listed(kind)}",
-        units=((CALLED[each], meant if kind_of(meant) else "?"),),
-    )  # fmt: skip
+        if mass or kind_of(written):
+            what = "a mass" if mass else f"no unit of a {kind}"
+            message = f"the column {name[:60]!r} is in {written}, {what}"
+        elif meant != "?":
+            message += f"; is {meant!r} meant?"
+        text = meant if kind_of(meant) else "?"
+        return Refusal(message, units=((CALLED[each], text),), hint=f"known: {listed(kind)}")
+
+    def incomplete(self, chosen: dict[str, list[Column]]) -> Refusal | None:
+        """The refusal of a header without force, without travel, or with two travels."""
+        if chosen.keys() >= TRAVELS:
+            one, other = (chosen[each][0] for each in ("position_m", "displacement_m"))
+            return Refusal(
+                f"both {one.name!r} and {other.name!r}: which one is meant?",
+                columns=(("position", one.name or str(one.place + 1)),),
+                hint="travel of the machine; or displacement=, deformation of the payload alone",
+            )  # fmt: skip
+        missing = [] if "force_n" in chosen else ["force"]
+        missing += [] if chosen.keys() & TRAVELS else ["position"]
+        if not missing:
+            return None
+        needed = ROLES[missing[0]]
+        close = difflib.get_close_matches(needed, self.names, 1, 0.5)
+        meant = f"is {close[0]!r} meant?" if close else self.all()
+        return Refusal(
+            f"no column for the {_called(needed)} ({needed}); {meant}",
+            columns=tuple((each, close[0] if close and each == missing[0] else "?") 
+                          for each in missing),
+            hint="names or numbers, units in brackets: 'force=3 (kN)'",
+        )  # fmt: skip
 
 
-def _complete(chosen: dict[str, list[Column]], names: Sequence[str], known: int) -> None:
-    """Refuse a header without force, without travel, or with two travels."""
-    if chosen.keys() >= _TRAVELS:
-        one, other = (chosen[each][0] for each in ("position_m", "displacement_m"))
-        raise Refusal(
-            f"both {one.name!r} and {other.name!r}: which one is meant?", known=known,
-            hint="travel of the machine; or displacement=, deformation of the payload alone",
-            columns=(("position", one.name or str(one.place + 1)),),
-        )  # fmt: skip
-    missing = [] if "force_n" in chosen else ["force"]
-    missing += [] if chosen.keys() & _TRAVELS else ["position"]
-    if missing:
-        close = [difflib.get_close_matches(ROLES[each], names, 1, 0.5) for each in missing]
-        meant = f"; is {close[0][0]!r} meant?" if close[0] else f"; {_all(names)}"
-        raise Refusal(
-            f"no column for the {_called(ROLES[missing[0]])} ({ROLES[missing[0]]}){meant}",
-            known=known, columns=tuple((each, "?") for each in missing),
-            hint="their names or numbers, units in brackets: 'force=3 (kN)'",
-        )  # fmt: skip
+def _epoch(text: str) -> str:
+    """The unit of a time since 1970; "" where it is none."""
+    value = float(text) if re.fullmatch(r"[0-9]+(?:\.[0-9]*)?", text) else 0.0
+    return next((each for each, size in _EPOCH.items() if size <= value < 4.1 * size), "")
 
 
 def _called(each: str) -> str:

@@ -4,31 +4,28 @@ from __future__ import annotations
 
 import re
 import shlex
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
 from stepload.errors import BadInputError
-from stepload.record.curve_words import KIND_OF_ROLE, UNITS, kind_of, unit
+from stepload.record.curve_words import KIND_OF_ROLE, kind_of, listed, unit
 
 ROLES = {"time": "time_s", "position": "position_m", "displacement": "displacement_m",
          "force": "force_n", "lateral": "lateral_n"}  # fmt: skip
 """Role in a table by its name on the command line."""
 CALLED = {role: name for name, role in ROLES.items()}
-ALL = "all"
+ALL, NONE = "all", "none"
 Pairs = tuple[tuple[str, str], ...]
 
 
 @dataclass(frozen=True, slots=True)
 class CurveMapping:
-    """What is stated about a file; "" or nothing where the file itself says it.
+    """What is stated about a file; empty where the file itself says it.
 
     Attributes:
-        columns: the name of a role ("force") and the name or number (from 1) of its column.
+        columns: the name of a role, and the name or number (from 1) of its column, or "none".
         units: the name of a role and its unit.
-        sheet: of a workbook.
-        decimal: the decimal mark, "." or ",".
-        encoding: of the text.
         specimen: which of several tests in the file, "1"; "all": they are one test.
     """
 
@@ -45,27 +42,29 @@ class CurveMapping:
             kind = KIND_OF_ROLE[ROLES[name]]
             if kind_of(unit(text) or "") != kind:
                 raise BadInputError(
-                    f"--units {name}={text}: no unit of a {kind}",
-                    hint=f"known: {listed(kind)}",
+                    f"--units {name}={text}: no unit of a {kind}", hint=f"known: {listed(kind)}"
                 )
         if self.decimal not in ("", ".", ","):
             raise BadInputError(f"--decimal {self.decimal!r}", hint="a point or a comma")
         if self.specimen not in ("", ALL) and not re.fullmatch("[1-9][0-9]{0,5}", self.specimen):
             raise BadInputError(f"--specimen {self.specimen!r}", hint="1, 2, … or all")
 
-    def command(self, path: Path, **more: Any) -> str:
-        """The command line that reads `path` with this and more."""
+    def joined(self, **more: Any) -> CurveMapping:
+        """This with more: pairs are added, or replace those of the same name."""
         for key in {"columns", "units"} & more.keys():
             names = dict(more[key])
-            kept = tuple(each for each in getattr(self, key) if each[0] not in names)
-            more[key] = kept + more[key]
-        given = replace(self, **more)
-        words = ["stepload", "identify", str(path)]
-        for key in ("columns", "units", "sheet", "decimal", "encoding", "specimen"):
-            if value := getattr(given, key):
-                text = value if isinstance(value, str) else ", ".join(map("=".join, value))
-                words += [f"--{key}", text]
-        return shlex.join(words)
+            kept = (each for each in getattr(self, key) if each[0] not in names)
+            more[key] = (*kept, *more[key])
+        return replace(self, **more)
+
+    def texts(self) -> dict[str, str]:
+        """What is stated, each as an option is written."""
+        values = {each.name: getattr(self, each.name) for each in fields(self)}
+        return {
+            key: value if isinstance(value, str) else ", ".join(map("=".join, value))
+            for key, value in values.items()
+            if value
+        }
 
 
 def parse_pairs(flag: str, text: str) -> Pairs:
@@ -74,30 +73,24 @@ def parse_pairs(flag: str, text: str) -> Pairs:
     Raises:
         BadInputError: another form, an unknown name, or one that is there twice.
     """
-    hint = "as in --columns 'force=Fn (µN), position=Pd (µm)' --units force=kN,position=mm; " \
-        f"names: {', '.join(ROLES)}"  # fmt: skip
-    pairs = []
+    pairs: list[tuple[str, str]] = []
     for part in re.split(rf",\s*(?=(?:{'|'.join(ROLES)})\s*=)", text.strip()):
-        name, equals, value = (each.strip() for each in part.partition("="))
+        name, _, value = (each.strip() for each in part.partition("="))
         if name not in ROLES or not value or (name != "lateral" and name in dict(pairs)):
+            example = "force=kN, position=mm" if "units" in flag else "force=Fn (µN), position=3"
+            hint = f"as in {example!r}; names: {', '.join(ROLES)}"
             raise BadInputError(f"{flag} {text!r}: {part!r}", hint=hint)
         pairs.append((name, value))
     return tuple(pairs)
 
 
-def listed(kind: str) -> str:
-    """The units of a kind, in words."""
-    return ", ".join(each for each in UNITS[kind] if not each.startswith(("u", "μ")))
-
-
-class Refusal(Exception):
-    """What cannot be read, or needs an answer.
+class Refusal(Exception):  # noqa: N818  it may be a question
+    """What cannot be read at a line and column (from 1), or needs an answer.
 
     Args:
-        line, column: place in the file, both from 1.
         hint: what to do; a comment behind the command where there is a `remedy`.
-        remedy: fields of a `CurveMapping` that answer it.
         known: how much of a header it looked like.
+        remedy: fields of a `CurveMapping` that answer it.
     """
 
     def __init__(
@@ -109,8 +102,11 @@ class Refusal(Exception):
         self.remedy, self.known = remedy, known
 
     def as_error(self, path: Path, mapping: CurveMapping) -> BadInputError:
-        """The error that a user sees."""
+        """The error that a user sees: with the command line that answers it."""
         hint = self.hint
         if self.remedy:
-            hint = mapping.command(path, **self.remedy) + (f"  # {hint}" if hint else "")
+            words = mapping.joined(**self.remedy).texts().items()
+            options = [word for key, text in words for word in (f"--{key}", text)]
+            command = shlex.join(["stepload", "identify", str(path), *options])
+            hint = f"{command}  # {hint}" if hint else command
         return BadInputError(f"{path}:{self.line}:{self.column}: {self.message}", hint=hint)

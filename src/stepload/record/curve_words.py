@@ -12,17 +12,16 @@ from functools import lru_cache
 from importlib import resources
 from unicodedata import normalize
 
-LATERAL = "lateral_n"
+LATERAL, TRAVELS = "lateral_n", {"position_m", "displacement_m"}
 KIND_OF_ROLE = {
     "time_s": "time", "position_m": "length", "displacement_m": "length", "force_n": "force",
     LATERAL: "force",
 }  # fmt: skip
-_SI = {"time": "s", "length": "m", "force": "N"}
-_PREFIXES = {"p": 1e-12, "n": 1e-9, "µ": 1e-6, "μ": 1e-6, "u": 1e-6, "m": 1e-3, "": 1.0}
+_PREFIXES = {"p": 1e-12, "n": 1e-9, "µ": 1e-6, "u": 1e-6, "m": 1e-3, "": 1.0}
 _POUND, _GRAM = 4.4482216152605, 9.80665e-3
 UNITS = {
     "force": {p + "N": size for p, size in _PREFIXES.items()}
-    | {"cN": 1e-2, "daN": 10.0, "kN": 1e3, "MN": 1e6, "gf": _GRAM, "kgf": 9.80665}
+    | {"cN": 1e-2, "daN": 10.0, "kN": 1e3, "MN": 1e6, "gf": _GRAM, "kgf": 1e3 * _GRAM}
     | {"lbf": _POUND, "ozf": _POUND / 16.0, "dyn": 1e-5},
     "length": {p + "m": size for p, size in _PREFIXES.items()}
     | {"cm": 1e-2, "in": 0.0254, "mil": 2.54e-5, "Å": 1e-10},
@@ -30,15 +29,14 @@ UNITS = {
     | {"min": 60.0, "h": 3600.0},
 }
 _KIND = {unit: kind for kind, units in UNITS.items() for unit in units}
-MASSES = {"g": "gf", "gr": "gf", "kg": "kgf", "lb": "lbf", "lbs": "lbf", "oz": "ozf"}
+MASSES = {"g": "gf", "kg": "kgf", "lb": "lbf", "lbs": "lbf", "oz": "ozf"}
 """Units of mass, and the force that is often meant by them."""
-_SPELT = {
-    "pico": "p", "nano": "n", "micro": "µ", "milli": "m", "kilo": "k", "mega": "M",
-}  # fmt: skip
+_SPELT = {"pico": "p", "nano": "n", "micro": "µ", "milli": "m", "kilo": "k", "mega": "M"}
 _BRACKETS = re.compile(r"[\[(]([^\[\]()]*)[\])]")
 _TABLE = tomllib.loads((resources.files("stepload.record") / "curve_words.toml").read_text("utf-8"))
+_WORDS: dict[str, list[str]] = _TABLE["roles"] | _TABLE["other"]
 _WHOLE = {word: unit for unit, words in _TABLE["units"].items() for word in words}
-_ROS = re.compile(r"(?:^|.*[./])(?:wrench[./]force|pose[./]position|header[./]stamp)(?:[./][xyz])?")
+_ROS = re.compile(r"(?:.*[./])?(wrench[./]force|pose[./]position)[./][xyz]")
 _NANOSECONDS = re.compile(r"%time|(?:.*[./])?header[./]stamp")
 """Clocks in the files of `rostopic echo -p`."""
 
@@ -53,9 +51,14 @@ def scale_of(unit: str) -> float:
     return UNITS[_KIND[unit]][unit]
 
 
+def listed(kind: str) -> str:
+    """The units of a kind, in words."""
+    return ", ".join(each for each in UNITS[kind] if not each.startswith("u"))
+
+
 def unit(text: str) -> str | None:
     """The symbol of a unit as it is spelt, or in words."""
-    text = normalize("NFC", normalize("NFKC", text).strip(" []()")).replace("μ", "µ")
+    text = normalize("NFKC", text).strip(" []()").replace("μ", "µ")
     if text in _KIND:
         return text
     word = text.lower().strip(".")
@@ -70,22 +73,21 @@ def unit(text: str) -> str | None:
 
 def bracketed(name: str) -> str:
     """The last text in brackets of a name; "" where there is none."""
-    return ([""] + _BRACKETS.findall(name))[-1].strip()
+    return (["", *_BRACKETS.findall(name)])[-1].strip()
 
 
 @lru_cache(4096)
 def unit_of(name: str) -> str | None:
     """The unit in a name: in brackets, behind a slash or at its end; that of a ROS message."""
     if name in KIND_OF_ROLE:
-        return _SI[KIND_OF_ROLE[name]]
+        return {"time": "s", "length": "m", "force": "N"}[KIND_OF_ROLE[name]]
     if _NANOSECONDS.fullmatch(name):
         return "ns"
-    if _ROS.fullmatch(name):
-        return "N" if "force" in name else "m"
+    if ros := _ROS.fullmatch(name):
+        return "N" if ros[1][:6] == "wrench" else "m"
     name = normalize("NFKC", name)
-    inside = [unit(text) for text in _BRACKETS.findall(name)]
-    units = {each for each in inside if each}
-    if inside:
+    if inside := _BRACKETS.findall(name):
+        units = {symbol for text in inside if (symbol := unit(text))}
         return units.pop() if len(units) == 1 else None
     parts = [part for part in re.split(r"\s*/\s*|[\s_,:]+", name.strip()) if part]
     if len(parts) < 2 or (found := unit(parts[-1])) is None:
@@ -95,38 +97,28 @@ def unit_of(name: str) -> str | None:
 
 
 def near(name: str, kind: str) -> str | None:
-    """A unit of this kind that differs from the last word of the name by its case only."""
+    """Units of this kind that differ from the last word of the name by their case only."""
     last = re.split(r"[\s_\[\](),:/]+", name.strip(" ])_:,"))[-1]
-    found = [each for each in UNITS[kind] if each.lower() == last.lower()]
-    return " or ".join(found) if found else None
-
-
-def _plain(text: str) -> str:
-    """A text without accents, in lower case."""
-    letters = normalize("NFD", text.lower()).replace("ł", "l")
-    return normalize("NFC", "".join(c for c in letters if not "\u0300" <= c <= "\u036f"))
+    return " or ".join(each for each in UNITS[kind] if each.lower() == last.lower()) or None
 
 
 def words(name: str) -> list[str]:
     """The words of a name without brackets and accents, in lower case."""
     apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", _BRACKETS.sub(" ", normalize("NFKC", name)))
-    return re.findall(r"[^\W\d_]+", _plain(apart))
+    letters = normalize("NFD", apart.lower()).replace("ł", "l")
+    plain = "".join(c for c in letters if not "\u0300" <= c <= "\u036f")
+    return re.findall(r"[^\W\d_]+", normalize("NFC", plain))
 
 
-def has_word(name: str, which: str) -> bool:
-    """Whether a name has a word of this list of the table."""
-    return _has(tuple(words(name)), which)
-
-
-def _has(found: tuple[str, ...], which: str) -> bool:
-    known: list[str] = _TABLE["roles"].get(which) or _TABLE["other"][which]
-    for word in known:
-        if word[0] == "*":
-            if any(each.endswith(word[1:]) and each != word[1:] for each in found):
-                return True
-        elif word in found or (word > "\u3000" and len(word) > 1 and word in "".join(found)):
-            return True
-    return False
+def has_word(found: str | list[str], which: str) -> bool:
+    """Whether a name, or its words, have one of this list of the table."""
+    found = words(found) if isinstance(found, str) else found
+    return any(
+        any(each.endswith(word[1:]) and each != word[1:] for each in found)
+        if word[0] == "*"
+        else word in found or (word > "\u3000" and len(word) > 1 and word in "".join(found))
+        for word in _WORDS[which]
+    )
 
 
 @lru_cache(4096)
@@ -135,19 +127,14 @@ def role(name: str) -> str | None:
     if name in KIND_OF_ROLE:
         return name
     found = words(name)
-    in_it = unit_of(name)
-    if in_it is not None and len(found) > 1 and found[-1] == in_it.lower():
-        found = found[:-1]
-    bag = tuple(found)
-    if not bag or found[:2] == ["contact", "depth"] or _has(bag, "about"):
+    if len(found) > 1 and found[-1] == (unit_of(name) or "").lower():
+        found.pop()
+    if not found or found[:2] == ["contact", "depth"] or has_word(found, "about"):
         return None
-    if _has(bag, LATERAL) or (_has(bag, "force_n") and {"x", "y"} & set(bag)):
+    force = has_word(found, "force_n")
+    if has_word(found, LATERAL) or (force and {"x", "y"} & set(found)):
         return LATERAL
-    if _has(bag, "force_n"):
-        return "force_n"
-    if {"tip", "position"} <= set(bag):
+    if {"tip", "position"} <= set(found) and not force:
         return "displacement_m"
-    for each in ("displacement_m", "position_m", "time_s"):
-        if _has(bag, each):
-            return each
-    return None
+    order = ("force_n", "displacement_m", "position_m", "time_s")
+    return next((each for each in order if has_word(found, each)), None)

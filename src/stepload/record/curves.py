@@ -3,8 +3,9 @@ and memory, and with an account of what was read how."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,16 @@ import numpy as np
 from stepload.contact.curve_factors import FACTORED
 from stepload.errors import printable
 from stepload.identification.curve_channels import signs
-from stepload.record.curve_header import Header, find_header, is_comment, may_be_machine
+from stepload.record.curve_header import (
+    MAX_PREAMBLE,
+    Header,
+    find_header,
+    header_at,
+    is_comment,
+    may_be_machine,
+)
 from stepload.record.curve_mapping import ALL, CALLED, CurveMapping, Refusal
-from stepload.record.curve_rows import MISSING, FloatArray, Table, decimal_mark, read_rows
+from stepload.record.curve_rows import DAY_S, MISSING, FloatArray, Table, decimal_mark
 from stepload.record.curve_text import (
     Lines,
     encodings,
@@ -23,7 +31,7 @@ from stepload.record.curve_text import (
     text_lines,
     workbook_lines,
 )
-from stepload.record.curve_words import LATERAL, has_word
+from stepload.record.curve_words import LATERAL, TRAVELS, has_word
 from stepload.units import format_quantity, percent
 
 MIN_ROWS = 3
@@ -34,16 +42,13 @@ SINCE_1970_S = 1e8
 GAP, LEAST_GAP_S = 20.0, 1.0
 """A clock jumps ahead where a step is so many times the median step, and at least so long."""
 RESTART = 0.5
-"""Force and travel begin again where both fall by this share of their range in one row."""
-LONGEST_S = 86400.0
-"""A test whose unit of time follows from the size of its numbers is shorter."""
+"""Force and travel begin again where both change by this share of their range in one row."""
 _MARKS = {"\t": "tab", ";": "semicolon", ",": "comma", None: "spaces"}
 
 
 @dataclass(frozen=True, slots=True)
 class ColumnRead:
-    """A column as it was read: its role, number (from 1), name and unit in the file, where the unit
-    is from, and its first and last values in SI."""
+    """A column as it was read: its number from 1, and its first and last values in SI."""
 
     role: str
     number: int
@@ -66,19 +71,8 @@ class LeftOut:
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """How a file was read.
-
-    Attributes:
-        encoding, delimiter, decimal, sheet: of the file; `sheet` of a workbook.
-        names_line, units_line: from 1; 0 where there is none.
-        columns: the used ones.
-        unused: names of the others.
-        rows, first_line, last_line: how many rows were read, and where they are.
-        left_out: what is no row.
-        specimen, specimens: which of how many tests in the file.
-        sign: which channel is negative when pressing, in words.
-        notes: what is unusual.
-    """
+    """How a file was read: lines count from 1, 0 is none; `unused` are names of other columns,
+    `specimen` one of the `specimens` in the file, `sign` what is negative when pressing."""
 
     encoding: str
     delimiter: str
@@ -100,12 +94,11 @@ class Reading:
     @property
     def mapping(self) -> CurveMapping:
         """What would have to be stated to read such a file in the same way."""
-        own = [c for c in self.columns if c.role != LATERAL]
-        plain = {c.name for c in own} if len({c.name for c in own} - {""}) == len(own) else set()
+        own = [column for column in self.columns if column.role != LATERAL]
+        names = [column.name for column in own]
+        by_name = self.specimens == 1 and "" not in names and not set(names) & set(self.unused)
         return CurveMapping(
-            columns=tuple(
-                (CALLED[c.role], c.name if c.name in plain else str(c.number)) for c in own
-            ),
+            columns=tuple((CALLED[c.role], c.name if by_name else str(c.number)) for c in own),
             units=tuple((CALLED[c.role], c.unit) for c in own if c.unit != "clock"),
             sheet=self.sheet,
             decimal=self.decimal,
@@ -113,18 +106,17 @@ class Reading:
         )
 
     def about(self) -> Iterator[str]:
-        """What a look shows below the columns, line by line."""
-        units = f", units in line {self.units_line}" if self.units_line else ""
+        """What a look shows beside the columns, line by line."""
         sheet = f" sheet {self.sheet!r}" if self.sheet else ""
-        yield (
-            f"{self.encoding}{sheet}, {self.delimiter}, decimal mark {self.decimal}; "
-            f"names in line {self.names_line}{units}"
-        )
-        yield from [*self.lines()][1:]
-        if self.sign:
-            yield self.sign
+        units = f", units in line {self.units_line}" if self.units_line else ""
+        names = f"names in line {self.names_line}" if self.names_line else "no names"
+        yield f"{self.encoding}{sheet}, {self.delimiter}, decimal mark {self.decimal}"
+        yield f"{names}{units}; {[*self.lines()][1]}"
+        yield from [*self.lines()][2:]
         if self.unused:
             yield f"not used: {', '.join(self.unused)[:200]}"
+        if self.sign:
+            yield self.sign
         yield from self.notes
 
     def lines(self) -> Iterator[str]:
@@ -172,13 +164,12 @@ class Curve:
 class _Part:
     """One test of a file: rows of one of its tables."""
 
-    header: Header
     table: Table
     rows: slice
 
     @property
-    def at(self) -> int:
-        return self.table.line[self.rows.start]
+    def line(self) -> list[int]:
+        return self.table.line[self.rows]
 
 
 def read_curve(path: Path, mapping: CurveMapping | None = None) -> Curve:
@@ -196,7 +187,7 @@ def read_curve(path: Path, mapping: CurveMapping | None = None) -> Curve:
     data = read_bytes(path)
     try:
         if is_workbook(data):
-            lines = workbook_lines(path, mapping)
+            lines = workbook_lines(path, mapping.sheet)
             return _read(lines, find_header(lines.texts, mapping, "\t"), mapping)
         if mapping.sheet:
             raise Refusal("--sheet of a text", hint="sheets are in .xlsx")
@@ -222,144 +213,115 @@ def _header_of(data: bytes, mapping: CurveMapping) -> tuple[Lines, Header]:
         names = [lines.encoding for lines, _ in found.values()]
         raise Refusal("the encoding decides what the columns are", encoding=names[0],
                       hint=f"or {', '.join(names[1:])}")  # fmt: skip
-    if not found:
-        assert refusal is not None
+    if refusal is not None and not found:
         raise refusal
     return next(iter(found.values()))
 
 
-def _read(lines: Lines, header: Header, mapping: CurveMapping) -> Curve:
-    parts = [
-        part for head, table in _tables(lines, header, mapping) for part in _parts(head, table)
-    ]
-    long = [part for part in parts if part.rows.stop - part.rows.start >= MIN_ROWS]
-    first = parts[0]
-    if not long:
-        count = len(first.table.values)
-        at = first.table.line[-1] if count else first.header.begin
-        _check_missing(first, lines.notes)
-        raise Refusal(f"{count} rows, at least {MIN_ROWS} are needed", at)
-    part, all_in_one = long[0], mapping.specimen == ALL
-    if len(long) > 1 and first.header.beside == 1:
-        if not mapping.specimen:
-            starts = ", ".join(f"{n} at line {each.at}" for n, each in enumerate(long[:6], 1))
-            raise Refusal(
-                f"{len(long)} tests in one file: {starts}{', …' if len(long) > 6 else ''}",
-                long[1].at, specimen="1", hint="or another; all: they are one test",
-            )  # fmt: skip
-        if all_in_one:
-            if any(each.table is not part.table for each in long):
-                raise Refusal("--specimen all of different tables", long[1].at, specimen="1")
-            part = _Part(part.header, part.table, slice(0, len(part.table.values)))
-    if mapping.specimen.isdigit() and first.header.beside == 1:
-        if int(mapping.specimen) > len(long):
-            raise Refusal(f"--specimen {mapping.specimen}: the file has {len(long)}", specimen="1")
-        part = long[int(mapping.specimen) - 1]
-    _check_missing(part, lines.notes)
-    return _curve(lines, part, mapping, max(len(long), first.header.beside))
-
-
-def _tables(lines: Lines, header: Header, mapping: CurveMapping) -> Iterator[tuple[Header, Table]]:
+def _tables(lines: Lines, header: Header, mapping: CurveMapping) -> Iterator[Table]:
     """The tables of a file, one below the other; raises Refusal."""
     later: dict[int, Header] = {}
+    tried = 0
 
     def another(at: int) -> bool:
-        try:
-            found = find_header(lines.texts[: at + 5], mapping, header.delimiter, at)
-        except Refusal:
-            return False
-        if found.line == at + 1 and found.names:
-            later[at] = found
+        nonlocal tried
+        tried += 1
+        if tried < MAX_PREAMBLE:
+            try:
+                later[at] = header_at(lines.texts, at, mapping, header.delimiter)
+            except Refusal:
+                return False
         return at in later
 
     while True:
         decimal = mapping.decimal or decimal_mark(lines.texts, header)
-        table = read_rows(lines.texts, header, decimal, another)
-        yield header, table
+        table = Table(lines.texts, header, decimal, another)
+        yield table
         if table.stop is None:
             return
         header = later[table.stop]
 
 
-def _check_missing(part: _Part, notes: Sequence[str]) -> None:
-    """Refuse a table in which too many numbers are missing."""
-    table = part.table
-    rows = len(table.values)
-    if table.missing > MISSING_SHARE * (rows + table.missing):
-        line, at, text = table.left_out.get(MISSING, [(1, 1, "")])[0]
+def _read(lines: Lines, header: Header, mapping: CurveMapping) -> Curve:
+    tables = [*_tables(lines, header, mapping)]
+    long = [each for each in tables if len(each.values) >= MIN_ROWS] or tables[:1]
+    parts = [part for table in long for part in _parts(table)]
+    part, wanted = parts[0], mapping.specimen
+    if header.beside == 1 and wanted.isdigit():
+        if int(wanted) > len(parts):
+            raise Refusal(f"--specimen {wanted}: the file has {len(parts)}", specimen="1")
+        part = parts[int(wanted) - 1]
+    elif len(parts) > 1 and wanted == ALL and len(long) == 1:
+        part = _Part(part.table, slice(0, len(part.table.values)))
+    elif len(parts) > 1:
+        starts = ", ".join(f"{n} at line {p.line[0]}" for n, p in enumerate(parts[:6], 1))
+        raise Refusal(
+            f"{len(parts)} tests in one file: {starts}{', …' * (len(parts) > 6)}", parts[1].line[0],
+            specimen="1", hint="or another; all: they are one test",
+        )  # fmt: skip
+    table, rows = part.table, len(part.line)
+    if table.missing > MISSING_SHARE * (len(table.values) + table.missing):
+        reason = next(each for each in table.left_out if each in (MISSING, "text"))
+        line, at, text = table.left_out[reason][0]
         raise Refusal(
             f"{text[:40]!r} is not a finite number; {table.missing} of "
-            f"{rows + table.missing} rows lack a number{''.join(f'; {n}' for n in notes)}",
+            f"{len(table.values) + table.missing} rows lack a number"
+            + "".join(f"; {note}" for note in lines.notes),
             line, at, hint=f"at most {percent(MISSING_SHARE, 2)} may be missing",
         )  # fmt: skip
+    if rows < MIN_ROWS:
+        line = part.line[-1] if rows else table.header.begin
+        raise Refusal(f"{rows} rows, at least {MIN_ROWS} are needed", line)
+    short = {each.line[0]: each for each in tables if each not in long and each.line}
+    for line, each in short.items():
+        table.left_out["of another table"] = [(line, 1, "")] * len(each.line)
+    return _curve(lines, part, mapping, max(len(parts), header.beside))
 
 
-def _parts(header: Header, table: Table) -> list[_Part]:
+def _parts(table: Table) -> list[_Part]:
     """The tests of a table: they end where the time goes back, or force and travel begin again, or
-    the names are repeated otherwise than by a logger that has repeated them every so many rows."""
+    the names are repeated otherwise than by a logger, every so many rows."""
     values, count = table.values, len(table.values)
-    by_role = {column.role: at for at, column in enumerate(header.columns)}
+    place = {column.role: at for at, column in enumerate(table.header.columns)}
     starts: set[int] = set()
-    if count > 1:
-        travel = next(
-            at for each, at in by_role.items() if each in ("position_m", "displacement_m")
-        )
-        fell = np.ones(count - 1, dtype=np.bool_)
-        for at in (by_role["force_n"], travel):
-            step = np.diff(values[:, at])
-            typical = float(np.median(np.abs(step)))
-            back = np.abs(step) > max(RESTART * float(np.ptp(values[:, at])), 20.0 * typical)
-            stays = np.zeros_like(back)
-            after = np.abs(values[3:, at] - values[1:-2, at]) < 0.5 * np.abs(step[:-2])
-            stays[:-2] = after
-            fell &= back & stays
-        starts |= {int(at) + 1 for at in np.flatnonzero(fell)}
-        if "time_s" in by_role:
-            starts |= {
-                int(at) + 1 for at in np.flatnonzero(np.diff(values[:, by_role["time_s"]]) < 0.0)
-            }
-        elif table.again and not _regular(table.again, count):
+    if count > MIN_ROWS:
+        begins = np.ones(count - 3, dtype=np.bool_)
+        for each in {"force_n", *TRAVELS} & place.keys():
+            x = values[:, place[each]]
+            step = np.abs(np.diff(x))
+            most = max(RESTART * float(np.ptp(x)), GAP * float(np.median(step)))
+            begins &= (step[:-2] > most) & (np.abs(x[3:] - x[1:-2]) < RESTART * step[:-2])
+        starts |= {int(at) + 1 for at in np.flatnonzero(begins)}
+    if "time_s" in place:
+        back = np.flatnonzero(np.diff(values[:, place["time_s"]]) < 0.0)
+        starts |= {int(at) + 1 for at in back}
+    elif table.again:
+        lengths = np.diff([0, *(at for at in table.again if at), count])
+        if len(lengths) < 3 or np.ptp(lengths[:-1]) > 0 or lengths[-1] > lengths[0]:
             starts |= {at for at in table.again if 0 < at < count}
-    edges = [0, *sorted(starts), count]
-    return [_Part(header, table, slice(a, b)) for a, b in zip(edges, edges[1:], strict=False)]
-
-
-def _regular(again: Sequence[int], count: int) -> bool:
-    """Whether names are repeated every so many rows."""
-    lengths = np.diff([0, *again])
-    lengths = lengths[lengths > 0]
-    return bool(len(lengths) > 1 and np.ptp(lengths) == 0 and count - again[-1] <= lengths[0])
+    return [_Part(table, slice(*ends)) for ends in pairwise([0, *sorted(starts), count])]
 
 
 def _curve(lines: Lines, part: _Part, mapping: CurveMapping, specimens: int) -> Curve:
-    header, table = part.header, part.table
+    table, header = part.table, part.table.header
     found: dict[str, list[FloatArray]] = {}
     read: list[ColumnRead] = []
     for column, values in zip(header.columns, table.values[part.rows].T, strict=True):
         scale = 1.0 if column.unit_place is not None else column.scale
         scaled = np.ascontiguousarray(values if scale == 1.0 else values * scale)
         found.setdefault(column.role, []).append(scaled)
-        read.append(
-            ColumnRead(
-                column.role, column.place + 1, column.name[:60], column.unit,
-                column.source.partition(" stated")[0], float(scaled[0]), float(scaled[-1]),
-            )
-        )  # fmt: skip
-    notes = list(lines.notes)
-    time_s = found["time_s"][0] if "time_s" in found else None
-    if time_s is not None and (np.diff(time_s) < 0.0).any():
-        notes.append("the time goes back: it is not used")
-        time_s = None
-    if time_s is not None:
-        time_s, more = _checked_time(time_s, header, table, part)
-        notes += more
-    travel = next(found[each][0] for each in ("position_m", "displacement_m") if each in found)
+        read.append(ColumnRead(column.role, column.place + 1, column.name[:60], column.unit,
+                               column.unit_from, float(scaled[0]), float(scaled[-1])))  # fmt: skip
+    time_s, notes = _checked_time(found.get("time_s", [None])[0], part)
     used = {column.place for column in header.columns}
     unused = tuple(name[:60] for at, name in enumerate(header.names) if at not in used and name)
-    notes += [
-        f"cycles are found from force and travel; the column {name!r} is not used"
+    notes = [*lines.notes, *notes, *(
+        f"the column {name!r} is not used: cycles are found from force and travel"
         for name in unused if has_word(name, "cycle")
-    ][:1]  # fmt: skip
+    )]  # fmt: skip
+    travel_m, force_n = next(found[each][0] for each in TRAVELS & found.keys()), found["force_n"][0]
+    turn = signs(travel_m, force_n)
+    falls = [name for name, sign in (("force", turn.force), ("travel", turn.travel)) if sign < 0.0]
     reading = Reading(
         encoding=lines.encoding,
         delimiter=_MARKS.get(header.delimiter, str(header.delimiter)),
@@ -369,62 +331,51 @@ def _curve(lines: Lines, part: _Part, mapping: CurveMapping, specimens: int) -> 
         units_line=header.units_line,
         columns=tuple(read),
         unused=unused,
-        rows=len(travel),
-        first_line=part.at,
-        last_line=table.line[part.rows.stop - 1],
+        rows=len(force_n),
+        first_line=part.line[0],
+        last_line=part.line[-1],
         left_out=tuple(
             LeftOut(reason, len(each), each[0][0], each[0][2][:60])
             for reason, each in table.left_out.items()
         ),
         specimen=mapping.specimen,
         specimens=specimens,
-        sign=_sign(travel, found["force_n"][0]),
+        sign=f"sign: {' and '.join(falls)} negative when pressing, turned" if falls else "",
         notes=tuple(notes),
     )
+    comments = (text for line in lines.texts[: header.begin] if (text := line.strip()))
+    told = (text.lstrip("# ") for text in comments if is_comment(text))
     return Curve(
         time_s=time_s,
-        position_m=found["position_m"][0] if "position_m" in found else None,
-        displacement_m=found["displacement_m"][0] if "displacement_m" in found else None,
-        force_n=found["force_n"][0],
+        position_m=found.get("position_m", [None])[0],
+        displacement_m=found.get("displacement_m", [None])[0],
+        force_n=force_n,
         lateral_n=np.stack(found[LATERAL]) if LATERAL in found else None,
-        notes=(*_factored(lines, header), *notes),
+        notes=(*(text for text in told if text.startswith(FACTORED)), *notes),
         perhaps_machine=next((c.name[:60] for c in header.columns if may_be_machine(c)), ""),
         reading=reading,
     )
 
 
-def _checked_time(
-    time_s: FloatArray, header: Header, table: Table, part: _Part
-) -> tuple[FloatArray, list[str]]:
-    """The time from its first value where that is a date, and notes on a clock that jumps ahead."""
+def _checked_time(time_s: FloatArray | None, part: _Part) -> tuple[FloatArray | None, list[str]]:
+    """The time from its first value where that is a date, and notes on a clock that jumps."""
+    if time_s is None:
+        return None, []
+    header = part.table.header
     column = next(column for column in header.columns if column.role == "time_s")
     steps = np.diff(time_s)
-    if column.source.startswith("size"):
-        if float(np.ptp(time_s)) > LONGEST_S:
-            raise Refusal(f"the column {column.name[:60]!r} has no unit that is known", header.line,
-                          units=(("time", "?"),), hint="ms, s, …")  # fmt: skip
+    if column.unit_from == "size" and float(np.ptp(time_s)) > DAY_S:
+        raise Refusal(f"the column {column.name[:60]!r} has no unit that is known", header.line,
+                      units=(("time", "?"),), hint="ms, s, …")  # fmt: skip
+    if (steps < 0.0).any():
+        return None, ["the time goes back: it is not used"]
     if time_s[0] > SINCE_1970_S:
         time_s = time_s - time_s[0]
     at, median_s = int(np.argmax(steps)), float(np.median(steps))
     if steps[at] < max(GAP * median_s, LEAST_GAP_S):
         return time_s, []
-    line = table.line[part.rows.start + at + 1]
     return time_s, [
-        f"the clock jumps ahead by {format_quantity(float(steps[at]), 's')} at line {line}, median "
-        f"step {format_quantity(median_s, 's')}: drift and creep between are not known"
+        f"the clock jumps ahead by {format_quantity(float(steps[at]), 's')} at line "
+        f"{part.line[at + 1]}, median step {format_quantity(median_s, 's')}: drift and creep "
+        "between are not known"
     ]
-
-
-def _sign(travel_m: FloatArray, force_n: FloatArray) -> str:
-    """Which channels are negative when pressing, in words; "" for none."""
-    turn = signs(travel_m, force_n)
-    turned = [name for name, each in (("force", turn.force), ("travel", turn.travel)) if each < 0.0]
-    return f"{' and '.join(turned)} fall when pressing: turned" if turned else ""
-
-
-def _factored(lines: Lines, header: Header) -> Iterator[str]:
-    """What the comments above a table say of factors that its curve was multiplied by."""
-    for line in lines.texts[: header.begin]:
-        text = line.strip()
-        if text and is_comment(text) and (told := text.lstrip("# ")).startswith(FACTORED):
-            yield told
