@@ -407,6 +407,10 @@ class _Names:
                 columns=(("position", one.name or str(one.place + 1)),),
                 hint="travel of the machine; or displacement=, deformation of the payload alone",
             )  # fmt: skip
+        roles = {CALLED[each] for each in chosen}
+        if chosen and (idle := [name for name, _ in self.mapping.units if name not in roles]):
+            return Refusal(f"--units {idle[0]}: no column is the {idle[0]}; there are "
+                           f"{', '.join(sorted(roles))}", known=5)  # fmt: skip
         missing = [] if "force_n" in chosen else ["force"]
         missing += [] if chosen.keys() & TRAVELS else ["position"]
         if not missing:

@@ -80,8 +80,8 @@ def decimal_mark(lines: Sequence[str], header: Header) -> str:
             bare, mark = re.sub("[.,]", "", text), "," if "," in text else "."
             raise Refusal(
                 f"{name}: {text!r} may be {bare} or {text.replace(',', '.')}: every mark has three "
-                "digits behind it", line_at, decimal="," if mark == "." else ".",
-                hint=f"{bare}; or --decimal {mark}",
+                "digits behind it", line_at, decimal=".",
+                hint=f"{bare if mark == ',' else text}; or --decimal ,",
             )  # fmt: skip
     return decimal
 
@@ -128,6 +128,8 @@ class Table:
         self.left_out: dict[str, list[tuple[int, int, str]]] = {}
         self.missing, self.again, self.clock = 0, list[int](), _Clock()
         self.stop: int | None = None
+        begin = [line for line in lines[header.begin : header.begin + 9] if line.strip()]
+        self.numbers_first = any(_is_value(split(x, header.delimiter)[0]) for x in begin)
         parts = [np.empty((0, len(self.places)))]
         for start in range(header.begin, len(lines), BLOCK):
             block = lines[start : start + BLOCK]
@@ -183,7 +185,8 @@ class Table:
         first = next(filter(None, cells), "")
         if not NUMBER.match(first) and has_word(first, "statistics"):
             return self.leave(STATISTICS, at, first)
-        if first and first.lower() not in _MISSING and not any(map(_is_value, (first, *used))):
+        label = first != "" and not _is_value(first)
+        if label and (self.numbers_first or not any(map(_is_value, used))):
             if all(not cell or unit(cell) for cell in cells):
                 return self.leave("units again", at, text)
             if self.another(at):
@@ -194,7 +197,10 @@ class Table:
         if len(cells) < header.width and at >= self.end - 2 and first:
             return self.leave("cut off", at, text)
         if len(cells) != header.width and first:
-            raise Refusal(f"{len(cells)} cells, the header has {header.width}", at + 1)
+            hint = "decimal commas and commas between the cells: export with semicolons"
+            twice = header.delimiter == "," and len(cells) > header.width
+            raise Refusal(f"{len(cells)} cells, the header has {header.width}", at + 1,
+                          hint=hint if twice else "")  # fmt: skip
         row = []
         for column, cell in zip(header.columns, used, strict=True):
             raw = cells if '"' in line else line.split(header.delimiter)

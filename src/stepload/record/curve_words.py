@@ -99,7 +99,8 @@ def unit_of(name: str) -> str | None:
 def near(name: str, kind: str) -> str | None:
     """Units of this kind that differ from the last word of the name by their case only."""
     last = re.split(r"[\s_\[\](),:/]+", name.strip(" ])_:,"))[-1]
-    return " or ".join(each for each in UNITS[kind] if each.lower() == last.lower()) or None
+    found = [each for each in UNITS[kind] if each.lower() == last.lower()]
+    return None if last in found else " or ".join(found) or None
 
 
 def words(name: str) -> list[str]:

@@ -290,7 +290,8 @@ def _parts(table: Table) -> list[_Part]:
             x = values[:, place[each]]
             step = np.abs(np.diff(x))
             most = max(RESTART * float(np.ptp(x)), GAP * float(np.median(step)))
-            begins &= (step[:-2] > most) & (np.abs(x[3:] - x[1:-2]) < RESTART * step[:-2])
+            stays = np.abs(x[3:] - x[1:-2]) < RESTART * step[:-2]
+            begins &= (step[:-2] > most) & stays & (np.abs(x - x[0])[1:-2] < np.abs(x - x[0])[:-3])
         starts |= {int(at) + 1 for at in np.flatnonzero(begins)}
     if "time_s" in place:
         back = np.flatnonzero(np.diff(values[:, place["time_s"]]) < 0.0)

@@ -12,6 +12,13 @@ def read(*names: str) -> dict[str, tuple[str, float]]:
     """Role to name and scale."""
     lines = ["\t".join(names), "\t".join("1" for _ in names)]
     return {c.role: (c.name, c.scale) for c in find_header(lines, CurveMapping()).columns}
+
+
+@pytest.mark.parametrize(
+    ("name", "scale"),
+    [
+        ("force_n", 1.0), ("Force [N]", 1.0), ("Force [mN]", 1e-3), ("force (kN)", 1e3),
+        ("Load On Sample (mN)", 1e-3), ("force_uN", 1e-6), ("Force / nN", 1e-9), ("Fz pN", 1e-12),
         ("load_micro_N", 1e-6), ("Force (microN)", 1e-6), ("Force [MN]", 1e6), ("LOAD, N", 1.0),
         ("Kraft [N]", 1.0), ("Force (measured) [µN]", 1e-6), ("force in milliNewtons", 1e-3),
     ],

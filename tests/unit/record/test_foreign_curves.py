@@ -215,7 +215,7 @@ def specimens(count: int) -> str:
 BROKEN = [
     Broken("two forces", HYSITRON, ":5:1"),
     Broken("no unit", table(("time_s", "disp", "force"), TIME, MM, FORCE), ":1:1", ("N",),
-           "--units position=mm,displacement=mm"),
+           "--units displacement=mm"),
     Broken("force in kg", table(("Load (kg)", "Travel (mm)"), FORCE, MM), ":1:1"),
     Broken("grouped or decimal", table(("Position (mm)", "Force (mN)"), MM,
            [grouped(round(x), 0, ",", ".") for x in MN_]), ":23:1"),
