@@ -33,7 +33,7 @@ _FORM = r"([+-]?)(\d{{1,3}}(?:([{0}'’ \u00a0\u2009\u202f])\d{{3}})(?:\3\d{{3}}
     r"(?:[{1}](\d*))?([eE][+-]?\d+)?"  # fmt: skip
 _VALUE = {mark: re.compile(_FORM.format(group, mark), re.ASCII) for mark, group in (".,", ",.")}
 _PLAIN = b"0123456789+-.,eE \t\n;"
-_LABEL = re.compile(r"^[\s,;]*[A-Za-z]", re.MULTILINE)
+_LABEL = re.compile(r"^[\s,;]*([A-Za-z][^,;\t\n]*)", re.MULTILINE)
 DAY_S = 86400.0
 
 
@@ -78,10 +78,11 @@ def decimal_mark(lines: Sequence[str], header: Header) -> str:
     for line_at, name, text in unclear.values():
         if not shown or decimal not in text:
             bare, mark = re.sub("[.,]", "", text), "," if "," in text else "."
+            other = "," if decimal == "." else "."
             raise Refusal(
                 f"{name}: {text!r} may be {bare} or {text.replace(',', '.')}: every mark has three "
-                "digits behind it", line_at, decimal=".",
-                hint=f"{bare if mark == ',' else text}; or --decimal ,",
+                "digits behind it", line_at, decimal=decimal,
+                hint=f"{bare if mark != decimal else text}; or --decimal {other}",
             )  # fmt: skip
     return decimal
 
@@ -133,6 +134,8 @@ class Table:
         parts = [np.empty((0, len(self.places)))]
         for start in range(header.begin, len(lines), BLOCK):
             block = lines[start : start + BLOCK]
+            if self.stop is not None or not any(block):
+                continue
             values = self.plain(block)
             if values is None:
                 rows = [row for at, line in enumerate(block, start) if (row := self.row(at, line))]
@@ -148,8 +151,10 @@ class Table:
         odd = not self.simple or self.stop is not None or STATISTICS in self.left_out
         if odd or not text.isascii() or any(mark in text for mark in '"#_\0'):
             return None
-        if text.encode().translate(None, _PLAIN) and _LABEL.search(text):
-            return None
+        if text.encode().translate(None, _PLAIN):
+            labels = set(_LABEL.findall(text))
+            if labels and (self.numbers_first or any(has_word(x, "statistics") for x in labels)):
+                return None
         if self.decimal == ",":
             if "." in text or delimiter == ",":
                 return None
@@ -203,21 +208,27 @@ class Table:
                           hint=hint if twice else "")  # fmt: skip
         row = []
         for column, cell in zip(header.columns, used, strict=True):
-            raw = cells if '"' in line else line.split(header.delimiter)
-            place = sum(len(each) + 1 for each in raw[: column.place]) + 1
             value = math.nan
-            if cell.lower() not in _MISSING:
-                value = self.value(column, cell, cells, at + 1, place)
+            try:
+                if cell.lower() not in _MISSING:
+                    value = self.value(column, cell, cells, at + 1)
+            except Refusal as error:
+                error.column = self.start(line, column)
+                raise
             if not math.isfinite(value):
                 self.missing += 1
-                return self.leave(MISSING, at, cell, place)
+                return self.leave(MISSING, at, cell, self.start(line, column))
             row.append(value)
         if foot := self.left_out.get(STATISTICS):
             raise Refusal(f"numbers below the statistics in line {foot[-1][0]}", at + 1)
         self.line.append(at + 1)
         return row
 
-    def value(self, column: Column, cell: str, cells: Sequence[str], line: int, at: int) -> float:
+    def start(self, line: str, column: Column) -> int:
+        """The character, from 1, at which a cell begins, where no delimiter is quoted."""
+        return sum(len(x) + 1 for x in line.split(self.header.delimiter)[: column.place]) + 1
+
+    def value(self, column: Column, cell: str, cells: Sequence[str], line: int) -> float:
         """The number in a cell, in SI where its unit is in the cells; raises Refusal."""
         if column.unit == "clock":
             value, scale = self.clock.read(cell, line), 1.0
@@ -231,14 +242,14 @@ class Table:
             symbol = unit(told) or ""
             if kind_of(symbol) != kind_of(column.unit):
                 what = f"{told[:40]!r} is no unit of a {kind_of(column.unit)}"
-                raise Refusal(f"{column.name}: {what}", line, at)
+                raise Refusal(f"{column.name}: {what}", line)
             value, scale = number(bare, self.decimal), scale_of(symbol)
         if math.isnan(value):
             what = f"{column.name}: {cell[:40]!r} "
             other = "," if self.decimal == "." else "."
             if not math.isnan(number(cell, other)):
-                raise Refusal(f"{what}where decimals have {self.decimal!r}", line, at)
-            raise Refusal(f"{what}is not a finite number", line, at)
+                raise Refusal(f"{what}where decimals have {self.decimal!r}", line)
+            raise Refusal(f"{what}is not a finite number", line)
         return value * scale
 
     def leave(self, reason: str, at: int, text: str, column: int = 1) -> None:

@@ -34,7 +34,15 @@ MASSES = {"g": "gf", "kg": "kgf", "lb": "lbf", "lbs": "lbf", "oz": "ozf"}
 _SPELT = {"pico": "p", "nano": "n", "micro": "µ", "milli": "m", "kilo": "k", "mega": "M"}
 _BRACKETS = re.compile(r"[\[(]([^\[\]()]*)[\])]")
 _TABLE = tomllib.loads((resources.files("stepload.record") / "curve_words.toml").read_text("utf-8"))
-_WORDS: dict[str, list[str]] = _TABLE["roles"] | _TABLE["other"]
+_WORDS = {
+    which: (
+        {word for word in words if word[0] != "*"},
+        [word[1:] for word in words if word[0] == "*"],
+        [word for word in words if word > "\u3000" and len(word) > 1],
+    )
+    for which, words in (_TABLE["roles"] | _TABLE["other"]).items()
+}
+"""Whole words, ends of words, and parts of a name in Japanese or Chinese."""
 _WHOLE = {word: unit for unit, words in _TABLE["units"].items() for word in words}
 _ROS = re.compile(r"(?:.*[./])?(wrench[./]force|pose[./]position)[./][xyz]")
 _NANOSECONDS = re.compile(r"%time|(?:.*[./])?header[./]stamp")
@@ -111,14 +119,18 @@ def words(name: str) -> list[str]:
     return re.findall(r"[^\W\d_]+", normalize("NFC", plain))
 
 
-def has_word(found: str | list[str], which: str) -> bool:
-    """Whether a name, or its words, have one of this list of the table."""
-    found = words(found) if isinstance(found, str) else found
-    return any(
-        any(each.endswith(word[1:]) and each != word[1:] for each in found)
-        if word[0] == "*"
-        else word in found or (word > "\u3000" and len(word) > 1 and word in "".join(found))
-        for word in _WORDS[which]
+@lru_cache(4096)
+def has_word(name: str, which: str) -> bool:
+    """Whether a name has a word of this list of the table."""
+    return _has(words(name), which)
+
+
+def _has(found: list[str], which: str) -> bool:
+    whole, ends, parts = _WORDS[which]
+    return (
+        not whole.isdisjoint(found)
+        or any(each.endswith(end) and each != end for end in ends for each in found)
+        or any(part in "".join(found) for part in parts)
     )
 
 
@@ -130,12 +142,12 @@ def role(name: str) -> str | None:
     found = words(name)
     if len(found) > 1 and found[-1] == (unit_of(name) or "").lower():
         found.pop()
-    if not found or found[:2] == ["contact", "depth"] or has_word(found, "about"):
+    if not found or found[:2] == ["contact", "depth"] or _has(found, "about"):
         return None
-    force = has_word(found, "force_n")
-    if has_word(found, LATERAL) or (force and {"x", "y"} & set(found)):
+    force = _has(found, "force_n")
+    if _has(found, LATERAL) or (force and {"x", "y"} & set(found)):
         return LATERAL
     if {"tip", "position"} <= set(found) and not force:
         return "displacement_m"
     order = ("force_n", "displacement_m", "position_m", "time_s")
-    return next((each for each in order if has_word(found, each)), None)
+    return next((each for each in order if _has(found, each)), None)

@@ -43,6 +43,8 @@ GAP, LEAST_GAP_S = 20.0, 1.0
 """A clock jumps ahead where a step is so many times the median step, and at least so long."""
 RESTART = 0.5
 """Force and travel begin again where both change by this share of their range in one row."""
+HEAD = 1 << 18
+"""Bytes in which the header is sought where the encoding is not certain."""
 _MARKS = {"\t": "tab", ";": "semicolon", ",": "comma", None: "spaces"}
 
 
@@ -200,8 +202,10 @@ def _header_of(data: bytes, mapping: CurveMapping) -> tuple[Lines, Header]:
     """Lines and header of a text, the same in all encodings that it may have; raises Refusal."""
     found: dict[object, tuple[Lines, Header]] = {}
     refusal: Refusal | None = None
-    for encoding in encodings(data, mapping.encoding):
-        lines = text_lines(data, encoding)
+    several = encodings(data, mapping.encoding)
+    head = data if len(several) == 1 else data[:HEAD].rpartition(b"\n")[0] or data
+    for encoding in several:
+        lines = text_lines(head, encoding)
         try:
             header = find_header(lines.texts, mapping, lines.delimiter, lines.begin)
         except Refusal as error:
@@ -215,7 +219,8 @@ def _header_of(data: bytes, mapping: CurveMapping) -> tuple[Lines, Header]:
                       hint=f"or {', '.join(names[1:])}")  # fmt: skip
     if refusal is not None and not found:
         raise refusal
-    return next(iter(found.values()))
+    lines, header = next(iter(found.values()))
+    return (lines if head is data else text_lines(data, lines.encoding)), header
 
 
 def _tables(lines: Lines, header: Header, mapping: CurveMapping) -> Iterator[Table]:
