@@ -10,17 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from typer import Option
 
-from stepload.cli.curves import (
-    Columns,
-    Decimal,
-    Encoding,
-    Look,
-    Sheet,
-    Specimen,
-    Units,
-    curve_mapping,
-    show_look,
-)
+import stepload.cli.curves as c
 from stepload.cli.data import interval_cell, stiffness_cell
 from stepload.cli.options import Plastic, Rough, RunOrCurve, Surface, TipRadius, quantity
 from stepload.errors import BadInputError
@@ -79,14 +69,14 @@ def identify(
     branch: Annotated[
         str | None, Option(help="Chord that is the result: loading, unloading, reloading.")
     ] = None,
-    columns: Columns = None,
-    units: Units = None,
-    sheet: Sheet = None,
-    decimal: Decimal = None,
-    encoding: Encoding = None,
-    specimen: Specimen = None,
+    columns: c.Columns = None,
+    units: c.Units = None,
+    sheet: c.Sheet = None,
+    decimal: c.Decimal = None,
+    encoding: c.Encoding = None,
+    specimen: c.Specimen = None,
     mapping: Annotated[Path | None, Option(help="YAML with these, as --look prints it.")] = None,
-    look: Look = False,
+    look: c.Look = False,
     kind: Annotated[str, Option(help="payload or system.")] = "payload",
     every: Annotated[
         bool, Option("--all", help="FILE is a directory: every record in it and below.")
@@ -103,7 +93,6 @@ def identify(
     """
     from stepload.plan.load import load_payload
     from stepload.record.curve_mapping import CurveMapping
-    from stepload.record.curves import read_curve
     from stepload.report.conditions import Stated, with_payload
     from stepload.report.from_file import is_record, results_of_file, system_results_of_file
     from stepload.report.identified import identification_data
@@ -132,13 +121,14 @@ def identify(
     if payload is not None:
         stated = with_payload(payload, stated)
     output = Output(as_json=as_json)
-    wanted = curve_mapping(
-        mapping, columns, units, sheet=sheet, decimal=decimal, encoding=encoding, specimen=specimen
-    )
+    wanted = c.curve_mapping(
+        mapping, columns=columns, units=units, sheet=sheet, decimal=decimal, encoding=encoding,
+        specimen=specimen,
+    )  # fmt: skip
     if is_record(file) and (look or wanted != CurveMapping()):
         raise BadInputError(f"{file}: a record of stepload", hint="these options are for curves")
     if look:
-        show_look(output, [(file, read_curve(file, wanted))])
+        c.show_look(output, [(file, wanted)])
         return
     if factors is not None and (every or kind != "payload"):
         raise BadInputError("--rough and --plastic are for one curve of a payload")
@@ -152,21 +142,22 @@ def identify(
     if processes is not None:
         raise BadInputError("--processes without --all", hint="one file is one process")
     if kind == "system":
-        fit, simulated = system_results_of_file(file, wanted)
+        fit, simulated, reading = system_results_of_file(file, wanted)
         document = system_document(fit, simulated=simulated)
         data = {"simulated": simulated, **system_data(fit)}
     elif kind == "payload":
         told = results_of_file(file, stated, factors, wanted)
+        reading = told.reading
         document = identification_document(told)
         data = {"simulated": told.simulated, **identification_data(told.found)}
         data |= {"notes": told.notes}
-        if told.reading is not None:
-            data["reading"] = asdict(told.reading)
-            output.line("\n".join((*told.reading.lines(), "")))
         if told.peak_force_n is not None:
             data["peak_force_n"] = told.peak_force_n
     else:
         raise BadInputError(f"--kind {kind!r}", hint="payload or system")
+    if reading is not None:
+        data["reading"] = asdict(reading)
+        output.line("\n".join((*reading.lines(), "")))
     output.show(document)
     if out is not None:
         from stepload.session.reevaluation import results_again, write_new

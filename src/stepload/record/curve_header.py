@@ -8,23 +8,8 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import stepload.record.curve_words as w
 from stepload.record.curve_mapping import CALLED, NONE, ROLES, CurveMapping, Refusal
-from stepload.record.curve_words import (
-    KIND_OF_ROLE,
-    LATERAL,
-    MASSES,
-    TRAVELS,
-    bracketed,
-    has_word,
-    kind_of,
-    listed,
-    near,
-    role,
-    scale_of,
-    unit,
-    unit_of,
-    words,
-)
 
 MAX_PREAMBLE = 400
 """Lines that an instrument may write before the names of the columns."""
@@ -87,7 +72,9 @@ def may_be_machine(column: Column) -> bool:
     are the payload's, and so is what is stated, and stepload's own name with any unit.
     """
     own = column.stated or re.fullmatch(r"displacement_\w+", column.name)
-    return column.role == "displacement_m" and not own and has_word(column.name, "perhaps_machine")
+    return (
+        column.role == "displacement_m" and not own and w.has_word(column.name, "perhaps_machine")
+    )
 
 
 def split(line: str, delimiter: str | None) -> list[str]:
@@ -188,7 +175,7 @@ def header_at(lines: Sequence[str], at: int, mapping: CurveMapping, given: str |
             units = _row_of_units(lines, units_at, delimiter, len(names))
         cells = split(lines[first], delimiter) if first < len(lines) else []
         fits = len(cells) == len(names) or (len(cells) == len(names) + 1 and not cells[-1])
-        if delimiter is None and not (fits or all(unit_of(name) for name in names)):
+        if delimiter is None and not (fits or all(w.unit_of(name) for name in names)):
             names = [text]  # several words and no delimiter: one column, or prose
         try:
             columns, beside = _Names(names, units, cells, mapping).columns()
@@ -212,9 +199,9 @@ def header_at(lines: Sequence[str], at: int, mapping: CurveMapping, given: str |
 def _row_of_units(lines: Sequence[str], at: int, delimiter: str | None, width: int) -> list[str]:
     """The units in a line; none where it holds anything else."""
     cells = split(lines[at], delimiter) if at < len(lines) else []
-    found = [unit(cell) or cell.strip("[]() ") for cell in cells]
+    found = [w.unit(cell) or cell.strip("[]() ") for cell in cells]
     short = all(len(each) <= 5 and not NUMBER.match(each) for each in found)
-    return found if len(cells) == width and short and any(map(kind_of, found)) else []
+    return found if len(cells) == width and short and any(map(w.kind_of, found)) else []
 
 
 def _without_names(
@@ -245,9 +232,9 @@ def _unit_in(cells: Sequence[str], place: int) -> tuple[int, str]:
     cell = cells[place] if place < len(cells) else ""
     if match := NUMBER.match(cell):
         if rest := cell[match.end() :].strip():
-            return place, unit(rest) or ""
+            return place, w.unit(rest) or ""
         if place + 1 < len(cells):
-            return place + 1, unit(cells[place + 1]) or ""
+            return place + 1, w.unit(cells[place + 1]) or ""
     return place, ""
 
 
@@ -276,9 +263,9 @@ class _Names:
         for each, candidates in places.items():
             try:
                 found = [c for place in candidates if (c := self.column(place, each))]
-                if not found and each != LATERAL:
+                if not found and each != w.LATERAL:
                     raise self.no_unit(candidates[0], each)
-                if len(found) > 1 and each != LATERAL:
+                if len(found) > 1 and each != w.LATERAL:
                     same = len({column.name for column in found}) == 1
                     beside = max(beside, len(found)) if same else beside
                     found = [self.one_of(found, each)]
@@ -302,15 +289,15 @@ class _Names:
             if text != NONE:
                 place, self.told[place] = self.place(text, name)
                 places.setdefault(ROLES[name], []).append(place)
-        exact = {each for each in KIND_OF_ROLE if each in self.names} - stated
-        travels = stated & TRAVELS or exact & TRAVELS or TRAVELS
+        exact = {each for each in w.KIND_OF_ROLE if each in self.names} - stated
+        travels = stated & w.TRAVELS or exact & w.TRAVELS or w.TRAVELS
         for place, name in enumerate(self.names):
-            kind = kind_of(_unit_in(self.cells, place)[1])
+            kind = w.kind_of(_unit_in(self.cells, place)[1])
             of_cell = {"force": "force_n", "length": "position_m", "time": "time_s"}.get(kind)
-            each = role(name) if name else of_cell
+            each = w.role(name) if name else of_cell
             if each is None or each in stated or place in self.told:
                 continue
-            if each in TRAVELS - travels or (each in exact and name != each):
+            if each in w.TRAVELS - travels or (each in exact and name != each):
                 continue
             places.setdefault(each, []).append(place)
         return places
@@ -318,47 +305,44 @@ class _Names:
     def place(self, text: str, name: str) -> tuple[int, str]:
         """The column that a text states, and the unit in its brackets; raises Refusal."""
         lower = [each.lower() for each in self.names]
-        for sought, told in ((text, ""), (_bare(text), unit(bracketed(text)) or "")):
+        for sought, told in ((text, ""), (_bare(text), w.unit(w.bracketed(text)) or "")):
             same = [at for at, each in enumerate(self.names) if each == sought]
             same = same or [at for at, each in enumerate(lower) if each == sought.lower()]
             if len(same) > 1:
-                numbers = ", ".join(str(place + 1) for place in same)
-                raise Refusal(
-                    f"{len(same)} columns are called {sought!r}: {numbers}", known=len(same) + 4,
-                    columns=((name, f"{same[0] + 1}" + (f" ({told})" if told else "")),),
-                )  # fmt: skip
+                break
             if same:
                 return same[0], told
             if sought.isdigit() and 1 <= int(sought) <= max(len(self.names), len(self.cells)):
                 return int(sought) - 1, told
-        message = f"no column is called {text!r}; {self.all()}"
-        raise Refusal(message, columns=((name, "?"),), known=len(self.names) > 1)
+        many = len(same) or "no"
+        raise Refusal(f"{many} columns are called {text!r}; {self.all()}", hint="its number",
+                      columns=((name, "?"),), known=len(same) or len(self.names) > 1)  # fmt: skip
 
     def all(self) -> str:
         return "columns: " + ", ".join(f"{at} {x!r}" for at, x in enumerate(self.names, 1))[:300]
 
     def column(self, place: int, each: str) -> Column | None:
         """The column at a place in a role; None where no unit of its kind is known."""
-        name, kind, stated = self.names[place], KIND_OF_ROLE[each], place in self.told
+        name, kind, stated = self.names[place], w.KIND_OF_ROLE[each], place in self.told
         first = self.cells[place] if place < len(self.cells) else ""
         if kind == "time" and CLOCK.fullmatch(first):
             return Column(place, name, each, "clock", 1.0, None, "cells", stated)
         unit_place, in_cells = _unit_in(self.cells, place)
         wanted = dict(self.mapping.units).get(CALLED[each], "") or self.told.get(place, "")
-        in_name, in_row = unit_of(name) or "", self.units[place]
-        others = {each for each in (in_name, in_row, in_cells) if kind_of(each)}
-        if len(others) > 1 and not wanted and not (in_cells and kind_of(in_cells) != kind):
+        in_name, in_row = w.unit_of(name) or "", self.units[place]
+        others = {each for each in (in_name, in_row, in_cells) if w.kind_of(each)}
+        if len(others) > 1 and not wanted and not (in_cells and w.kind_of(in_cells) != kind):
             told = " and ".join(sorted(others))
             raise Refusal(f"the column {name[:60]!r} is in {told}", known=4,
                           units=((CALLED[each], in_cells or in_row),))  # fmt: skip
         sources = {
-            "cells": in_cells, "stated": unit(wanted) or "", "name": in_name,
+            "cells": in_cells, "stated": w.unit(wanted) or "", "name": in_name,
             "row of units": in_row, "size": _epoch(first) if kind == "time" else "",
         }  # fmt: skip
         for source, symbol in sources.items():
-            if kind_of(symbol) == kind:
+            if w.kind_of(symbol) == kind:
                 at = unit_place if source == "cells" else None
-                return Column(place, name, each, symbol, scale_of(symbol), at, source, stated)
+                return Column(place, name, each, symbol, w.scale_of(symbol), at, source, stated)
             if symbol and source == "name":
                 return None
         return None
@@ -373,8 +357,8 @@ class _Names:
                           hint=f"1 to {many}", specimen="1")  # fmt: skip
         if each == "time_s" and (stamp := [c for c in found if c.name.endswith("header.stamp")]):
             return stamp[0]
-        along = [column for column in found if not {"x", "y"} & set(words(column.name))]
-        if each == "position_m" and len(along) == 1 and "z" in words(along[0].name):
+        along = [column for column in found if not {"x", "y"} & set(w.words(column.name))]
+        if each == "position_m" and len(along) == 1 and "z" in w.words(along[0].name):
             return along[0]
         told = ", ".join(f"{column.place + 1} {column.name!r}" for column in found)
         text = column.name
@@ -385,22 +369,22 @@ class _Names:
 
     def no_unit(self, place: int, each: str) -> Refusal:
         """The refusal of a column whose unit is not known."""
-        name, kind = self.names[place], KIND_OF_ROLE[each]
-        written = unit_of(name) or self.units[place] or bracketed(name)
-        mass = MASSES.get(written.lower()) if kind == "force" else None
-        meant = mass or near(written or name, kind) or "?"
+        name, kind = self.names[place], w.KIND_OF_ROLE[each]
+        written = w.unit_of(name) or self.units[place] or w.bracketed(name)
+        mass = w.MASSES.get(written.lower()) if kind == "force" else None
+        meant = mass or w.near(written or name, kind) or "?"
         message = f"the column {name[:60]!r} has no unit that is known"
-        if mass or kind_of(written):
+        if mass or w.kind_of(written):
             what = "a mass" if mass else f"no unit of a {kind}"
             message = f"the column {name[:60]!r} is in {written}, {what}"
         elif meant != "?":
             message += f"; is {meant!r} meant?"
-        text = meant if kind_of(meant) else "?"
-        return Refusal(message, units=((CALLED[each], text),), hint=f"known: {listed(kind)}")
+        text = meant if w.kind_of(meant) else "?"
+        return Refusal(message, units=((CALLED[each], text),), hint=f"known: {w.listed(kind)}")
 
     def incomplete(self, chosen: dict[str, list[Column]]) -> Refusal | None:
         """The refusal of a header without force, without travel, or with two travels."""
-        if chosen.keys() >= TRAVELS:
+        if chosen.keys() >= w.TRAVELS:
             one, other = (chosen[each][0] for each in ("position_m", "displacement_m"))
             return Refusal(
                 f"both {one.name!r} and {other.name!r}: which one is meant?",
@@ -412,7 +396,7 @@ class _Names:
             return Refusal(f"--units {idle[0]}: no column is the {idle[0]}; there are "
                            f"{', '.join(sorted(roles))}", known=5)  # fmt: skip
         missing = [] if "force_n" in chosen else ["force"]
-        missing += [] if chosen.keys() & TRAVELS else ["position"]
+        missing += [] if chosen.keys() & w.TRAVELS else ["position"]
         if not missing:
             return None
         needed = ROLES[missing[0]]
@@ -433,4 +417,4 @@ def _epoch(text: str) -> str:
 
 
 def _called(each: str) -> str:
-    return {"time_s": "time", "force_n": "force", LATERAL: "lateral force"}.get(each, "travel")
+    return {"time_s": "time", "force_n": "force", w.LATERAL: "lateral force"}.get(each, "travel")

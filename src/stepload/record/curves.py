@@ -10,27 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
+import stepload.record.curve_header as h
+import stepload.record.curve_text as t
 from stepload.contact.curve_factors import FACTORED
 from stepload.errors import printable
 from stepload.identification.curve_channels import signs
-from stepload.record.curve_header import (
-    MAX_PREAMBLE,
-    Header,
-    find_header,
-    header_at,
-    is_comment,
-    may_be_machine,
-)
 from stepload.record.curve_mapping import ALL, CALLED, CurveMapping, Refusal
 from stepload.record.curve_rows import DAY_S, MISSING, FloatArray, Table, decimal_mark
-from stepload.record.curve_text import (
-    Lines,
-    encodings,
-    is_workbook,
-    read_bytes,
-    text_lines,
-    workbook_lines,
-)
 from stepload.record.curve_words import LATERAL, TRAVELS, has_word
 from stepload.units import format_quantity, percent
 
@@ -186,11 +172,11 @@ def read_curve(path: Path, mapping: CurveMapping | None = None) -> Curve:
     """
     mapping = mapping or CurveMapping()
     mapping.check()
-    data = read_bytes(path)
+    data = t.read_bytes(path)
     try:
-        if is_workbook(data):
-            lines = workbook_lines(path, mapping.sheet)
-            return _read(lines, find_header(lines.texts, mapping, "\t"), mapping)
+        if t.is_workbook(data):
+            lines = t.workbook_lines(path, mapping.sheet)
+            return _read(lines, h.find_header(lines.texts, mapping, "\t"), mapping)
         if mapping.sheet:
             raise Refusal("--sheet of a text", hint="sheets are in .xlsx")
         return _read(*_header_of(data, mapping), mapping)
@@ -198,16 +184,16 @@ def read_curve(path: Path, mapping: CurveMapping | None = None) -> Curve:
         raise refusal.as_error(path, mapping) from None
 
 
-def _header_of(data: bytes, mapping: CurveMapping) -> tuple[Lines, Header]:
+def _header_of(data: bytes, mapping: CurveMapping) -> tuple[t.Lines, h.Header]:
     """Lines and header of a text, the same in all encodings that it may have; raises Refusal."""
-    found: dict[object, tuple[Lines, Header]] = {}
+    found: dict[object, tuple[t.Lines, h.Header]] = {}
     refusal: Refusal | None = None
-    several = encodings(data, mapping.encoding)
+    several = t.encodings(data, mapping.encoding)
     head = data if len(several) == 1 else data[:HEAD].rpartition(b"\n")[0] or data
     for encoding in several:
-        lines = text_lines(head, encoding)
+        lines = t.text_lines(head, encoding)
         try:
-            header = find_header(lines.texts, mapping, lines.delimiter, lines.begin)
+            header = h.find_header(lines.texts, mapping, lines.delimiter, lines.begin)
         except Refusal as error:
             refusal = refusal or error
             continue
@@ -220,20 +206,20 @@ def _header_of(data: bytes, mapping: CurveMapping) -> tuple[Lines, Header]:
     if refusal is not None and not found:
         raise refusal
     lines, header = next(iter(found.values()))
-    return (lines if head is data else text_lines(data, lines.encoding)), header
+    return (lines if head is data else t.text_lines(data, lines.encoding)), header
 
 
-def _tables(lines: Lines, header: Header, mapping: CurveMapping) -> Iterator[Table]:
+def _tables(lines: t.Lines, header: h.Header, mapping: CurveMapping) -> Iterator[Table]:
     """The tables of a file, one below the other; raises Refusal."""
-    later: dict[int, Header] = {}
+    later: dict[int, h.Header] = {}
     tried = 0
 
     def another(at: int) -> bool:
         nonlocal tried
         tried += 1
-        if tried < MAX_PREAMBLE:
+        if tried < h.MAX_PREAMBLE:
             try:
-                later[at] = header_at(lines.texts, at, mapping, header.delimiter)
+                later[at] = h.header_at(lines.texts, at, mapping, header.delimiter)
             except Refusal:
                 return False
         return at in later
@@ -247,7 +233,7 @@ def _tables(lines: Lines, header: Header, mapping: CurveMapping) -> Iterator[Tab
         header = later[table.stop]
 
 
-def _read(lines: Lines, header: Header, mapping: CurveMapping) -> Curve:
+def _read(lines: t.Lines, header: h.Header, mapping: CurveMapping) -> Curve:
     tables = [*_tables(lines, header, mapping)]
     long = [each for each in tables if len(each.values) >= MIN_ROWS] or tables[:1]
     parts = [part for table in long for part in _parts(table)]
@@ -308,7 +294,7 @@ def _parts(table: Table) -> list[_Part]:
     return [_Part(table, slice(*ends)) for ends in pairwise([0, *sorted(starts), count])]
 
 
-def _curve(lines: Lines, part: _Part, mapping: CurveMapping, specimens: int) -> Curve:
+def _curve(lines: t.Lines, part: _Part, mapping: CurveMapping, specimens: int) -> Curve:
     table, header = part.table, part.table.header
     found: dict[str, list[FloatArray]] = {}
     read: list[ColumnRead] = []
@@ -350,7 +336,7 @@ def _curve(lines: Lines, part: _Part, mapping: CurveMapping, specimens: int) -> 
         notes=tuple(notes),
     )
     comments = (text for line in lines.texts[: header.begin] if (text := line.strip()))
-    told = (text.lstrip("# ") for text in comments if is_comment(text))
+    told = (text.lstrip("# ") for text in comments if h.is_comment(text))
     return Curve(
         time_s=time_s,
         position_m=found.get("position_m", [None])[0],
@@ -358,7 +344,7 @@ def _curve(lines: Lines, part: _Part, mapping: CurveMapping, specimens: int) -> 
         force_n=force_n,
         lateral_n=np.stack(found[LATERAL]) if LATERAL in found else None,
         notes=(*(text for text in told if text.startswith(FACTORED)), *notes),
-        perhaps_machine=next((c.name[:60] for c in header.columns if may_be_machine(c)), ""),
+        perhaps_machine=next((c.name[:60] for c in header.columns if h.may_be_machine(c)), ""),
         reading=reading,
     )
 

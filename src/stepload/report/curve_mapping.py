@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator
 from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 from pydantic.dataclasses import dataclass
 
@@ -35,19 +36,25 @@ class _Kept:
     sound = CHECKED
 
     def contradictions(self) -> Iterator[Contradiction]:
-        for name in ("units", "columns"):
+        for each in fields(self):
             try:
-                pairs = parse_pairs(name, getattr(self, name) or "force=N, position=m")
-                CurveMapping(**{name: pairs}, decimal=self.decimal or "").check()
+                given = _given(self, each.name)
+                CurveMapping(**given).check()
             except BadInputError as error:
-                yield name, error.message, error.hint
+                yield each.name, error.message, error.hint
                 continue
-            roles = {role for role, _ in pairs}
-            if name == "units" and not ("force" in roles and len(roles & _TRAVELS) == 1):
+            roles = dict(given.get("units", ())).keys()
+            if each.name == "units" and not (
+                "force" in roles and roles & {"position", "displacement"}
+            ):
                 yield "units", "force and travel need a unit", "units: force=kN, position=mm"
 
 
-_TRAVELS = {"position", "displacement"}
+def _given(kept: _Kept, *names: str) -> dict[str, Any]:
+    """The fields of a mapping that are written; raises BadInputError."""
+    texts = {name: text for name in names if (text := getattr(kept, name)) is not None}
+    pairs = {name: parse_pairs(name, texts[name]) for name in ("units", "columns") if name in texts}
+    return texts | pairs
 
 
 def load_mapping(path: Path) -> CurveMapping:
@@ -57,17 +64,10 @@ def load_mapping(path: Path) -> CurveMapping:
         PlanError: every problem with its place.
     """
     kept = read_file(_Kept, read_source(path))
-    given = {each.name: text for each in fields(kept) if (text := getattr(kept, each.name))}
-    pairs = {key: parse_pairs(key, given.pop(key)) for key in ("columns", "units") if key in given}
-    return CurveMapping(**given, **pairs)
+    return CurveMapping(**_given(kept, *(each.name for each in fields(kept))))
 
 
 def mapping_yaml(mapping: CurveMapping) -> str:
     """A mapping as such a file."""
-    texts = {each.name: getattr(mapping, each.name) for each in fields(mapping)}
-    shown = {
-        key: value if isinstance(value, str) else ", ".join(map("=".join, value))
-        for key, value in texts.items()
-        if value
-    }
-    return "\n".join(f"{k}: {json.dumps(v, ensure_ascii=False)}" for k, v in shown.items())
+    texts = mapping.texts().items()
+    return "\n".join(f"{key}: {json.dumps(text, ensure_ascii=False)}" for key, text in texts)

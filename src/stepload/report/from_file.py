@@ -36,8 +36,8 @@ def is_record(path: Path) -> bool:
 
 
 class FromFile(NamedTuple):
-    """Result of a file: the identification, the assumptions, and for a record its cycles, whether a
-    simulated rig made it, and the largest force of the whole run, None where it is not stored; for a
+    """Result of a file: the identification, the assumptions, and of a record its cycles, whether a
+    simulated rig made it, and the largest force of the whole run, None where it is not stored; of a
     curve how it was read."""
 
     found: Identification
@@ -106,8 +106,9 @@ def _identify_record(run: SavedRun, stated: Stated) -> tuple[Identification, tup
 
 def system_results_of_file(
     path: Path, mapping: CurveMapping | None = None
-) -> tuple[SystemStiffnessFit, bool]:
-    """System stiffness from a record or a CSV curve with positions; whether it was simulated.
+) -> tuple[SystemStiffnessFit, bool, Reading | None]:
+    """System stiffness from a record or a curve with positions; whether it was simulated, and how
+    a curve was read.
 
     Raises:
         BadInputError: the file is invalid, or has nothing to identify.
@@ -115,7 +116,7 @@ def system_results_of_file(
     with untrusted(path):
         if is_record(path):
             run = saved_run(path)
-            return identify_system(run.data, run.conditions), run.simulated
+            return identify_system(run.data, run.conditions), run.simulated, None
         curve = read_curve(path, mapping)
         if curve.position_m is None or curve.time_s is None:
             raise BadInputError(
@@ -127,7 +128,7 @@ def system_results_of_file(
             pressed.time_s, pressed.travel_m, pressed.force_n,
             resolution_m=quantum(pressed.travel_m),
         )  # fmt: skip
-        return fit, False
+        return fit, False, curve.reading
 
 
 def identify_curve(curve: Curve, stated: Stated) -> tuple[Identification, tuple[str, ...]]:

@@ -52,8 +52,14 @@ def test_the_same_curve_in_other_dialects(tmp_path: Path, text: str) -> None:
     ("text", "message"),
     [
         ("", ":1:1: the file is empty"),
-        (GOOD.replace("force_n", "foce_n"), ":1:1: no column for the force (force_n); is 'foce_n' meant?"),
-        (GOOD.replace("position_m", "way_mm"), ":1:1: no column for the travel (position_m); columns: 1 'time_s'"),
+        (
+            GOOD.replace("force_n", "foce_n"),
+            ":1:1: no column for the force (force_n); is 'foce_n' meant?",
+        ),
+        (
+            GOOD.replace("position_m", "way_mm"),
+            ":1:1: no column for the travel (position_m); columns: 1 'time_s'",
+        ),
         (GOOD.replace("time_s", "force_n"), ":1:1: 2 specimens beside each other"),
         (GOOD.replace("time_s", "displacement_m"), ":1:1: both 'position_m' and"),
         ("displacement_m\n1\n2\n3\n", ":1:1: no column for the force (force_n); columns: 1"),

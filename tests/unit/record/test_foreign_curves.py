@@ -8,7 +8,7 @@ import json
 import re
 import shlex
 import zipfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -283,3 +283,113 @@ def test_a_broken_file_is_refused_with_a_remedy(tmp_path: Path, file: Broken) ->
     (curve,) = json.loads(done.stdout)["curves"]
     assert curve["rows"] == ROWS
     assert {column["role"] for column in curve["columns"]} >= {"force_n"}
+
+
+def changed(data: bytes, old: bytes, new: bytes) -> bytes:
+    """A workbook with another text in its first sheet."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(data)) as read, zipfile.ZipFile(out, "w") as write:
+        for name in read.namelist():
+            part = read.read(name)
+            write.writestr(name, part.replace(old, new, 1) if "sheet1" in name else part)
+    return out.getvalue()
+
+
+FORMULAS = [("Position (mm)", "Force (N)"), *((x, f"=A{i}") for i, x in enumerate(MM.tolist(), 2))]
+ONE = [f"{x:.4f}" for x in FORCE]
+ONE[60] = "0.15 kN"
+NASTY = [
+    ("name and row differ", table(NAMES, TIME, MM, KN, units="s;mm;kN"), ":1:1"),
+    ("units of another order", table(("Time", "Position", "Force"), TIME, MM, KN, units="kN;mm;s"),
+     ":1:1"),
+    ("name and cells differ", table(NAMES, TIME, MM, [f"{x:.7f} kN" for x in KN]), ":1:1"),
+    ("a unit in one cell", table(NAMES, TIME, MM, ONE), ":62:19"),
+    ("strain", table(("Strain (%)", "Force (N)"), MM, FORCE), ":1:1"),
+    ("a factor in the name", table(("Position (mm)", "Force (x10 N)"), MM, FORCE), ":1:1"),
+    ("mark of another code page", table(("Weg (Âµm)", "Kraft (N)"), MM, FORCE), ":1:1"),
+    ("decimal commas between commas", table(NAMES, TIME, MM, FORCE, sep=",", decimal=","), ":2:1"),
+    ("numbers below statistics", PLAIN + "Mean,1,2\n" + BODY, f":{ROWS + 3}:1"),
+    ("a second table", table(NAMES, TIME, MM, FORCE) + table(("Weg (mm)", "Kraft (N)"), MM, FORCE),
+     f":{ROWS + 3}:1"),
+    ("day or month", other([(START + timedelta(hours=13, seconds=t)).strftime(
+        "%m/%d/%Y %H:%M:%S.%f") for t in TIME], "Time"), ":22:1"),
+    ("formulas without values", book(("Data", FORMULAS)), ":2:11"),
+    ("entities", changed(book(("Data", XLSX)), b"<worksheet",
+     b'<!DOCTYPE x [<!ENTITY a SYSTEM "file:///etc/passwd">]><worksheet'), ":1:1"),
+    ("half a workbook", book(("Data", XLSX))[:3000], ":1:1"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "data", "place"), NASTY, ids=[name for name, *_ in NASTY])
+def test_no_false_number_comes_of_it(
+    tmp_path: Path, name: str, data: str | bytes, place: str
+) -> None:
+    path = save(tmp_path, data)
+    with pytest.raises(BadInputError) as caught:
+        read_curve(path)
+    assert f"{path}{place}:" in caught.value.message
+
+
+LEFT = {
+    "text": table(NAMES, TIME, MM, FORCE, foot="End of test\nPeak force;300.0;N\n"),
+    "statistics": table(NAMES, TIME, MM, FORCE, foot=";Mean;150.0\n"),
+    "cut off": table(NAMES, TIME, MM, FORCE) + "16.1;0.0",
+    "comments": PLAIN.replace("\n10.0", "\n# paused\n10.0"),
+    "of another table": "Force (N);Position (mm)\n300;0.1\n\n" + table(NAMES, TIME, MM, FORCE),
+    "units again": table(NAMES, TIME, MM, FORCE, units="s;mm;N").replace(
+        "\n10.0", "\ns;mm;N\n10.0"
+    ),
+}
+
+
+@pytest.mark.parametrize("reason", LEFT)
+def test_what_is_no_row_is_counted_with_its_reason(tmp_path: Path, reason: str) -> None:
+    reading = read_curve(save(tmp_path, LEFT[reason])).reading
+    assert reading is not None
+    assert reading.rows == ROWS
+    assert [each.reason for each in reading.left_out] == [reason]
+
+
+def test_a_workbook_that_unpacks_to_too_much_is_refused_before_it_is_opened(tmp_path: Path) -> None:
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as write:
+        for at in range(5):
+            write.writestr(f"xl/worksheets/sheet{at}.xml", bytes(1 << 26))
+    with pytest.raises(BadInputError, match=f"{5 << 26} bytes unzipped, limit {1 << 28}"):
+        read_curve(save(tmp_path, out.getvalue()))
+
+
+def test_every_specimen_and_all_of_them_can_be_read(tmp_path: Path) -> None:
+    path = save(tmp_path, specimens(3))
+    starts = []
+    for number in "123":
+        reading = read_curve(path, CurveMapping(specimen=number)).reading
+        assert reading is not None
+        starts.append((reading.first_line, reading.rows))
+    assert starts == [(2 + at * ROWS, ROWS) for at in range(3)]
+    whole = read_curve(path, CurveMapping(specimen="all"))
+    assert (len(whole.force_n), whole.time_s) == (3 * ROWS, None)
+    beside = save(tmp_path, table(NAMES[1:] * 2, MM, FORCE, 2.0 * MM, 3.0 * FORCE))
+    second = read_curve(beside, CurveMapping(specimen="2"))
+    assert second.force_n == pytest.approx(3.0 * FORCE)
+
+
+def test_a_mapping_is_kept_for_the_next_files(tmp_path: Path) -> None:
+    path, kept = save(tmp_path, HYSITRON), tmp_path / "machine.yaml"
+    look = ["identify", str(path), "--columns", "force=Fn (µN)", "--look"]
+    shown = CliRunner().invoke(app, look).stdout
+    kept.write_text(shown.partition("FILE.yaml:\n")[2])
+    done = CliRunner().invoke(app, ["identify", str(path), "--mapping", str(kept), "--json"])
+    assert done.exit_code == 0
+    told = json.loads(done.stdout)["reading"]
+    assert {each["role"]: each["name"] for each in told["columns"]}["force_n"] == "Fn (µN)"
+    compared = ["compare", "--curve", f"A={path}", "--mapping", f"A={kept}", "--json"]
+    assert CliRunner().invoke(app, compared).exit_code == 0
+    kept.write_text('columns: "force=Fn (µN)"\nunits: "force=kg, displacement=µm"\ndecimal: ":"\n')
+    broken = CliRunner().invoke(app, ["identify", str(path), "--mapping", str(kept)])
+    assert isinstance(broken.exception, BadInputError)
+    for place in (":2:8:", ":3:10:"):
+        assert f"{kept}{place}" in broken.exception.message
+    kept.write_text('columns: "force=Fn (µN)"\n')  # a unit is mandatory
+    broken = CliRunner().invoke(app, ["identify", str(path), "--mapping", str(kept)])
+    assert f"{kept}:1:1:" in str(broken.exception)
