@@ -252,8 +252,10 @@ class Table:
             raise Refusal(f"{what}is not a finite number", line)
         return value * scale
 
-    def leave(self, reason: str, at: int, text: str, column: int = 1) -> None:
+    def leave(self, reason: str, at: int, text: str, column: int = 1) -> list[float] | None:
+        """Count a line that is no row; None."""
         self.left_out.setdefault(reason, []).append((at + 1, column, text))
+        return None
 
 
 def _is_value(cell: str) -> bool:

@@ -33,7 +33,9 @@ MASSES = {"g": "gf", "kg": "kgf", "lb": "lbf", "lbs": "lbf", "oz": "ozf"}
 """Units of mass, and the force that is often meant by them."""
 _SPELT = {"pico": "p", "nano": "n", "micro": "µ", "milli": "m", "kilo": "k", "mega": "M"}
 _BRACKETS = re.compile(r"[\[(]([^\[\]()]*)[\])]")
-_TABLE = tomllib.loads((resources.files("stepload.record") / "curve_words.toml").read_text("utf-8"))
+_TABLE: dict[str, dict[str, list[str]]] = tomllib.loads(
+    (resources.files("stepload.record") / "curve_words.toml").read_text("utf-8")
+)
 _WORDS = {
     which: (
         {word for word in words if word[0] != "*"},
@@ -81,7 +83,7 @@ def unit(text: str) -> str | None:
 
 def bracketed(name: str) -> str:
     """The last text in brackets of a name; "" where there is none."""
-    return (["", *_BRACKETS.findall(name)])[-1].strip()
+    return str((["", *_BRACKETS.findall(name)])[-1]).strip()
 
 
 @lru_cache(4096)
