@@ -142,7 +142,7 @@ def workbook_lines(path: Path, stated: str) -> Lines:
         BadInputError: openpyxl is not installed.
     """
     try:
-        import openpyxl
+        import openpyxl  # type: ignore[import-untyped, unused-ignore]
     except ImportError as error:
         raise BadInputError(
             f"{path}: a workbook needs openpyxl, which is not installed",
