@@ -123,8 +123,14 @@ def find_header(
         except Refusal as error:
             best = error if error.known > best.known else best
     for at in range(start, min(len(lines), end + 1)):
-        if found := _without_names(lines, at, mapping, delimiter, by_number):
-            return found
+        try:
+            if found := _without_names(lines, at, mapping, delimiter, by_number):
+                return found
+        except Refusal as error:
+            error.line = at + 1
+            best = error if error.known > best.known or by_number else best
+            if by_number:
+                break
     if first and best.known <= 0 and _all_numbers(lines[first - 1], delimiter) > 1:
         both = ("force", "?"), ("position", "?")
         raise Refusal("the columns have no names", first, columns=both, units=both,
@@ -214,9 +220,9 @@ def _without_names(
         used = [cells[place] if 0 <= place < len(cells) else "" for place in places]
         if len(cells) < 2 or not all(NUMBER.match(x) or CLOCK.fullmatch(x) for x in used):
             continue
-        if not by_number and not any(_unit_in(cells, place)[1] for place in range(len(cells))):
-            continue
         width, names_at = len(cells), _next(lines, at, -1)
+        if not by_number and not any(_unit_in(cells, x, [""] * width)[1] for x in range(width)):
+            continue
         units = _row_of_units(lines, names_at, delimiter, width)
         names_at = _next(lines, names_at, -1) if units else names_at
         names = split(lines[names_at], delimiter) if names_at < at else []
@@ -227,13 +233,17 @@ def _without_names(
     return None
 
 
-def _unit_in(cells: Sequence[str], place: int) -> tuple[int, str]:
-    """The column of the units of a column, and the first of them; "" where there is none."""
+def _unit_in(cells: Sequence[str], place: int, names: Sequence[str]) -> tuple[int, str]:
+    """The column of the units of a column, and the first of them; "" where there is none.
+
+    The next column holds them where it has no name, or is called so.
+    """
     cell = cells[place] if place < len(cells) else ""
     if match := NUMBER.match(cell):
         if rest := cell[match.end() :].strip():
             return place, w.unit(rest) or ""
-        if place + 1 < len(cells):
+        beside = names[place + 1] if place + 1 < min(len(cells), len(names)) else "none"
+        if not beside or w.has_word(beside, "unit"):
             return place + 1, w.unit(cells[place + 1]) or ""
     return place, ""
 
@@ -292,7 +302,7 @@ class _Names:
         exact = {each for each in w.KIND_OF_ROLE if each in self.names} - stated
         travels = stated & w.TRAVELS or exact & w.TRAVELS or w.TRAVELS
         for place, name in enumerate(self.names):
-            kind = w.kind_of(_unit_in(self.cells, place)[1])
+            kind = w.kind_of(_unit_in(self.cells, place, self.names)[1])
             of_cell = {"force": "force_n", "length": "position_m", "time": "time_s"}.get(kind)
             each = w.role(name) if name else of_cell
             if each is None or each in stated or place in self.told:
@@ -327,7 +337,7 @@ class _Names:
         first = self.cells[place] if place < len(self.cells) else ""
         if kind == "time" and CLOCK.fullmatch(first):
             return Column(place, name, each, "clock", 1.0, None, "cells", stated)
-        unit_place, in_cells = _unit_in(self.cells, place)
+        unit_place, in_cells = _unit_in(self.cells, place, self.names)
         wanted = dict(self.mapping.units).get(CALLED[each], "") or self.told.get(place, "")
         in_name, in_row = w.unit_of(name) or "", self.units[place]
         others = {each for each in (in_name, in_row, in_cells) if w.kind_of(each)}

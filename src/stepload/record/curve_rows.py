@@ -59,7 +59,9 @@ def decimal_mark(lines: Sequence[str], header: Header) -> str:
             continue
         cells = split(line, header.delimiter)
         for column in columns.copy():
-            match = NUMBER.match(cells[column.place]) if column.place < len(cells) else None
+            text = cells[column.place] if column.place < len(cells) else ""
+            whole = column.unit_place != column.place
+            match = NUMBER.fullmatch(text) if whole else NUMBER.match(text)
             if match is None or not (mark := _mark(match[0])):
                 continue
             if mark == "?":
