@@ -60,7 +60,8 @@ class LeftOut:
 @dataclass(frozen=True, slots=True)
 class Reading:
     """How a file was read: lines count from 1, 0 is none; `unused` are names of other columns,
-    `specimen` one of the `specimens` in the file, `sign` what is negative when pressing."""
+    `specimen` one of the `specimens` in the file, `sign` what is negative when pressing, `mapping`
+    what would have to be stated to read such a file in the same way."""
 
     encoding: str
     delimiter: str
@@ -78,20 +79,7 @@ class Reading:
     specimens: int
     sign: str
     notes: tuple[str, ...]
-
-    @property
-    def mapping(self) -> CurveMapping:
-        """What would have to be stated to read such a file in the same way."""
-        own = [column for column in self.columns if column.role != LATERAL]
-        names = [column.name for column in own]
-        by_name = self.specimens == 1 and "" not in names and not set(names) & set(self.unused)
-        return CurveMapping(
-            columns=tuple((CALLED[c.role], c.name if by_name else str(c.number)) for c in own),
-            units=tuple((CALLED[c.role], c.unit) for c in own if c.unit != "clock"),
-            sheet=self.sheet,
-            decimal=self.decimal,
-            encoding="" if self.encoding in ("utf-8", "xlsx") else self.encoding,
-        )
+    mapping: CurveMapping
 
     def about(self) -> Iterator[str]:
         """What a look shows beside the columns, line by line."""
@@ -334,6 +322,7 @@ def _curve(lines: t.Lines, part: _Part, mapping: CurveMapping, specimens: int) -
         specimens=specimens,
         sign=f"sign: {' and '.join(falls)} negative when pressing, turned" if falls else "",
         notes=tuple(notes),
+        mapping=_mapping(lines, table, specimens),
     )
     comments = (text for line in lines.texts[: header.begin] if (text := line.strip()))
     told = (text.lstrip("# ") for text in comments if h.is_comment(text))
@@ -346,6 +335,21 @@ def _curve(lines: t.Lines, part: _Part, mapping: CurveMapping, specimens: int) -
         notes=(*(text for text in told if text.startswith(FACTORED)), *notes),
         perhaps_machine=next((c.name[:60] for c in header.columns if h.may_be_machine(c)), ""),
         reading=reading,
+    )
+
+
+def _mapping(lines: t.Lines, table: Table, specimens: int) -> CurveMapping:
+    """What says how a file was read; not that a doubtful displacement is the payload's."""
+    columns = [column for column in table.header.columns if column.role != LATERAL]
+    sure = [column for column in columns if not h.may_be_machine(column)]
+    unique = all(table.header.names.count(column.name) == 1 for column in columns)
+    by_name = unique and specimens == 1
+    return CurveMapping(
+        columns=tuple((CALLED[c.role], c.name if by_name else str(c.place + 1)) for c in sure),
+        units=tuple((CALLED[c.role], c.unit) for c in columns if c.unit != "clock"),
+        sheet=lines.sheet,
+        decimal=table.decimal,
+        encoding="" if lines.encoding in ("utf-8", "xlsx") else lines.encoding,
     )
 
 

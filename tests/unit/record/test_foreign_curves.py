@@ -254,7 +254,8 @@ def mapping(options: str) -> CurveMapping:
 
 @pytest.mark.parametrize("file", GOOD, ids=lambda file: file.name)
 def test_a_file_of_another_machine_is_read(tmp_path: Path, file: File) -> None:
-    got = read_curve(save(tmp_path, file.data), mapping(file.options))
+    path = save(tmp_path, file.data)
+    got = read_curve(path, mapping(file.options))
     truth = {"position": TRAVEL, "displacement": DEPTH}[file.role]
     if file.role == "displacement" and got.perhaps_machine:
         truth = TRAVEL  # the crosshead's
@@ -266,8 +267,9 @@ def test_a_file_of_another_machine_is_read(tmp_path: Path, file: File) -> None:
     reading = got.reading
     assert reading is not None
     assert reading.rows == ROWS
-    again = save(tmp_path, file.data)  # what a look prints to keep reads the file in the same way
-    assert read_curve(again, reading.mapping).force_n == pytest.approx(got.force_n, rel=1e-15)
+    again = read_curve(path, reading.mapping)  # what a look prints to keep
+    assert again.force_n == pytest.approx(got.force_n, rel=1e-15)
+    assert again.perhaps_machine == got.perhaps_machine
 
 
 @pytest.mark.parametrize("file", BROKEN, ids=lambda file: file.name)
