@@ -43,6 +43,7 @@ def show_look(output: Output, files: Sequence[tuple[Path, CurveMapping]]) -> Non
     from stepload.record.curves import read_curve
     from stepload.record.untrusted import untrusted
     from stepload.report.curve_mapping import mapping_yaml
+    from stepload.report.terminal import wrapped
     from stepload.units import format_quantity
 
     data = []
@@ -59,6 +60,6 @@ def show_look(output: Output, files: Sequence[tuple[Path, CurveMapping]]) -> Non
         heads = ("used as", "column", "unit", "unit from", "first", "last")
         output.table(str(path), heads, rows)
         for line in reading.about():
-            output.line(line)
+            output.line(wrapped(line, 2))
         output.line(f"\nto keep for --mapping FILE.yaml:\n{mapping_yaml(reading.mapping)}")
     output.result({"curves": data})

@@ -14,7 +14,7 @@ import stepload.cli.curves as c
 from stepload.cli.data import interval_cell, stiffness_cell
 from stepload.cli.options import Plastic, Rough, RunOrCurve, Surface, TipRadius, quantity
 from stepload.errors import BadInputError
-from stepload.report.terminal import AsJson, Output
+from stepload.report.terminal import AsJson, Output, wrapped
 
 if TYPE_CHECKING:
     from stepload.data.reevaluation import Again
@@ -157,7 +157,7 @@ def identify(
         raise BadInputError(f"--kind {kind!r}", hint="payload or system")
     if reading is not None:
         data["reading"] = asdict(reading)
-        output.line("\n".join((*reading.lines(), "")))
+        output.line("\n".join(wrapped(line, 2) for line in (*reading.lines(), "")))
     output.show(document)
     if out is not None:
         from stepload.session.reevaluation import results_again, write_new

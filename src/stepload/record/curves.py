@@ -29,6 +29,7 @@ GAP, LEAST_GAP_S = 20.0, 1.0
 """A clock jumps ahead where a step is so many times the median step, and at least so long."""
 RESTART = 0.5
 """Force and travel begin again where both change by this share of their range in one row."""
+MAX_TEXT = 10_000
 HEAD = 1 << 18
 """Bytes in which the header is sought where the encoding is not certain."""
 _MARKS = {"\t": "tab", ";": "semicolon", ",": "comma", None: "spaces"}
@@ -205,12 +206,13 @@ def _tables(lines: t.Lines, header: h.Header, mapping: CurveMapping) -> Iterator
     def another(at: int) -> bool:
         nonlocal tried
         tried += 1
-        if tried < h.MAX_PREAMBLE:
-            try:
-                later[at] = h.header_at(lines.texts, at, mapping, header.delimiter)
-            except Refusal:
-                return False
-        return at in later
+        if tried > MAX_TEXT:
+            raise Refusal(f"more than {MAX_TEXT} lines of text among the rows", at + 1)
+        try:
+            later[at] = h.header_at(lines.texts, at, mapping, header.delimiter)
+        except Refusal:
+            return False
+        return True
 
     while True:
         decimal = mapping.decimal or decimal_mark(lines.texts, header)
