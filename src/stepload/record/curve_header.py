@@ -322,7 +322,7 @@ class _Names:
                 break
             if same:
                 return same[0], told
-            if sought.isdigit() and 1 <= int(sought) <= max(len(self.names), len(self.cells)):
+            if sought.isdigit() and 1 <= int(sought) <= len(self.names):
                 return int(sought) - 1, told
         many = len(same) or "no"
         raise Refusal(f"{many} columns are called {text!r}; {self.all()}", hint="its number",
