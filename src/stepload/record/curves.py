@@ -273,7 +273,9 @@ def _parts(table: Table) -> list[_Part]:
             most = max(RESTART * float(np.ptp(x)), GAP * float(np.median(step)))
             stays = np.abs(x[3:] - x[1:-2]) < RESTART * step[:-2]
             begins &= (step[:-2] > most) & stays & (np.abs(x - x[0])[1:-2] < np.abs(x - x[0])[:-3])
-        starts |= {int(at) + 1 for at in np.flatnonzero(begins)}
+        force = values[:, place["force_n"]]
+        ends = [int(at) + 1 for at in np.flatnonzero(begins)]  # not that of a fast retract
+        starts |= {at for at in ends if np.ptp(force[at:]) > RESTART * np.ptp(force)}
     if "time_s" in place:
         back = np.flatnonzero(np.diff(values[:, place["time_s"]]) < 0.0)
         starts |= {int(at) + 1 for at in back}

@@ -382,6 +382,14 @@ def test_every_specimen_and_all_of_them_can_be_read(tmp_path: Path) -> None:
     assert second.force_n == pytest.approx(3.0 * FORCE)
 
 
+def test_a_fast_retract_is_no_second_specimen(tmp_path: Path) -> None:
+    travel, force = np.append(MM[:101], [MM[0]] * 9), np.append(FORCE[:101], [0.0] * 9)
+    assert len(read_curve(save(tmp_path, table(NAMES[1:], travel, force))).force_n) == 110
+    again = table(NAMES[1:], np.tile(MM[:101], 2), np.tile(FORCE[:101], 2))
+    with pytest.raises(BadInputError, match="2 tests in one file"):
+        read_curve(save(tmp_path, again))
+
+
 def test_a_mapping_is_kept_for_the_next_files(tmp_path: Path) -> None:
     path, kept = save(tmp_path, HYSITRON), tmp_path / "machine.yaml"
     look = ["identify", str(path), "--columns", "force=Fn (µN)", "--look"]
