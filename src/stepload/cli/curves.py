@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from typer import Option
 
@@ -13,7 +14,6 @@ if TYPE_CHECKING:
     from stepload.record.curve_mapping import CurveMapping
     from stepload.report.terminal import Output
 
-PAIRS = ("columns", "units")
 SI = {"time_s": "s", "position_m": "m", "displacement_m": "m", "force_n": "N", "lateral_n": "N"}
 
 Columns = Annotated[
@@ -29,20 +29,17 @@ Look = Annotated[bool, Option("--look", help="Only show how the file is read.")]
 
 def curve_mapping(file: Path | str | None, **options: str | None) -> CurveMapping:
     """What the options of a command line state; each replaces what the mapping file says."""
-    from stepload.record.curve_mapping import CurveMapping, parse_pairs
+    from stepload.record.curve_mapping import CurveMapping
     from stepload.report.curve_mapping import load_mapping
 
     found = CurveMapping() if file is None else load_mapping(Path(file))
-    given: dict[str, Any] = {key: text for key, text in options.items() if text is not None}
-    given |= {key: parse_pairs(f"--{key}", given[key]) for key in PAIRS if key in given}
-    return found.joined(**given)
+    return found.joined(CurveMapping.of(options))
 
 
 def show_look(output: Output, files: Sequence[tuple[Path, CurveMapping]]) -> None:
     """How files are read, and the mapping to keep for the next ones."""
     from stepload.record.curves import read_curve
     from stepload.record.untrusted import untrusted
-    from stepload.report.curve_mapping import mapping_yaml
     from stepload.report.terminal import wrapped
     from stepload.units import format_quantity
 
@@ -59,7 +56,14 @@ def show_look(output: Output, files: Sequence[tuple[Path, CurveMapping]]) -> Non
         ]  # fmt: skip
         heads = ("used as", "column", "unit", "unit from", "first", "last")
         output.table(str(path), heads, rows)
-        for line in reading.about():
+        sheet = f" sheet {reading.sheet!r}" if reading.sheet else ""
+        names = f"names in line {reading.names_line}" if reading.names_line else "no names"
+        unused = f"not used: {', '.join(reading.unused)[:200]}" if reading.unused else ""
+        of = f"{reading.encoding}{sheet}, {reading.delimiter}, decimal mark {reading.decimal}"
+        lines = (f"{of}, {names}", *[*reading.lines()][1:], unused, reading.sign, *reading.notes)
+        for line in filter(None, lines):
             output.line(wrapped(line, 2))
-        output.line(f"\nto keep for --mapping FILE.yaml:\n{mapping_yaml(reading.mapping)}")
+        output.line("\nto keep for --mapping FILE.yaml:")
+        for key, text in reading.mapping.texts().items():
+            output.line(f"{key}: {json.dumps(text, ensure_ascii=False)}")
     output.result({"curves": data})

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import difflib
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,11 +16,6 @@ NUMBER = re.compile(
     r"[+\-−]?(?:\d+(?:[,.'’ \u00a0\u2009\u202f]\d{3}(?!\d))*(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?",
     re.ASCII,
 )
-CLOCK = re.compile(
-    r"(?P<date>\d{1,4}[-./]\d{1,2}[-./]\d{1,4}[T ]\s*)?(?P<h>\d{1,2}):(?P<m>[0-5]\d):"
-    r"(?P<s>[0-5]?\d(?:[.,]\d+)?)\s*(?P<half>[AaPp][Mm])?(?:Z|[+-]\d\d:?\d\d)?",
-    re.ASCII,
-)
 ERRORS = frozenset({"#n/a", "#ref!", "#div/0!", "#value!", "#name?", "#num!", "#null!"})
 """What a spreadsheet writes in place of a number."""
 _EPOCH = {"s": 1e9, "ms": 1e12, "µs": 1e15, "ns": 1e18}
@@ -31,50 +25,52 @@ _FIRST_ROWS = 3
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """One column: its place, its name in the file, what it is, and its unit in SI.
+    """One column: its number from 1, its name in the file, what it is, and its unit.
 
-    `unit_place`: the column of its units, or its own where a unit is behind each number.
-    `unit_from`: what says the unit; `stated`: whether the user says which column it is.
+    `unit` "clock": times of day. `unit_from`: what says it. `unit_place`: the column (from 0) of
+    its units, or its own where a unit is behind each number. `stated`: the user says which column
+    it is. `first`, `last`: its values in SI, once it is read.
     """
 
-    place: int
+    number: int
     name: str
     role: str
     unit: str
-    scale: float
-    unit_place: int | None
     unit_from: str
+    unit_place: int | None
     stated: bool
+    first: float = 0.0
+    last: float = 0.0
+
+    @property
+    def place(self) -> int:
+        return self.number - 1
+
+    @property
+    def may_be_machine(self) -> bool:
+        """Whether a displacement may hold the machine's own deflection, as a crosshead's does.
+
+        Depth and deformation are the payload's, so is what is stated or has stepload's own name.
+        """
+        own = self.stated or re.fullmatch(r"displacement_\w+", self.name)
+        return self.role == "displacement_m" and not own and w.has_word(self.name, "machine")
 
 
 @dataclass(frozen=True, slots=True)
 class Header:
     """The columns that are used, and the rows below.
 
-    `delimiter` None: spaces. `line`, `units_line`: of names and units, from 1; 0 where there are
-    none. `begin`: index of the first line below. `beside`: specimens beside each other.
+    `delimiter` None: spaces. `line`: of the names, from 1; 0 where there are none. `begin`: index
+    of the first line below. `beside`: specimens beside each other.
     """
 
     delimiter: str | None
     columns: tuple[Column, ...]
     names: tuple[str, ...]
     line: int
-    units_line: int
     begin: int
     width: int
     beside: int
-
-
-def may_be_machine(column: Column) -> bool:
-    """Whether a column of displacement may hold the machine's own deflection as well.
-
-    Testing machines use such names for their crosshead's travel; depth, indentation and deformation
-    are the payload's, and so is what is stated, and stepload's own name with any unit.
-    """
-    own = column.stated or re.fullmatch(r"displacement_\w+", column.name)
-    return (
-        column.role == "displacement_m" and not own and w.has_word(column.name, "perhaps_machine")
-    )
 
 
 def split(line: str, delimiter: str | None) -> list[str]:
@@ -89,65 +85,45 @@ def is_comment(text: str) -> bool:
     return text[0] == "#" and re.split(r"[,;\t]", text, maxsplit=1)[0].lower() not in ERRORS
 
 
-def find_header(
-    lines: Sequence[str], mapping: CurveMapping, delimiter: str | None = None, start: int = 0
-) -> Header:
+def find_header(lines: Sequence[str], mapping: CurveMapping, given: str | None = None) -> Header:
     """The first line that names force and travel, among those that an instrument writes above.
 
-    The line below it may hold the units. Where no line names them, the comment above the numbers,
-    cells with units, or the stated numbers of columns do.
+    Where no line does, the comment above the numbers, units in cells, or stated numbers of columns.
 
     Raises:
         Refusal: what looks most like a header, and what it lacks.
     """
-    stated = [_bare(text) for _, text in mapping.columns if text != NONE]
-    by_number = bool(stated) and all(text.isdigit() for text in stated)
-    end = min(len(lines), start + MAX_PREAMBLE)
-    names, comments, numbers, first = list[int](), list[int](), 0, 0
-    for at in range(start, end):
-        if not (text := lines[at].strip()):
-            continue
-        if is_comment(text):
-            comments.append(at)
-        elif not _all_numbers(lines[at], delimiter):
-            names.append(at)
-        else:
-            numbers, first = numbers + 1, first or at + 1
-            if numbers >= _FIRST_ROWS:
-                end = at
+    names, comments, rows = list[int](), list[int](), list[int]()
+    for at, line in enumerate(lines[:MAX_PREAMBLE]):
+        if text := line.strip():
+            kind = comments if is_comment(text) else rows if _width(line, given) else names
+            kind.append(at)
+            if len(rows) == _FIRST_ROWS:
                 break
     best = Refusal("the file is empty", max(len(lines), 1), known=-1)
-    for at in [] if by_number else [*names, *reversed(comments)]:
+    named = [] if mapping.numbers else [*names, *reversed(comments)]
+    first = [(at, True) for at in sorted([*names, *rows])]
+    for at, is_row in (*((at, False) for at in named), *first):
         try:
-            return header_at(lines, at, mapping, delimiter)
+            return header_at(lines, at, mapping, given, is_row=is_row)
         except Refusal as error:
-            best = error if error.known > best.known else best
-    for at in range(start, min(len(lines), end + 1)):
-        try:
-            if found := _without_names(lines, at, mapping, delimiter, by_number):
-                return found
-        except Refusal as error:
-            error.line = at + 1
-            best = error if error.known > best.known or by_number else best
-            if by_number:
-                break
-    if first and best.known <= 0 and _all_numbers(lines[first - 1], delimiter) > 1:
+            best = max(best, error, key=_known)
+    if rows and best.known <= 0 and _width(lines[rows[0]], given) > 1:
         both = ("force", "?"), ("position", "?")
-        raise Refusal("the columns have no names", first, columns=both, units=both,
+        raise Refusal("the columns have no names", rows[0] + 1, columns=both, units=both,
                       hint="numbers from 1, units such as N, mm, s")  # fmt: skip
     raise best
 
 
-def _bare(text: str) -> str:
-    """A text without the unit in brackets at its end."""
-    return re.sub(r"\s*[\[(][^\[\]()]*[\])]$", "", text.strip())
+def _known(refusal: Refusal) -> int:
+    return refusal.known
 
 
 def _delimiters(line: str, given: str | None) -> list[str | None]:
     return [given] if given else [*(mark for mark in "\t;," if mark in line), None]
 
 
-def _all_numbers(line: str, given: str | None) -> int:
+def _width(line: str, given: str | None) -> int:
     """How many cells a line of numbers has; 0 where it holds anything else."""
     for delimiter in _delimiters(line, given):
         cells = [cell for cell in split(line, delimiter) if cell]
@@ -164,42 +140,60 @@ def _next(lines: Sequence[str], at: int, step: int = 1) -> int:
     return at if at >= 0 else len(lines)
 
 
-def header_at(lines: Sequence[str], at: int, mapping: CurveMapping, given: str | None) -> Header:
-    """The header whose names are in this line; raises Refusal."""
+def header_at(
+    lines: Sequence[str], at: int, mapping: CurveMapping, given: str | None, *, is_row: bool = False
+) -> Header:
+    """The header whose names are in this line, or whose first row it is; raises Refusal."""
     text = lines[at].strip()
     text = text.lstrip("# ") if is_comment(text) else text
-    refusal: Refusal | None = None
-    found: Header | None = None
+    best = Refusal("no table", at + 1, known=-1)
     for delimiter in _delimiters(text, given):
-        names, below = split(text, delimiter), _next(lines, at)
-        first, begin = below, at + 1
-        units_at = below
-        if units := _row_of_units(lines, below, delimiter, len(names)):
-            first, begin = _next(lines, below), below + 1
-        else:
-            units_at = _next(lines, at, -1)
-            units = _row_of_units(lines, units_at, delimiter, len(names))
-        cells = split(lines[first], delimiter) if first < len(lines) else []
-        fits = len(cells) == len(names) or (len(cells) == len(names) + 1 and not cells[-1])
-        if delimiter is None and not (fits or all(w.unit_of(name) for name in names)):
-            names = [text]  # several words and no delimiter: one column, or prose
+        cells = split(text, delimiter)
         try:
-            columns, beside = _Names(names, units, cells, mapping).columns()
+            if header := (_above if is_row else _below)(lines, at, cells, delimiter, mapping):
+                return header
         except Refusal as error:
-            error.line, error.known = at + 1, error.known if len(names) > 1 else 0
-            refusal = error if refusal is None or error.known > refusal.known else refusal
-            continue
-        header = Header(
-            delimiter, columns, tuple(names), at + 1, units_at + 1 if units else 0, begin,
-            len(cells) if fits else len(names), beside,
-        )  # fmt: skip
-        if fits:
-            return header
-        found = found or header
-    if found is None and refusal is not None:
-        raise refusal
-    assert found is not None
-    return found
+            error.line, error.known = at + 1, error.known if len(cells) > 1 else 0
+            best = max(best, error, key=_known)
+    raise best
+
+
+def _below(
+    lines: Sequence[str], at: int, names: list[str], delimiter: str | None, mapping: CurveMapping
+) -> Header:
+    """The header with these names, their units below or above them; raises Refusal."""
+    row_at, begin, count = _next(lines, at), at + 1, len(names)
+    if units := _row_of_units(lines, row_at, delimiter, count):
+        row_at, begin = _next(lines, row_at), row_at + 1
+    else:
+        units = _row_of_units(lines, _next(lines, at, -1), delimiter, count)
+    cells = split(lines[row_at], delimiter) if row_at < len(lines) else []
+    fits = len(cells) == count or (len(cells) == count + 1 and not cells[-1])
+    if delimiter is None and not (fits or all(map(w.unit_of, names))):
+        names = [" ".join(names)]  # several words and no delimiter: one column, or prose
+    columns, beside = _Names(names, units, cells, mapping).columns()
+    width = len(cells) if fits else len(names)
+    return Header(delimiter, columns, tuple(names), at + 1, begin, width, beside)
+
+
+def _above(
+    lines: Sequence[str], at: int, cells: list[str], delimiter: str | None, mapping: CurveMapping
+) -> Header | None:
+    """The header of a table with this first row, by stated numbers or units in cells; else None."""
+    width, names_at = len(cells), _next(lines, at, -1)
+    stated = mapping.numbers or [0]
+    if width < 2 or not all(0 <= x < width and NUMBER.match(cells[x]) for x in stated):
+        return None
+    no_names = [""] * width
+    if not mapping.numbers and not any(_unit_in(cells, x, no_names)[1] for x in range(width)):
+        return None
+    if units := _row_of_units(lines, names_at, delimiter, width):
+        names_at = _next(lines, names_at, -1)
+    names = split(lines[names_at], delimiter) if names_at < at else []
+    if len(names) != width or _width(lines[names_at], delimiter):
+        names, names_at = no_names, -1
+    columns, beside = _Names(names, units, cells, mapping).columns()
+    return Header(delimiter, columns, tuple(names), names_at + 1, at, width, beside)
 
 
 def _row_of_units(lines: Sequence[str], at: int, delimiter: str | None, width: int) -> list[str]:
@@ -210,37 +204,13 @@ def _row_of_units(lines: Sequence[str], at: int, delimiter: str | None, width: i
     return found if len(cells) == width and short and any(map(w.kind_of, found)) else []
 
 
-def _without_names(
-    lines: Sequence[str], at: int, mapping: CurveMapping, given: str | None, by_number: bool
-) -> Header | None:
-    """A table whose first row is this line: stated numbers of columns, or units in the cells."""
-    places = [int(_bare(t)) - 1 for _, t in mapping.columns if t != NONE] if by_number else [0]
-    for delimiter in _delimiters(lines[at], given):
-        cells = split(lines[at], delimiter)
-        used = [cells[place] if 0 <= place < len(cells) else "" for place in places]
-        if len(cells) < 2 or not all(NUMBER.match(x) or CLOCK.fullmatch(x) for x in used):
-            continue
-        width, names_at = len(cells), _next(lines, at, -1)
-        if not by_number and not any(_unit_in(cells, x, [""] * width)[1] for x in range(width)):
-            continue
-        units = _row_of_units(lines, names_at, delimiter, width)
-        names_at = _next(lines, names_at, -1) if units else names_at
-        names = split(lines[names_at], delimiter) if names_at < at else []
-        if len(names) != width or _all_numbers(lines[names_at], given):
-            names, names_at = [""] * width, -1
-        columns, beside = _Names(names, units, cells, mapping).columns()
-        return Header(delimiter, columns, tuple(names), names_at + 1, 0, at, width, beside)
-    return None
-
-
 def _unit_in(cells: Sequence[str], place: int, names: Sequence[str]) -> tuple[int, str]:
     """The column of the units of a column, and the first of them; "" where there is none.
 
     The next column holds them where it has no name, or is called so.
     """
-    cell = cells[place] if place < len(cells) else ""
-    if match := NUMBER.match(cell):
-        if rest := cell[match.end() :].strip():
+    if match := NUMBER.match(cells[place] if place < len(cells) else ""):
+        if rest := cells[place][match.end() :].strip():
             return place, w.unit(rest) or ""
         beside = names[place + 1] if place + 1 < min(len(cells), len(names)) else "none"
         if not beside or w.has_word(beside, "unit"):
@@ -257,8 +227,8 @@ class _Names:
     ) -> None:  # fmt: skip
         self.names, self.cells, self.mapping = names, cells, mapping
         self.units = units or [""] * len(names)
-        self.told: dict[int, str] = {}
-        """Units in brackets behind the columns that are stated."""
+        self.stated: set[int] = set()
+        self.all = "columns: " + ", ".join(f"{at} {x!r}" for at, x in enumerate(names, 1))[:300]
 
     def columns(self) -> tuple[tuple[Column, ...], int]:
         """The columns that are used, and how many specimens are beside each other.
@@ -268,28 +238,21 @@ class _Names:
         """
         places = self.places()
         chosen: dict[str, list[Column]] = {}
-        refusal: Refusal | None = None
         beside = 1
-        for each, candidates in places.items():
-            try:
-                found = [c for place in candidates if (c := self.column(place, each))]
-                if not found and each != w.LATERAL:
-                    raise self.no_unit(candidates[0], each)
-                if len(found) > 1 and each != w.LATERAL:
+        try:
+            for each in sorted(places, key=lambda each: each != "force_n"):
+                found = [c for place in places[each] if (c := self.column(place, each))]
+                if each != w.LATERAL:
                     same = len({column.name for column in found}) == 1
                     beside = max(beside, len(found)) if same else beside
-                    found = [self.one_of(found, each)]
-            except Refusal as error:
-                refusal = error if refusal is None or each == "force_n" else refusal
-            else:
+                    found = [self.one_of(found, places[each][0], each)]
                 if found:
                     chosen[each] = found
-        if refusal is None:
-            refusal = self.incomplete(chosen)
-        if refusal is not None:
-            refusal.known += len(places)
-            raise refusal
-        return tuple(column for found in chosen.values() for column in found), beside
+            self.check(chosen)
+        except Refusal as error:
+            error.known += len(places)
+            raise
+        return tuple(sorted((x for f in chosen.values() for x in f), key=lambda x: x.place)), beside
 
     def places(self) -> dict[str, list[int]]:
         """The columns that could have each role."""
@@ -297,7 +260,8 @@ class _Names:
         stated = {ROLES[name] for name, _ in self.mapping.columns}
         for name, text in self.mapping.columns:
             if text != NONE:
-                place, self.told[place] = self.place(text, name)
+                place = self.place(text, name)
+                self.stated.add(place)
                 places.setdefault(ROLES[name], []).append(place)
         exact = {each for each in w.KIND_OF_ROLE if each in self.names} - stated
         travels = stated & w.TRAVELS or exact & w.TRAVELS or w.TRAVELS
@@ -305,126 +269,90 @@ class _Names:
             kind = w.kind_of(_unit_in(self.cells, place, self.names)[1])
             of_cell = {"force": "force_n", "length": "position_m", "time": "time_s"}.get(kind)
             each = w.role(name) if name else of_cell
-            if each is None or each in stated or place in self.told:
+            if each is None or each in stated or place in self.stated:
                 continue
             if each in w.TRAVELS - travels or (each in exact and name != each):
                 continue
             places.setdefault(each, []).append(place)
         return places
 
-    def place(self, text: str, name: str) -> tuple[int, str]:
-        """The column that a text states, and the unit in its brackets; raises Refusal."""
-        lower = [each.lower() for each in self.names]
-        for sought, told in ((text, ""), (_bare(text), w.unit(w.bracketed(text)) or "")):
-            same = [at for at, each in enumerate(self.names) if each == sought]
-            same = same or [at for at, each in enumerate(lower) if each == sought.lower()]
-            if len(same) > 1:
-                break
-            if same:
-                return same[0], told
-            if sought.isdigit() and 1 <= int(sought) <= len(self.names):
-                return int(sought) - 1, told
-        many = len(same) or "no"
-        raise Refusal(f"{many} columns are called {text!r}; {self.all()}", hint="its number",
-                      columns=((name, "?"),), known=len(same) or len(self.names) > 1)  # fmt: skip
-
-    def all(self) -> str:
-        return "columns: " + ", ".join(f"{at} {x!r}" for at, x in enumerate(self.names, 1))[:300]
+    def place(self, text: str, name: str) -> int:
+        """The column that a text states; raises Refusal."""
+        same = [at for at, each in enumerate(self.names) if each == text]
+        if len(same) == 1:
+            return same[0]
+        if text.isdigit() and 1 <= int(text) <= len(self.names):
+            return int(text) - 1
+        raise Refusal(f"{len(same) or 'no'} columns are called {text!r}; {self.all}",
+                      hint="its number", columns=((name, "?"),), known=1)  # fmt: skip
 
     def column(self, place: int, each: str) -> Column | None:
         """The column at a place in a role; None where no unit of its kind is known."""
-        name, kind, stated = self.names[place], w.KIND_OF_ROLE[each], place in self.told
+        name, kind, stated = self.names[place], w.KIND_OF_ROLE[each], place in self.stated
         first = self.cells[place] if place < len(self.cells) else ""
-        if kind == "time" and CLOCK.fullmatch(first):
-            return Column(place, name, each, "clock", 1.0, None, "cells", stated)
+        if kind == "time" and ":" in first:
+            return Column(place + 1, name, each, "clock", "cells", None, stated)
         unit_place, in_cells = _unit_in(self.cells, place, self.names)
-        wanted = dict(self.mapping.units).get(CALLED[each], "") or self.told.get(place, "")
+        wanted = w.unit(dict(self.mapping.units).get(CALLED[each], "")) or ""
         in_name, in_row = w.unit_of(name) or "", self.units[place]
         others = {each for each in (in_name, in_row, in_cells) if w.kind_of(each)}
-        if len(others) > 1 and not wanted and not (in_cells and w.kind_of(in_cells) != kind):
-            told = " and ".join(sorted(others))
-            raise Refusal(f"the column {name[:60]!r} is in {told}", known=4,
+        if len(others) > 1 and not wanted and w.kind_of(in_cells) in ("", kind):
+            raise Refusal(f"the column {name[:60]!r} is in {' and '.join(sorted(others))}", known=4,
                           units=((CALLED[each], in_cells or in_row),))  # fmt: skip
         sources = {
-            "cells": in_cells, "stated": w.unit(wanted) or "", "name": in_name,
-            "row of units": in_row, "size": _epoch(first) if kind == "time" else "",
+            "cells": in_cells, "stated": wanted, "name": in_name, "row of units": in_row,
+            "size": _epoch(first) if kind == "time" else "",
         }  # fmt: skip
         for source, symbol in sources.items():
             if w.kind_of(symbol) == kind:
                 at = unit_place if source == "cells" else None
-                return Column(place, name, each, symbol, w.scale_of(symbol), at, source, stated)
+                return Column(place + 1, name, each, symbol, source, at, stated)
             if symbol and source == "name":
                 return None
         return None
 
-    def one_of(self, found: Sequence[Column], each: str) -> Column:
-        """The one column of several in a role that is meant; raises Refusal."""
-        many, specimen, column = len(found), self.mapping.specimen, found[0]
-        if len({column.name for column in found}) == 1 and column.name:
+    def one_of(self, found: Sequence[Column], place: int, each: str) -> Column:
+        """The one column in a role, one of which is at this place; raises Refusal."""
+        name, many, specimen = self.names[place], len(found), self.mapping.specimen
+        if not found:
+            kind = w.KIND_OF_ROLE[each]
+            raise Refusal(f"the column {name[:60]!r} has no known unit of a {kind}",
+                          units=((CALLED[each], "?"),), hint=w.listed(kind))  # fmt: skip
+        if many == 1:
+            return found[0]
+        if name and {column.name for column in found} == {name}:
             if specimen.isdigit() and int(specimen) <= many:
                 return found[int(specimen) - 1]
-            raise Refusal(f"{many} specimens beside each other, with {column.name!r} each",
+            raise Refusal(f"{many} specimens beside each other, with {name!r} each",
                           hint=f"1 to {many}", specimen="1")  # fmt: skip
-        if each == "time_s" and (stamp := [c for c in found if c.name.endswith("header.stamp")]):
-            return stamp[0]
-        along = [column for column in found if not {"x", "y"} & set(w.words(column.name))]
-        if each == "position_m" and len(along) == 1 and "z" in w.words(along[0].name):
-            return along[0]
-        told = ", ".join(f"{column.place + 1} {column.name!r}" for column in found)
-        text = column.name
-        if self.names.count(text) > 1 or not text:
-            text = f"{column.place + 1} ({column.unit})"
-        raise Refusal(f"{many} columns could be the {_called(each)}: {told[:200]}",
+        text = found[0].name
+        text = text if self.names.count(text) == 1 and text else str(found[0].number)
+        raise Refusal(f"{many} columns could be the {CALLED[each]}; {self.all}",
                       hint="or another of them", columns=((CALLED[each], text),))  # fmt: skip
 
-    def no_unit(self, place: int, each: str) -> Refusal:
-        """The refusal of a column whose unit is not known."""
-        name, kind = self.names[place], w.KIND_OF_ROLE[each]
-        written = w.unit_of(name) or self.units[place] or w.bracketed(name)
-        mass = w.MASSES.get(written.lower()) if kind == "force" else None
-        meant = mass or w.near(written or name, kind) or "?"
-        message = f"the column {name[:60]!r} has no unit that is known"
-        if mass or w.kind_of(written):
-            what = "a mass" if mass else f"no unit of a {kind}"
-            message = f"the column {name[:60]!r} is in {written}, {what}"
-        elif meant != "?":
-            message += f"; is {meant!r} meant?"
-        text = meant if w.kind_of(meant) else "?"
-        return Refusal(message, units=((CALLED[each], text),), hint=f"known: {w.listed(kind)}")
-
-    def incomplete(self, chosen: dict[str, list[Column]]) -> Refusal | None:
-        """The refusal of a header without force, without travel, or with two travels."""
+    def check(self, chosen: dict[str, list[Column]]) -> None:
+        """Raises Refusal: force or travel is missing, two travels, a unit for what is not there."""
         if chosen.keys() >= w.TRAVELS:
             one, other = (chosen[each][0] for each in ("position_m", "displacement_m"))
-            return Refusal(
+            raise Refusal(
                 f"both {one.name!r} and {other.name!r}: which one is meant?",
-                columns=(("position", one.name or str(one.place + 1)),),
+                columns=(("position", one.name or str(one.number)),),
                 hint="travel of the machine; or displacement=, deformation of the payload alone",
             )  # fmt: skip
         roles = {CALLED[each] for each in chosen}
         if chosen and (idle := [name for name, _ in self.mapping.units if name not in roles]):
-            return Refusal(f"--units {idle[0]}: no column is the {idle[0]}; there are "
-                           f"{', '.join(sorted(roles))}", known=5)  # fmt: skip
-        missing = [] if "force_n" in chosen else ["force"]
+            told = ", ".join(sorted(roles))
+            raise Refusal(f"--units {idle[0]}: no column is the {idle[0]}; there are {told}",
+                          known=5)  # fmt: skip
+        missing = [] if "force" in roles else ["force"]
         missing += [] if chosen.keys() & w.TRAVELS else ["position"]
-        if not missing:
-            return None
-        needed = ROLES[missing[0]]
-        close = difflib.get_close_matches(needed, self.names, 1, 0.5)
-        meant = f"is {close[0]!r} meant?" if close else self.all()
-        return Refusal(
-            f"no column for the {_called(needed)} ({needed}); {meant}",
-            columns=tuple((each, close[0] if close and each == missing[0] else "?") 
-                          for each in missing),
-            hint="names or numbers, units in brackets: 'force=3 (kN)'",
-        )  # fmt: skip
+        if missing:
+            raise Refusal(f"no column for the {missing[0]} ({ROLES[missing[0]]}); {self.all}",
+                          columns=tuple((each, "?") for each in missing),
+                          hint="names or numbers")  # fmt: skip
 
 
 def _epoch(text: str) -> str:
     """The unit of a time since 1970; "" where it is none."""
     value = float(text) if re.fullmatch(r"[0-9]+(?:\.[0-9]*)?", text) else 0.0
     return next((each for each, size in _EPOCH.items() if size <= value < 4.1 * size), "")
-
-
-def _called(each: str) -> str:
-    return {"time_s": "time", "force_n": "force", w.LATERAL: "lateral force"}.get(each, "travel")

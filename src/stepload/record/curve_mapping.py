@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import shlex
-from dataclasses import dataclass, fields, replace
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -36,33 +37,43 @@ class CurveMapping:
     encoding: str = ""
     specimen: str = ""
 
-    def check(self) -> None:
-        """Raises BadInputError where a unit, a mark or a number is none."""
-        for name, text in self.units:
+    @classmethod
+    def of(cls, options: Mapping[str, str | None]) -> CurveMapping:
+        """What options say; raises BadInputError where a pair, a unit or a number is none."""
+        given: dict[str, Any] = {key: text for key, text in options.items() if text}
+        for key in {"columns", "units"} & given.keys():
+            given[key] = parse_pairs(f"--{key}", given[key])
+        made = cls(**given)
+        for name, text in made.units:
             kind = KIND_OF_ROLE[ROLES[name]]
             if kind_of(unit(text) or "") != kind:
                 raise BadInputError(
                     f"--units {name}={text}: no unit of a {kind}", hint=f"known: {listed(kind)}"
                 )
-        if self.decimal not in ("", ".", ","):
-            raise BadInputError(f"--decimal {self.decimal!r}", hint="a point or a comma")
-        if self.specimen not in ("", ALL) and not re.fullmatch("[1-9][0-9]{0,5}", self.specimen):
-            raise BadInputError(f"--specimen {self.specimen!r}", hint="1, 2, … or all")
+        if made.decimal not in ("", ".", ","):
+            raise BadInputError(f"--decimal {made.decimal!r}", hint="a point or a comma")
+        if not re.fullmatch("|all|[1-9][0-9]{0,5}", made.specimen):
+            raise BadInputError(f"--specimen {made.specimen!r}", hint="1, 2, … or all")
+        return made
 
-    def joined(self, **more: Any) -> CurveMapping:
+    @property
+    def numbers(self) -> list[int]:
+        """The places (from 0) of the columns where all are stated by number, else none."""
+        texts = [text for _, text in self.columns if text != NONE]
+        return [int(text) - 1 for text in texts] if all(map(str.isdigit, texts)) else []
+
+    def joined(self, more: CurveMapping) -> CurveMapping:
         """This with more: pairs are added, or replace those of the same name."""
-        for key in {"columns", "units"} & more.keys():
-            names = dict(more[key])
-            kept = (each for each in getattr(self, key) if each[0] not in names)
-            more[key] = (*kept, *more[key])
-        return replace(self, **more)
+        given = asdict(self) | {key: value for key, value in asdict(more).items() if value}
+        for key in ("columns", "units"):
+            given[key] = tuple((dict(getattr(self, key)) | dict(given[key])).items())
+        return CurveMapping(**given)
 
     def texts(self) -> dict[str, str]:
         """What is stated, each as an option is written."""
-        values = {each.name: getattr(self, each.name) for each in fields(self)}
         return {
             key: value if isinstance(value, str) else ", ".join(map("=".join, value))
-            for key, value in values.items()
+            for key, value in asdict(self).items()
             if value
         }
 
@@ -73,15 +84,15 @@ def parse_pairs(flag: str, text: str) -> Pairs:
     Raises:
         BadInputError: another form, an unknown name, or one that is there twice.
     """
-    pairs: list[tuple[str, str]] = []
+    pairs: dict[str, str] = {}
     for part in re.split(rf",\s*(?=(?:{'|'.join(ROLES)})\s*=)", text.strip()):
         name, _, value = (each.strip() for each in part.partition("="))
-        if name not in ROLES or not value or (name != "lateral" and name in dict(pairs)):
+        if name not in ROLES or not value or name in pairs:
             example = "force=kN, position=mm" if "units" in flag else "force=Fn (µN), position=3"
             hint = f"as in {example!r}; names: {', '.join(ROLES)}"
             raise BadInputError(f"{flag} {text!r}: {part!r}", hint=hint)
-        pairs.append((name, value))
-    return tuple(pairs)
+        pairs[name] = value
+    return tuple(pairs.items())
 
 
 class Refusal(Exception):  # noqa: N818  it may be a question
@@ -105,7 +116,7 @@ class Refusal(Exception):  # noqa: N818  it may be a question
         """The error that a user sees: with the command line that answers it."""
         hint = self.hint
         if self.remedy:
-            words = mapping.joined(**self.remedy).texts().items()
+            words = mapping.joined(CurveMapping(**self.remedy)).texts().items()
             options = [word for key, text in words for word in (f"--{key}", text)]
             command = shlex.join(["stepload", "identify", str(path), *options])
             hint = f"{command}  # {hint}" if hint else command

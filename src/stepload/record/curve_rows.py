@@ -8,15 +8,16 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
-from datetime import date
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stepload.record.curve_header import CLOCK, ERRORS, NUMBER, Column, Header, is_comment, split
+from stepload.record.curve_header import ERRORS, NUMBER, Column, Header, is_comment, split
 from stepload.record.curve_mapping import Refusal
-from stepload.record.curve_words import has_word, kind_of, scale_of, unit
+from stepload.record.curve_words import TRAVELS, has_word, kind_of, role, scale_of, unit
 
 FloatArray = NDArray[np.float64]
 
@@ -32,8 +33,14 @@ _UNCLEAR = re.compile(r"[+\-−]?[1-9]\d{0,2}[.,]\d{3}")
 _FORM = r"([+-]?)(\d{{1,3}}(?:([{0}'’ \u00a0\u2009\u202f])\d{{3}})(?:\3\d{{3}})*|\d*)" \
     r"(?:[{1}](\d*))?([eE][+-]?\d+)?"  # fmt: skip
 _VALUE = {mark: re.compile(_FORM.format(group, mark), re.ASCII) for mark, group in (".,", ",.")}
+_OTHER = {".": ",", ",": "."}
 _PLAIN = b"0123456789+-.,eE \t\n;"
-_LABEL = re.compile(r"^[\s,;]*([A-Za-z][^,;\t\n]*)", re.MULTILINE)
+_CLOCK = re.compile(
+    r"(?:(\d{4}-\d\d-\d\d)[T ] *|(\d\d)\.(\d\d)\.(\d{4}) +)?"
+    r"(\d{1,2}):(\d\d):([0-5]\d(?:[.,]\d+)?)(Z|[+-]\d\d:?\d\d)?",
+    re.ASCII,
+)
+"""A time of day, with or without a date as 2026-11-28 or 28.11.2026."""
 DAY_S = 86400.0
 
 
@@ -55,6 +62,8 @@ def decimal_mark(lines: Sequence[str], header: Header) -> str:
     shown: dict[str, str] = {}
     unclear: dict[int, tuple[int, str, str]] = {}
     for at in range(header.begin, len(lines)):
+        if not columns:
+            break
         if "," not in (line := lines[at]) and "." not in line:
             continue
         cells = split(line, header.delimiter)
@@ -62,29 +71,25 @@ def decimal_mark(lines: Sequence[str], header: Header) -> str:
             text = cells[column.place] if column.place < len(cells) else ""
             whole = column.unit_place != column.place
             match = NUMBER.fullmatch(text) if whole else NUMBER.match(text)
-            if match is None or not (mark := _mark(match[0])):
-                continue
-            if mark == "?":
+            mark = _mark(match[0]) if match else ""
+            if match and mark == "?":
                 unclear.setdefault(column.place, (at + 1, column.name, match[0]))
-                continue
-            columns.remove(column)
-            unclear.pop(column.place, None)
-            shown.setdefault(mark, f"{column.name}: {match[0]!r}")
-            if len(shown) > 1:
-                one, other = shown
-                raise Refusal(f"{shown[other]} where decimals have {one!r} ({shown[one]})", at + 1,
-                              decimal=one, hint=f"or {other}")  # fmt: skip
-        if not columns:
-            break
+            elif match and mark:
+                columns.remove(column)
+                unclear.pop(column.place, None)
+                shown.setdefault(mark, f"{column.name}: {match[0]!r}")
+        if len(shown) > 1:
+            one, other = shown
+            raise Refusal(f"{shown[other]} where decimals have {one!r} ({shown[one]})", at + 1,
+                          decimal=one, hint=f"or {other}")  # fmt: skip
     decimal = next(iter(shown), ".")
     for line_at, name, text in unclear.values():
         if not shown or decimal not in text:
-            bare, mark = re.sub("[.,]", "", text), "," if "," in text else "."
-            other = "," if decimal == "." else "."
+            bare, point = re.sub("[.,]", "", text), text.replace(",", ".")
             raise Refusal(
-                f"{name}: {text!r} may be {bare} or {text.replace(',', '.')}: every mark has three "
-                "digits behind it", line_at, decimal=decimal,
-                hint=f"{bare if mark != decimal else text}; or --decimal {other}",
+                f"{name}: {text!r} may be {bare} or {point}: every mark has three digits behind it",
+                line_at, decimal=decimal,
+                hint=f"{point if decimal in text else bare}; or --decimal {_OTHER[decimal]}",
             )  # fmt: skip
     return decimal
 
@@ -96,7 +101,18 @@ def _mark(text: str) -> str:
         return max(marks, key=text.rfind)
     if not marks or _UNCLEAR.fullmatch(text):
         return "?" * len(marks)
-    return {".": ",", ",": "."}[marks[0]] if text.count(marks[0]) > 1 else marks[0]
+    return _OTHER[marks[0]] if text.count(marks[0]) > 1 else marks[0]
+
+
+@dataclass(slots=True)
+class LeftOut:
+    """Lines of one reason that are no rows: how many, and place and text of the first."""
+
+    reason: str
+    lines: int
+    first_line: int
+    column: int
+    text: str
 
 
 class Table:
@@ -105,67 +121,53 @@ class Table:
     Attributes:
         values: (N, C) rows with all numbers; SI where the unit is in the cells.
         line: (N,) where each is, from 1.
-        left_out: line, column and text of what is no row, by reason.
+        left_out: what is no row, by reason.
         missing: how many of them are rows of the table.
         again: rows (from 0) above which the names are repeated.
         stop: index of the line with which another table begins; None where none does.
     """
 
-    def __init__(
-        self, lines: Sequence[str], header: Header, decimal: str, another: Callable[[int], bool]
-    ) -> None:
-        """Read what follows the header.
-
-        Args:
-            lines: of the whole file.
-            another: whether another table begins with the line of this index.
+    def __init__(self, lines: Sequence[str], header: Header, decimal: str) -> None:
+        """Read what follows the header in the lines of a whole file.
 
         Raises:
             Refusal: a cell that is no number, a row of another width.
         """
-        self.header, self.decimal, self.another, self.end = header, decimal, another, len(lines)
+        self.header, self.decimal, self.end = header, decimal, len(lines)
         self.places = [column.place for column in header.columns]
         self.names = [name.lower() for name in header.names]
         self.simple = all(c.unit_place is None and c.unit != "clock" for c in header.columns)
         self.line: list[int] = []
-        self.left_out: dict[str, list[tuple[int, int, str]]] = {}
-        self.missing, self.again, self.clock = 0, list[int](), _Clock()
+        self.left_out: dict[str, LeftOut] = {}
+        self.missing, self.again = 0, list[int]()
+        self.first_day: datetime | None = None
+        self.days, self.last_s = 0, -math.inf
         self.stop: int | None = None
         begin = [line for line in lines[header.begin : header.begin + 9] if line.strip()]
         self.numbers_first = any(_is_value(split(x, header.delimiter)[0]) for x in begin)
         parts = [np.empty((0, len(self.places)))]
         for start in range(header.begin, len(lines), BLOCK):
             block = lines[start : start + BLOCK]
-            if self.stop is not None or not any(block):
-                continue
-            values = self.plain(block)
-            if values is None:
+            if (values := self.plain(block)) is None:
                 rows = [row for at, line in enumerate(block, start) if (row := self.row(at, line))]
                 values = np.array(rows, np.float64).reshape(-1, len(self.places))
             else:
                 self.line.extend(range(start + 1, start + 1 + len(block)))
             parts.append(values)
+            if self.stop is not None:
+                break
         self.values: FloatArray = np.concatenate(parts)
 
     def plain(self, block: Sequence[str]) -> FloatArray | None:
-        """The values of a block that holds nothing but rows; None where it may not."""
-        text, delimiter, width = "\n".join(block), self.header.delimiter, self.header.width
-        odd = not self.simple or self.stop is not None or STATISTICS in self.left_out
-        if odd or not text.isascii() or any(mark in text for mark in '"#_\0'):
+        """The values of a block that holds nothing but rows of numbers; None where it may not."""
+        text, delimiter = "\n".join(block), self.header.delimiter
+        if not self.simple or STATISTICS in self.left_out or text.encode().translate(None, _PLAIN):
             return None
-        if text.encode().translate(None, _PLAIN):
-            labels = set(_LABEL.findall(text))
-            if labels and (self.numbers_first or any(has_word(x, "statistics") for x in labels)):
-                return None
         if self.decimal == ",":
             if "." in text or delimiter == ",":
                 return None
             block = text.replace(",", ".").split("\n")
-        if delimiter is None:
-            widths = {len(line.split()) for line in block}
-        else:
-            widths = {line.count(delimiter) + 1 for line in block}
-        if widths != {width}:
+        if {len(line.split(delimiter)) for line in block} != {self.header.width}:
             return None
         try:
             found = np.loadtxt(
@@ -177,13 +179,13 @@ class Table:
 
     def row(self, at: int, line: str) -> list[float] | None:
         """The numbers of a line; None for one that is no row, which is counted."""
-        text, header = line.strip(), self.header
+        text, width = line.strip(), self.header.width
         if not text or self.stop is not None:
             return None
         if is_comment(text):
             return self.leave("comments", at, text)
-        cells = split(line, header.delimiter)
-        if len(cells) == header.width + 1 and not cells[-1]:
+        cells = split(line, self.header.delimiter)
+        if len(cells) == width + 1 and not cells[-1]:
             cells.pop()
         if [cell.lower() for cell in cells] == self.names and any(self.names):
             self.again.append(len(self.line))
@@ -196,114 +198,82 @@ class Table:
         if label and (self.numbers_first or not any(map(_is_value, used))):
             if all(not cell or unit(cell) for cell in cells):
                 return self.leave("units again", at, text)
-            if self.another(at):
+            roles = set(map(role, split(text, None) if len(cells) == 1 else cells))
+            if "force_n" in roles and roles & TRAVELS:
                 self.stop = at
                 return None
-            self.missing += len(cells) == header.width
+            self.missing += len(cells) == width
             return self.leave(TEXT, at, text)
-        if len(cells) < header.width and at >= self.end - 2 and first:
+        if len(cells) < width and at >= self.end - 2 and first:
             return self.leave("cut off", at, text)
-        if len(cells) != header.width and first:
+        if len(cells) != width and first:
             hint = "decimal commas and commas between the cells: export with semicolons"
-            twice = header.delimiter == "," and len(cells) > header.width
-            raise Refusal(f"{len(cells)} cells, the header has {header.width}", at + 1,
+            twice = self.header.delimiter == "," and len(cells) > width
+            raise Refusal(f"{len(cells)} cells, the header has {width}", at + 1,
                           hint=hint if twice else "")  # fmt: skip
         row = []
-        for column, cell in zip(header.columns, used, strict=True):
-            value = math.nan
-            try:
-                if cell.lower() not in _MISSING:
-                    value = self.value(column, cell, cells, at + 1)
-            except Refusal as error:
-                error.column = self.start(line, column)
-                raise
+        for column, cell in zip(self.header.columns, used, strict=True):
+            begin = sum(len(x) + 1 for x in line.split(self.header.delimiter)[: column.place]) + 1
+            value = math.nan if cell.lower() in _MISSING else self.value(column, cell, cells)
+            if isinstance(value, str):
+                again = {"columns": (("time", "none"),)} if column.role == "time_s" else {}
+                raise Refusal(f"{column.name}: {cell[:40]!r} {value}", at + 1, begin, **again)
             if not math.isfinite(value):
                 self.missing += 1
-                return self.leave(MISSING, at, cell, self.start(line, column))
+                return self.leave(MISSING, at, cell, begin)
             row.append(value)
         if foot := self.left_out.get(STATISTICS):
-            raise Refusal(f"numbers below the statistics in line {foot[-1][0]}", at + 1)
+            raise Refusal(f"numbers below the statistics in line {foot.first_line}", at + 1)
         self.line.append(at + 1)
         return row
 
-    def start(self, line: str, column: Column) -> int:
-        """The character, from 1, at which a cell begins, where no delimiter is quoted."""
-        return sum(len(x) + 1 for x in line.split(self.header.delimiter)[: column.place]) + 1
-
-    def value(self, column: Column, cell: str, cells: Sequence[str], line: int) -> float:
-        """The number in a cell, in SI where its unit is in the cells; raises Refusal."""
+    def value(self, column: Column, cell: str, cells: Sequence[str]) -> float | str:
+        """The number in a cell, in SI where its unit is in the cells; else what is wrong."""
         if column.unit == "clock":
-            value, scale = self.clock.read(cell, line), 1.0
-        elif column.unit_place is None:
-            value, scale = number(cell, self.decimal), 1.0
-        else:
-            match = NUMBER.match(cell)
-            bare = match[0] if match else cell
+            return self.clock(cell)
+        scale, bare = 1.0, cell
+        if column.unit_place is not None:
+            bare = match[0] if (match := NUMBER.match(cell)) else cell
             own = column.unit_place == column.place
             told = cell[len(bare) :].strip() if own else cells[column.unit_place]
-            symbol = unit(told) or ""
-            if kind_of(symbol) != kind_of(column.unit):
-                what = f"{told[:40]!r} is no unit of a {kind_of(column.unit)}"
-                raise Refusal(f"{column.name}: {what}", line)
-            value, scale = number(bare, self.decimal), scale_of(symbol)
+            kind = kind_of(column.unit)
+            if kind_of(symbol := unit(told) or "") != kind:
+                return f"has {told[:40]!r}, no unit of a {kind}"
+            scale = scale_of(symbol)
+        value = number(bare, self.decimal)
         if math.isnan(value):
-            what = f"{column.name}: {cell[:40]!r} "
-            other = "," if self.decimal == "." else "."
-            if not math.isnan(number(cell, other)):
-                raise Refusal(f"{what}where decimals have {self.decimal!r}", line)
-            raise Refusal(f"{what}is not a finite number", line)
+            other = not math.isnan(number(bare, _OTHER[self.decimal]))
+            return f"where decimals have {self.decimal!r}" if other else "is not a finite number"
         return value * scale
+
+    def clock(self, text: str) -> float | str:
+        """Seconds from the first day, past midnight where no date is told; else what is wrong."""
+        wrong = "is no time such as 10:59:58.5 or 2026-11-28 10:59:58"
+        if (match := _CLOCK.fullmatch(text)) is None:
+            return wrong
+        iso, day, month, year, hour, minute, second, zone = match.groups()
+        date = iso or (f"{year}-{month}-{day}" if day else "")
+        try:
+            moment = datetime.fromisoformat(
+                f"{date or '1970-01-01'}T{hour:0>2}:{minute}:00{zone or 'Z'}"
+            )
+        except ValueError:
+            return wrong
+        if self.first_day is None:
+            self.first_day = moment.replace(hour=0, minute=0)
+        found_s = (moment - self.first_day).total_seconds() + float(second.replace(",", "."))
+        if not date:
+            self.days += found_s + self.days * DAY_S < self.last_s - DAY_S / 2.0
+        self.last_s = found_s + self.days * DAY_S
+        return self.last_s
 
     def leave(self, reason: str, at: int, text: str, column: int = 1) -> list[float] | None:
         """Count a line that is no row; None."""
-        self.left_out.setdefault(reason, []).append((at + 1, column, text))
+        found = self.left_out.setdefault(reason, LeftOut(reason, 0, at + 1, column, text[:60]))
+        found.lines += 1
         return None
 
 
 def _is_value(cell: str) -> bool:
     """Whether a cell is that of a row: a number, a clock's time, or a sign that one is missing."""
-    found = NUMBER.match(cell) or CLOCK.match(cell)
-    return bool(found) or (cell != "" and cell.lower() in _MISSING)
-
-
-class _Clock:
-    """Times of day in seconds from the first day."""
-
-    def __init__(self) -> None:
-        self.day, self.last_s = 0, -math.inf
-        self.date = ""
-        self.first: date | None = None
-
-    def read(self, text: str, line: int) -> float:
-        """Seconds; NaN where it is no clock's time.
-
-        Raises:
-            Refusal: the date changes and is not written as 2026-11-28 or 28.11.2026.
-        """
-        if (match := CLOCK.fullmatch(text)) is None:
-            return math.nan
-        hour = int(match["h"])
-        if match["half"]:
-            hour = hour % 12 + 12 * (match["half"].lower() == "pm")
-        of_day_s = hour * 3600.0 + int(match["m"]) * 60.0 + float(match["s"].replace(",", "."))
-        if (told := (match["date"] or "").rstrip("T ")) != self.date or not told:
-            self.next_day(told, of_day_s, line)
-        self.last_s = of_day_s + self.day * DAY_S
-        return self.last_s
-
-    def next_day(self, told: str, of_day_s: float, line: int) -> None:
-        if not told:
-            self.day += of_day_s + self.day * DAY_S < self.last_s - DAY_S / 2.0  # past midnight
-            return
-        parts = "-".join(reversed(told.split("."))) if "." in told else told.replace("/", "-")
-        try:
-            found = date.fromisoformat(parts)
-        except ValueError:
-            if self.date:
-                message = f"the date {told} may be of another day or month"
-                raise Refusal(message, line, columns=(("time", "none"),),
-                              hint="read without the time") from None  # fmt: skip
-        else:
-            self.first = self.first or found
-            self.day = (found - self.first).days
-        self.date = told
+    return bool(NUMBER.match(cell)) or (cell != "" and cell.lower() in _MISSING)

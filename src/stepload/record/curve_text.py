@@ -22,33 +22,19 @@ _BOMS = {
     codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF32_LE: "utf-32", codecs.BOM_UTF32_BE: "utf-32",
     codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16",
 }  # fmt: skip
-_ENCODINGS = (
-    "cp1252", "cp1250", "cp1251", "cp1254", "cp932", "gb18030", "euc_jp", "euc_kr", "big5", "cp850",
-    "cp437", "mac_roman",
-)  # fmt: skip
-"""What instruments write, the most common first."""
-_SAMPLE = 1 << 14
-_CHAOS = 0.15
-"""Of what charset-normalizer counts as plausible at most."""
-_NOTES = {
-    "hidden rows or columns are read like the others": re.compile(
-        rb'<(?:row|col) [^>]*hidden="(?:1|true)"'),
-    "formulas without a stored value: save the file in Excel": re.compile(
-        rb"<f(?: [^>]*)?(?:/>|>[^<]*</f>)(?:<v */>|<v></v>)?</c>"),
-}  # fmt: skip
+_ENCODINGS = "utf-8", "cp1252", "cp1250", "cp932", "gb18030", "cp850"
+"""What instruments write in the languages of curve_words.toml, the most common first."""
 
 
 @dataclass(frozen=True, slots=True)
 class Lines:
     """The lines of a file: `encoding` "xlsx" and the `sheet` of a workbook; the `delimiter` where
-    it is stated, `begin` the index of the first line of the table, `notes` on what is unusual."""
+    it is stated."""
 
     texts: list[str]
     encoding: str
     sheet: str = ""
     delimiter: str | None = None
-    begin: int = 0
-    notes: tuple[str, ...] = ()
 
 
 def read_bytes(path: Path) -> bytes:
@@ -65,40 +51,21 @@ def read_bytes(path: Path) -> bytes:
 
 
 def encodings(data: bytes, stated: str) -> list[str]:
-    """The encodings that a text may have: one where BOM, UTF-8 or the user says it.
+    """The encodings that a text has: the one that the user, its mark or UTF-8 says, else several.
 
     Raises:
-        Refusal: it has none that is certain.
+        Refusal: it has none.
     """
-    hint = "such as cp1252, shift_jis, utf-16-le"
-    if stated:
-        if not _decodes(data, stated):
-            raise Refusal(f"no text in the encoding {stated!r}", encoding="?", hint=hint)
-        return [stated]
-    for bom, name in _BOMS.items():
-        if data.startswith(bom):
-            return [name]
-    head = data[:_SAMPLE]
-    if head.count(0) > len(head) // 4:
-        little = head[1::2].count(0) > head[::2].count(0)
-        raise Refusal("UTF-16 without its mark, or no text",
-                      encoding="utf-16-le" if little else "utf-16-be")  # fmt: skip
-    try:
-        data.decode()
-        return ["utf-8"]
-    except UnicodeDecodeError as error:
-        at = error.start
-    from charset_normalizer import from_bytes
-
-    told = b"\n".join(line for line in data.splitlines() if not line.isascii())[:_SAMPLE]
-    told = told.rpartition(b"\n")[0] if len(told) == _SAMPLE else told
-    matches = from_bytes(told, cp_isolation=list(_ENCODINGS), threshold=_CHAOS)
-    found = {name for match in matches for name in match.could_be_from_charset}
-    plausible = [name for name in _ENCODINGS if name in found and _decodes(data, name)]
-    if not plausible:
-        raise Refusal(f"byte 0x{data[at]:02x} is not UTF-8, and no other encoding is certain",
-                      data.count(b"\n", 0, at) + 1, encoding="?", hint=hint)  # fmt: skip
-    return plausible
+    marked = [name for bom, name in _BOMS.items() if data.startswith(bom)][:1]
+    if not (stated or marked) and data[: 1 << 14].count(0) > min(len(data), 1 << 14) // 4:
+        raise Refusal("UTF-16 without its mark, or no text", encoding="utf-16-le",
+                      hint="or utf-16-be")  # fmt: skip
+    several = [stated] if stated else marked or _ENCODINGS
+    found = [name for name in several if _decodes(data, name)]
+    if not found:
+        raise Refusal(f"no text in the encoding {several[0]!r}", encoding="?",
+                      hint="such as cp1252, shift_jis, utf-16-le")  # fmt: skip
+    return found[:1] if found[0] == "utf-8" else found
 
 
 def _decodes(data: bytes, name: str) -> bool:
@@ -111,20 +78,16 @@ def _decodes(data: bytes, name: str) -> bool:
 
 def text_lines(data: bytes, encoding: str) -> Lines:
     """The lines of a text; raises Refusal where one is too long."""
-    try:
-        text = data.decode(encoding)
-    except UnicodeError as error:
-        raise Refusal(f"not {encoding}: {error}") from None
+    text = data.decode(encoding)
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
     lines = text.split("\n")
     if max(map(len, lines)) > MAX_LINE:
         at = next(at for at, line in enumerate(lines, 1) if len(line) > MAX_LINE)
         raise Refusal(f"a line of more than {MAX_LINE} characters", at, MAX_LINE)
-    encoding = encoding.removesuffix("-sig")
     if stated := re.fullmatch(r'"?sep=(.)"?[;,\t]*', lines[0], re.IGNORECASE):
-        return Lines(lines, encoding, delimiter=stated[1], begin=1)
-    return Lines(lines, encoding)
+        lines[0] = ""
+    return Lines(lines, encoding.removesuffix("-sig"), delimiter=stated and stated[1])
 
 
 def is_workbook(data: bytes) -> bool:
@@ -149,15 +112,16 @@ def workbook_lines(path: Path, stated: str) -> Lines:
             hint='pip install "stepload[data]", or openpyxl alone',
         ) from error
     texts: list[str] = []
+    size = width = 0
     try:
-        notes = _inspect(path)
+        _inspect(path)
         book: Any = openpyxl.load_workbook(path, read_only=True, data_only=True, keep_links=False)
         with book._archive:
             sheet = _sheet(book, stated)
-            size = 0
             for row in sheet.iter_rows(values_only=True, **MAX_SHEET):
                 texts.append("\t".join(map(_cell, row)))
                 size += len(texts[-1]) + 1
+                width = max(width, texts[-1].rstrip("\t").count("\t"))
                 if size > 2 * MAX_BYTES or len(texts[-1]) > MAX_LINE:
                     raise Refusal(f"a sheet of more than {2 * MAX_BYTES} characters, or a row of "
                                   f"more than {MAX_LINE}", len(texts))  # fmt: skip
@@ -165,26 +129,20 @@ def workbook_lines(path: Path, stated: str) -> Lines:
         raise
     except Exception as error:  # whatever a damaged workbook makes zipfile and openpyxl raise
         raise Refusal(f"no workbook that can be read: {type(error).__name__}: {error}") from None
-    width = max((line.rstrip("\t").count("\t") for line in texts), default=0)
     whole = [line[: len(line) - max(line.count("\t") - width, 0)] for line in texts]
-    return Lines([x if x.strip() else "" for x in whole], "xlsx", sheet.title, "\t", notes=notes)
+    return Lines([x if x.strip() else "" for x in whole], "xlsx", sheet.title, "\t")
 
 
-def _inspect(path: Path) -> tuple[str, ...]:
-    """Notes on a workbook's parts; raises Refusal where they are too large or refer outside."""
-    notes: dict[str, None] = {}
+def _inspect(path: Path) -> None:
+    """Raises Refusal where a workbook's parts are too large or declare entities."""
     with zipfile.ZipFile(path) as archive:
-        size = sum(info.file_size for info in archive.infolist())
-        if size > MAX_UNZIPPED:
+        if (size := sum(info.file_size for info in archive.infolist())) > MAX_UNZIPPED:
             raise Refusal(f"{size} bytes unzipped, limit {MAX_UNZIPPED}")
         for info in archive.infolist():
             if info.filename.endswith((".xml", ".rels")):
                 data = archive.read(info)
                 if b"<!" in data.replace(b"<!--", b"") or data[:2] in _BOMS:
                     raise Refusal(f"{info.filename[:60]} declares entities")
-                if info.filename.startswith("xl/worksheets/"):
-                    notes |= {note: None for note, each in _NOTES.items() if each.search(data)}
-    return tuple(notes)
 
 
 def _sheet(book: Any, stated: str) -> Any:

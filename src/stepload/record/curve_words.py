@@ -29,8 +29,6 @@ UNITS = {
     | {"min": 60.0, "h": 3600.0},
 }
 _KIND = {unit: kind for kind, units in UNITS.items() for unit in units}
-MASSES = {"g": "gf", "kg": "kgf", "lb": "lbf", "lbs": "lbf", "oz": "ozf"}
-"""Units of mass, and the force that is often meant by them."""
 _SPELT = {"pico": "p", "nano": "n", "micro": "µ", "milli": "m", "kilo": "k", "mega": "M"}
 _BRACKETS = re.compile(r"[\[(]([^\[\]()]*)[\])]")
 _TABLE: dict[str, dict[str, list[str]]] = tomllib.loads(
@@ -47,8 +45,6 @@ _WORDS = {
 """Whole words, ends of words, and parts of a name in Japanese or Chinese."""
 _WHOLE = {word: unit for unit, words in _TABLE["units"].items() for word in words}
 _ROS = re.compile(r"(?:.*[./])?(wrench[./]force|pose[./]position)[./][xyz]")
-_NANOSECONDS = re.compile(r"%time|(?:.*[./])?header[./]stamp")
-"""Clocks in the files of `rostopic echo -p`."""
 
 
 def kind_of(unit: str) -> str:
@@ -81,18 +77,11 @@ def unit(text: str) -> str | None:
     return _WHOLE.get(word)
 
 
-def bracketed(name: str) -> str:
-    """The last text in brackets of a name; "" where there is none."""
-    return str((["", *_BRACKETS.findall(name)])[-1]).strip()
-
-
 @lru_cache(4096)
 def unit_of(name: str) -> str | None:
     """The unit in a name: in brackets, behind a slash or at its end; that of a ROS message."""
     if name in KIND_OF_ROLE:
         return {"time": "s", "length": "m", "force": "N"}[KIND_OF_ROLE[name]]
-    if _NANOSECONDS.fullmatch(name):
-        return "ns"
     if ros := _ROS.fullmatch(name):
         return "N" if ros[1][:6] == "wrench" else "m"
     name = normalize("NFKC", name)
@@ -104,13 +93,6 @@ def unit_of(name: str) -> str | None:
         return None
     joined = _SPELT.get(parts[-2].lower(), "") + found
     return joined if joined in _KIND else None
-
-
-def near(name: str, kind: str) -> str | None:
-    """Units of this kind that differ from the last word of the name by their case only."""
-    last = re.split(r"[\s_\[\](),:/]+", name.strip(" ])_:,"))[-1]
-    found = [each for each in UNITS[kind] if each.lower() == last.lower()]
-    return None if last in found else " or ".join(found) or None
 
 
 def words(name: str) -> list[str]:

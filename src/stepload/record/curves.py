@@ -4,7 +4,7 @@ and memory, and with an account of what was read how."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -15,9 +15,17 @@ import stepload.record.curve_text as t
 from stepload.contact.curve_factors import FACTORED
 from stepload.errors import printable
 from stepload.identification.curve_channels import signs
-from stepload.record.curve_mapping import ALL, CALLED, CurveMapping, Refusal
-from stepload.record.curve_rows import DAY_S, MISSING, FloatArray, Table, decimal_mark
-from stepload.record.curve_words import LATERAL, TRAVELS, has_word
+from stepload.record.curve_mapping import ALL, CALLED, NONE, CurveMapping, Refusal
+from stepload.record.curve_rows import (
+    DAY_S,
+    MISSING,
+    TEXT,
+    FloatArray,
+    LeftOut,
+    Table,
+    decimal_mark,
+)
+from stepload.record.curve_words import LATERAL, TRAVELS, scale_of
 from stepload.units import format_quantity, percent
 
 MIN_ROWS = 3
@@ -29,33 +37,7 @@ GAP, LEAST_GAP_S = 20.0, 1.0
 """A clock jumps ahead where a step is so many times the median step, and at least so long."""
 RESTART = 0.5
 """Force and travel begin again where both change by this share of their range in one row."""
-MAX_TEXT = 10_000
-HEAD = 1 << 18
-"""Bytes in which the header is sought where the encoding is not certain."""
 _MARKS = {"\t": "tab", ";": "semicolon", ",": "comma", None: "spaces"}
-
-
-@dataclass(frozen=True, slots=True)
-class ColumnRead:
-    """A column as it was read: its number from 1, and its first and last values in SI."""
-
-    role: str
-    number: int
-    name: str
-    unit: str
-    unit_from: str
-    first: float
-    last: float
-
-
-@dataclass(frozen=True, slots=True)
-class LeftOut:
-    """Lines of one reason that are no rows: how many, the first of them and its text."""
-
-    reason: str
-    lines: int
-    first_line: int
-    text: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,8 +51,7 @@ class Reading:
     decimal: str
     sheet: str
     names_line: int
-    units_line: int
-    columns: tuple[ColumnRead, ...]
+    columns: tuple[h.Column, ...]
     unused: tuple[str, ...]
     rows: int
     first_line: int
@@ -82,22 +63,8 @@ class Reading:
     notes: tuple[str, ...]
     mapping: CurveMapping
 
-    def about(self) -> Iterator[str]:
-        """What a look shows beside the columns, line by line."""
-        sheet = f" sheet {self.sheet!r}" if self.sheet else ""
-        units = f", units in line {self.units_line}" if self.units_line else ""
-        names = f"names in line {self.names_line}" if self.names_line else "no names"
-        yield f"{self.encoding}{sheet}, {self.delimiter}, decimal mark {self.decimal}"
-        yield f"{names}{units}; {[*self.lines()][1]}"
-        yield from [*self.lines()][2:]
-        if self.unused:
-            yield f"not used: {', '.join(self.unused)[:200]}"
-        if self.sign:
-            yield self.sign
-        yield from self.notes
-
     def lines(self) -> Iterator[str]:
-        """One to three lines: the columns, the rows, what was left out."""
+        """Two or three lines: the columns, the rows, what was left out."""
         yield "read: " + ", ".join(
             f"{CALLED[c.role]} {printable(c.name) or f'column {c.number}'!r} in {c.unit}"
             for c in self.columns
@@ -137,18 +104,6 @@ class Curve:
     reading: Reading | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class _Part:
-    """One test of a file: rows of one of its tables."""
-
-    table: Table
-    rows: slice
-
-    @property
-    def line(self) -> list[int]:
-        return self.table.line[self.rows]
-
-
 def read_curve(path: Path, mapping: CurveMapping | None = None) -> Curve:
     """Read a table separated by comma, semicolon or tab (then also with decimal commas) or spaces,
     or a sheet of a workbook.
@@ -160,7 +115,6 @@ def read_curve(path: Path, mapping: CurveMapping | None = None) -> Curve:
             answers what the file leaves open.
     """
     mapping = mapping or CurveMapping()
-    mapping.check()
     data = t.read_bytes(path)
     try:
         if t.is_workbook(data):
@@ -174,92 +128,71 @@ def read_curve(path: Path, mapping: CurveMapping | None = None) -> Curve:
 
 
 def _header_of(data: bytes, mapping: CurveMapping) -> tuple[t.Lines, h.Header]:
-    """Lines and header of a text, the same in all encodings that it may have; raises Refusal."""
-    found: dict[object, tuple[t.Lines, h.Header]] = {}
+    """Lines and header of a text in the first encoding in which it has a header; raises Refusal.
+
+    Another encoding changes letters, no digit, and the words and units of both travel and force
+    are recognised in one only.
+    """
     refusal: Refusal | None = None
-    several = t.encodings(data, mapping.encoding)
-    head = data if len(several) == 1 else data[:HEAD].rpartition(b"\n")[0] or data
-    for encoding in several:
-        lines = t.text_lines(head, encoding)
+    for encoding in t.encodings(data, mapping.encoding):
+        lines = t.text_lines(data, encoding)
         try:
-            header = h.find_header(lines.texts, mapping, lines.delimiter, lines.begin)
+            return lines, h.find_header(lines.texts, mapping, lines.delimiter)
         except Refusal as error:
             refusal = refusal or error
-            continue
-        key = tuple((c.place, c.role, c.unit) for c in header.columns), header.begin
-        found.setdefault(key, (lines, header))
-    if len(found) > 1:
-        names = [lines.encoding for lines, _ in found.values()]
-        raise Refusal("the encoding decides what the columns are", encoding=names[0],
-                      hint=f"or {', '.join(names[1:])}")  # fmt: skip
-    if refusal is not None and not found:
-        raise refusal
-    lines, header = next(iter(found.values()))
-    return (lines if head is data else t.text_lines(data, lines.encoding)), header
+    assert refusal is not None
+    raise refusal
 
 
-def _tables(lines: t.Lines, header: h.Header, mapping: CurveMapping) -> Iterator[Table]:
+def _tables(lines: t.Lines, header: h.Header, mapping: CurveMapping) -> list[Table]:
     """The tables of a file, one below the other; raises Refusal."""
-    later: dict[int, h.Header] = {}
-    tried = 0
-
-    def another(at: int) -> bool:
-        nonlocal tried
-        tried += 1
-        if tried > MAX_TEXT:
-            raise Refusal(f"more than {MAX_TEXT} lines of text among the rows", at + 1)
-        try:
-            later[at] = h.header_at(lines.texts, at, mapping, header.delimiter)
-        except Refusal:
-            return False
-        return True
-
+    tables: list[Table] = []
     while True:
         decimal = mapping.decimal or decimal_mark(lines.texts, header)
-        table = Table(lines.texts, header, decimal, another)
-        yield table
+        table = Table(lines.texts, header, decimal)
+        tables.append(table)
         if table.stop is None:
-            return
-        header = later[table.stop]
+            return tables
+        header = h.header_at(lines.texts, table.stop, mapping, header.delimiter)
 
 
 def _read(lines: t.Lines, header: h.Header, mapping: CurveMapping) -> Curve:
-    tables = [*_tables(lines, header, mapping)]
+    tables = _tables(lines, header, mapping)
     long = [each for each in tables if len(each.values) >= MIN_ROWS] or tables[:1]
-    parts = [part for table in long for part in _parts(table)]
-    part, wanted = parts[0], mapping.specimen
+    parts = [(table, rows) for table in long for rows in _parts(table)]
+    (table, rows), wanted = parts[0], mapping.specimen
     if header.beside == 1 and wanted.isdigit():
         if int(wanted) > len(parts):
             raise Refusal(f"--specimen {wanted}: the file has {len(parts)}", specimen="1")
-        part = parts[int(wanted) - 1]
+        table, rows = parts[int(wanted) - 1]
     elif len(parts) > 1 and wanted == ALL and len(long) == 1:
-        part = _Part(part.table, slice(0, len(part.table.values)))
+        rows = slice(None)
     elif len(parts) > 1:
-        starts = ", ".join(f"{n} at line {p.line[0]}" for n, p in enumerate(parts[:6], 1))
+        begin = [each.line[of][0] for each, of in parts]
+        starts = ", ".join(f"{n} at line {at}" for n, at in enumerate(begin[:6], 1))
         raise Refusal(
-            f"{len(parts)} tests in one file: {starts}{', …' * (len(parts) > 6)}", parts[1].line[0],
+            f"{len(parts)} tests in one file: {starts}{', …' * (len(parts) > 6)}", begin[1],
             specimen="1", hint="or another; all: they are one test",
         )  # fmt: skip
-    table, rows = part.table, len(part.line)
-    if table.missing > MISSING_SHARE * (len(table.values) + table.missing):
-        reason = next(each for each in table.left_out if each in (MISSING, "text"))
-        line, at, text = table.left_out[reason][0]
+    of = len(table.values) + table.missing
+    if table.missing > MISSING_SHARE * of:
+        one = next(each for each in table.left_out.values() if each.reason in (MISSING, TEXT))
         raise Refusal(
-            f"{text[:40]!r} is not a finite number; {table.missing} of "
-            f"{len(table.values) + table.missing} rows lack a number"
-            + "".join(f"; {note}" for note in lines.notes),
-            line, at, hint=f"at most {percent(MISSING_SHARE, 2)} may be missing",
+            f"{one.text[:40]!r} is not a finite number; {table.missing} of {of} rows lack a number",
+            one.first_line, one.column,
+            hint=f"at most {percent(MISSING_SHARE, 2)} may be missing; formulas: save in Excel",
         )  # fmt: skip
-    if rows < MIN_ROWS:
-        line = part.line[-1] if rows else table.header.begin
-        raise Refusal(f"{rows} rows, at least {MIN_ROWS} are needed", line)
-    short = {each.line[0]: each for each in tables if each not in long and each.line}
-    for line, each in short.items():
-        table.left_out["of another table"] = [(line, 1, "")] * len(each.line)
-    return _curve(lines, part, mapping, max(len(parts), header.beside))
+    if len(place := table.line[rows]) < MIN_ROWS:
+        line = place[-1] if place else table.header.begin
+        raise Refusal(f"{len(place)} rows, at least {MIN_ROWS} are needed", line)
+    for each in tables:
+        if each not in long and each.line:
+            other = "of another table"
+            table.left_out[other] = LeftOut(other, len(each.line), each.line[0], 1, "")
+    return _curve(lines, table, rows, mapping, max(len(parts), header.beside))
 
 
-def _parts(table: Table) -> list[_Part]:
+def _parts(table: Table) -> list[slice]:
     """The tests of a table: they end where the time goes back, or force and travel begin again, or
     the names are repeated otherwise than by a logger, every so many rows."""
     values, count = table.values, len(table.values)
@@ -283,28 +216,26 @@ def _parts(table: Table) -> list[_Part]:
         lengths = np.diff([0, *(at for at in table.again if at), count])
         if len(lengths) < 3 or np.ptp(lengths[:-1]) > 0 or lengths[-1] > lengths[0]:
             starts |= {at for at in table.again if 0 < at < count}
-    return [_Part(table, slice(*ends)) for ends in pairwise([0, *sorted(starts), count])]
+    return [slice(*ends) for ends in pairwise([0, *sorted(starts), count])]
 
 
-def _curve(lines: t.Lines, part: _Part, mapping: CurveMapping, specimens: int) -> Curve:
-    table, header = part.table, part.table.header
+def _curve(
+    lines: t.Lines, table: Table, rows: slice, mapping: CurveMapping, specimens: int
+) -> Curve:
+    header, place = table.header, table.line[rows]
     found: dict[str, list[FloatArray]] = {}
-    read: list[ColumnRead] = []
-    for column, values in zip(header.columns, table.values[part.rows].T, strict=True):
-        scale = 1.0 if column.unit_place is not None else column.scale
+    read: list[h.Column] = []
+    for column, values in zip(header.columns, table.values[rows].T, strict=True):
+        in_si = column.unit_place is not None or column.unit == "clock"
+        scale = 1.0 if in_si else scale_of(column.unit)
         scaled = np.ascontiguousarray(values if scale == 1.0 else values * scale)
         found.setdefault(column.role, []).append(scaled)
-        read.append(ColumnRead(column.role, column.place + 1, column.name[:60], column.unit,
-                               column.unit_from, float(scaled[0]), float(scaled[-1])))  # fmt: skip
-    time_s, notes = _checked_time(found.get("time_s", [None])[0], part)
+        first, last = float(scaled[0]), float(scaled[-1])
+        read.append(replace(column, name=column.name[:60], first=first, last=last))
+    one = {each: arrays[0] for each, arrays in found.items()}
+    time_s, notes = _checked_time(one.get("time_s"), header, place)
     used = {column.place for column in header.columns}
-    unused = tuple(name[:60] for at, name in enumerate(header.names) if at not in used and name)
-    notes = [*lines.notes, *notes, *(
-        f"the column {name!r} is not used: cycles are found from force and travel"
-        for name in unused if has_word(name, "cycle")
-    )]  # fmt: skip
-    travel_m, force_n = next(found[each][0] for each in TRAVELS & found.keys()), found["force_n"][0]
-    turn = signs(travel_m, force_n)
+    turn = signs(next(one[each] for each in TRAVELS & one.keys()), one["force_n"])
     falls = [name for name, sign in (("force", turn.force), ("travel", turn.travel)) if sign < 0.0]
     reading = Reading(
         encoding=lines.encoding,
@@ -312,70 +243,69 @@ def _curve(lines: t.Lines, part: _Part, mapping: CurveMapping, specimens: int) -
         decimal=table.decimal,
         sheet=lines.sheet,
         names_line=header.line,
-        units_line=header.units_line,
         columns=tuple(read),
-        unused=unused,
-        rows=len(force_n),
-        first_line=part.line[0],
-        last_line=part.line[-1],
-        left_out=tuple(
-            LeftOut(reason, len(each), each[0][0], each[0][2][:60])
-            for reason, each in table.left_out.items()
-        ),
+        unused=tuple(x[:60] for at, x in enumerate(header.names) if at not in used and x),
+        rows=len(place),
+        first_line=place[0],
+        last_line=place[-1],
+        left_out=tuple(table.left_out.values()),
         specimen=mapping.specimen,
         specimens=specimens,
         sign=f"sign: {' and '.join(falls)} negative when pressing, turned" if falls else "",
-        notes=tuple(notes),
-        mapping=_mapping(lines, table, specimens),
+        notes=notes,
+        mapping=_mapping(lines, table, specimens, mapping),
     )
-    comments = (text for line in lines.texts[: header.begin] if (text := line.strip()))
-    told = (text.lstrip("# ") for text in comments if h.is_comment(text))
+    comments = (line.strip().lstrip("# ") for line in lines.texts[: header.begin] if "#" in line)
     return Curve(
         time_s=time_s,
-        position_m=found.get("position_m", [None])[0],
-        displacement_m=found.get("displacement_m", [None])[0],
-        force_n=force_n,
+        position_m=one.get("position_m"),
+        displacement_m=one.get("displacement_m"),
+        force_n=one["force_n"],
         lateral_n=np.stack(found[LATERAL]) if LATERAL in found else None,
-        notes=(*(text for text in told if text.startswith(FACTORED)), *notes),
-        perhaps_machine=next((c.name[:60] for c in header.columns if h.may_be_machine(c)), ""),
+        notes=(*(text for text in comments if text.startswith(FACTORED)), *notes),
+        perhaps_machine=next((c.name[:60] for c in header.columns if c.may_be_machine), ""),
         reading=reading,
     )
 
 
-def _mapping(lines: t.Lines, table: Table, specimens: int) -> CurveMapping:
+def _mapping(lines: t.Lines, table: Table, specimens: int, stated: CurveMapping) -> CurveMapping:
     """What says how a file was read; not that a doubtful displacement is the payload's."""
     columns = [column for column in table.header.columns if column.role != LATERAL]
-    sure = [column for column in columns if not h.may_be_machine(column)]
-    unique = all(table.header.names.count(column.name) == 1 for column in columns)
-    by_name = unique and specimens == 1
+    names = table.header.names
+    by_name = specimens == 1 and all(names.count(column.name) == 1 for column in columns)
     return CurveMapping(
-        columns=tuple((CALLED[c.role], c.name if by_name else str(c.place + 1)) for c in sure),
+        columns=(
+            *((CALLED[c.role], c.name if by_name else str(c.number))
+              for c in columns if not c.may_be_machine),
+            *(pair for pair in stated.columns if pair[1] == NONE),
+        ),
         units=tuple((CALLED[c.role], c.unit) for c in columns if c.unit != "clock"),
         sheet=lines.sheet,
         decimal=table.decimal,
         encoding="" if lines.encoding in ("utf-8", "xlsx") else lines.encoding,
-    )
+    )  # fmt: skip
 
 
-def _checked_time(time_s: FloatArray | None, part: _Part) -> tuple[FloatArray | None, list[str]]:
-    """The time from its first value where that is a date, and notes on a clock that jumps."""
+def _checked_time(
+    time_s: FloatArray | None, header: h.Header, lines: list[int]
+) -> tuple[FloatArray | None, tuple[str, ...]]:
+    """The time from its first value where that is a date, and a note on a clock that jumps."""
     if time_s is None:
-        return None, []
-    header = part.table.header
+        return None, ()
     column = next(column for column in header.columns if column.role == "time_s")
     steps = np.diff(time_s)
     if column.unit_from == "size" and float(np.ptp(time_s)) > DAY_S:
         raise Refusal(f"the column {column.name[:60]!r} has no unit that is known", header.line,
                       units=(("time", "?"),), hint="ms, s, …")  # fmt: skip
     if (steps < 0.0).any():
-        return None, ["the time goes back: it is not used"]
+        return None, ("the time goes back: it is not used",)
     if time_s[0] > SINCE_1970_S:
         time_s = time_s - time_s[0]
     at, median_s = int(np.argmax(steps)), float(np.median(steps))
     if steps[at] < max(GAP * median_s, LEAST_GAP_S):
-        return time_s, []
-    return time_s, [
+        return time_s, ()
+    return time_s, (
         f"the clock jumps ahead by {format_quantity(float(steps[at]), 's')} at line "
-        f"{part.line[at + 1]}, median step {format_quantity(median_s, 's')}: drift and creep "
-        "between are not known"
-    ]
+        f"{lines[at + 1]}, median step {format_quantity(median_s, 's')}: drift and creep "
+        "between are not known",
+    )

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
-from dataclasses import fields
 from pathlib import Path
-from typing import Any
 
 from pydantic.dataclasses import dataclass
 
@@ -15,7 +12,7 @@ from stepload.declaration.sections import CHECKED, SECTION, Contradiction
 from stepload.errors import BadInputError
 from stepload.plan.reader import read_file
 from stepload.plan.source import read_source
-from stepload.record.curve_mapping import CurveMapping, parse_pairs
+from stepload.record.curve_mapping import CurveMapping
 
 
 @dataclass(frozen=True, config=SECTION)
@@ -24,50 +21,28 @@ class _Kept:
 
     units: q.Tag
     """Units, force=kN, position=mm."""
-    columns: q.Tag | None = None
+    columns: q.Tag = ""
     """Names or numbers of columns, force=Fn (µN), position=3."""
-    sheet: q.Name | None = None
+    sheet: q.Tag = ""
     """Sheet of a workbook."""
-    decimal: q.Name | None = None
+    decimal: q.Tag = ""
     """Decimal mark, "." or ","."""
-    encoding: q.Name | None = None
+    encoding: q.Tag = ""
     """Encoding of the text."""
 
     sound = CHECKED
 
     def contradictions(self) -> Iterator[Contradiction]:
-        for each in fields(self):
+        for key, text in vars(self).items():
             try:
-                given = _given(self, each.name)
-                CurveMapping(**given).check()
+                roles = dict(CurveMapping.of({key: text}).units).keys()
             except BadInputError as error:
-                yield each.name, error.message, error.hint
-                continue
-            roles = dict(given.get("units", ())).keys()
-            if each.name == "units" and not (
-                "force" in roles and roles & {"position", "displacement"}
-            ):
-                yield "units", "force and travel need a unit", "units: force=kN, position=mm"
-
-
-def _given(kept: _Kept, *names: str) -> dict[str, Any]:
-    """The fields of a mapping that are written; raises BadInputError."""
-    texts = {name: text for name in names if (text := getattr(kept, name)) is not None}
-    pairs = {name: parse_pairs(name, texts[name]) for name in ("units", "columns") if name in texts}
-    return texts | pairs
+                yield key, error.message, error.hint
+            else:
+                if key == "units" and ("force" not in roles or roles <= {"force", "time"}):
+                    yield key, "force and travel need a unit", "units: force=kN, position=mm"
 
 
 def load_mapping(path: Path) -> CurveMapping:
-    """Read a mapping file.
-
-    Raises:
-        PlanError: every problem with its place.
-    """
-    kept = read_file(_Kept, read_source(path))
-    return CurveMapping(**_given(kept, *(each.name for each in fields(kept))))
-
-
-def mapping_yaml(mapping: CurveMapping) -> str:
-    """A mapping as such a file."""
-    texts = mapping.texts().items()
-    return "\n".join(f"{key}: {json.dumps(text, ensure_ascii=False)}" for key, text in texts)
+    """Read a mapping file; raises PlanError with every problem at its place."""
+    return CurveMapping.of(vars(read_file(_Kept, read_source(path))))

@@ -54,11 +54,11 @@ def test_the_same_curve_in_other_dialects(tmp_path: Path, text: str) -> None:
         ("", ":1:1: the file is empty"),
         (
             GOOD.replace("force_n", "foce_n"),
-            ":1:1: no column for the force (force_n); is 'foce_n'",
+            ":1:1: no column for the force (force_n); columns",
         ),
         (
             GOOD.replace("position_m", "way_mm"),
-            ":1:1: no column for the travel (position_m); columns",
+            ":1:1: no column for the position (position_m); columns",
         ),
         (GOOD.replace("time_s", "force_n"), ":1:1: 2 specimens beside each other"),
         (GOOD.replace("time_s", "displacement_m"), ":1:1: both 'position_m' and"),
