@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepload.record.curve_header import ERRORS, NUMBER, Column, Header, is_comment, split
-from stepload.record.curve_mapping import Refusal
+from stepload.record.curve_mapping import NONE, Refusal
 from stepload.record.curve_words import TRAVELS, has_word, kind_of, role, scale_of, unit
 
 FloatArray = NDArray[np.float64]
@@ -167,7 +167,11 @@ class Table:
             if "." in text or delimiter == ",":
                 return None
             block = text.replace(",", ".").split("\n")
-        if {len(line.split(delimiter)) for line in block} != {self.header.width}:
+        if delimiter is None:
+            widths = {len(line.split()) for line in block}
+        else:
+            widths = {line.count(delimiter) + 1 for line in block}
+        if widths != {self.header.width}:
             return None
         try:
             found = np.loadtxt(
@@ -216,8 +220,9 @@ class Table:
             begin = sum(len(x) + 1 for x in line.split(self.header.delimiter)[: column.place]) + 1
             value = math.nan if cell.lower() in _MISSING else self.value(column, cell, cells)
             if isinstance(value, str):
-                again = {"columns": (("time", "none"),)} if column.role == "time_s" else {}
-                raise Refusal(f"{column.name}: {cell[:40]!r} {value}", at + 1, begin, **again)
+                refusal = Refusal(f"{column.name}: {cell[:40]!r} {value}", at + 1, begin)
+                refusal.remedy = {"columns": (("time", NONE),)} if column.role == "time_s" else {}
+                raise refusal
             if not math.isfinite(value):
                 self.missing += 1
                 return self.leave(MISSING, at, cell, begin)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import re
 import zipfile
+from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -50,35 +51,31 @@ def read_bytes(path: Path) -> bytes:
         raise BadInputError(f"{path}: {error.strerror}") from error
 
 
-def encodings(data: bytes, stated: str) -> list[str]:
-    """The encodings that a text has: the one that the user, its mark or UTF-8 says, else several.
+def texts(data: bytes, stated: str) -> Iterator[Lines]:
+    """A text in each encoding that it may have: the stated one, that of its mark, else several.
 
     Raises:
-        Refusal: it has none.
+        Refusal: it has none, or a line is too long.
     """
     marked = [name for bom, name in _BOMS.items() if data.startswith(bom)][:1]
-    if not (stated or marked) and data[: 1 << 14].count(0) > min(len(data), 1 << 14) // 4:
+    if not (stated or marked) and (head := data[: 1 << 14]).count(0) > len(head) // 4:
         raise Refusal("UTF-16 without its mark, or no text", encoding="utf-16-le",
                       hint="or utf-16-be")  # fmt: skip
     several = [stated] if stated else marked or _ENCODINGS
-    found = [name for name in several if _decodes(data, name)]
-    if not found:
+    for encoding in several:
+        try:
+            text = data.decode(encoding)
+        except (LookupError, ValueError):
+            continue
+        yield _lines(text, encoding.removesuffix("-sig"))
+        if encoding == "utf-8" or several is not _ENCODINGS:
+            return
+    if several is not _ENCODINGS:
         raise Refusal(f"no text in the encoding {several[0]!r}", encoding="?",
                       hint="such as cp1252, shift_jis, utf-16-le")  # fmt: skip
-    return found[:1] if found[0] == "utf-8" else found
 
 
-def _decodes(data: bytes, name: str) -> bool:
-    try:
-        data.decode(name)
-    except (LookupError, UnicodeError):
-        return False
-    return True
-
-
-def text_lines(data: bytes, encoding: str) -> Lines:
-    """The lines of a text; raises Refusal where one is too long."""
-    text = data.decode(encoding)
+def _lines(text: str, encoding: str) -> Lines:
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
     lines = text.split("\n")
@@ -87,7 +84,7 @@ def text_lines(data: bytes, encoding: str) -> Lines:
         raise Refusal(f"a line of more than {MAX_LINE} characters", at, MAX_LINE)
     if stated := re.fullmatch(r'"?sep=(.)"?[;,\t]*', lines[0], re.IGNORECASE):
         lines[0] = ""
-    return Lines(lines, encoding.removesuffix("-sig"), delimiter=stated and stated[1])
+    return Lines(lines, encoding, delimiter=stated and stated[1])
 
 
 def is_workbook(data: bytes) -> bool:

@@ -130,12 +130,10 @@ def read_curve(path: Path, mapping: CurveMapping | None = None) -> Curve:
 def _header_of(data: bytes, mapping: CurveMapping) -> tuple[t.Lines, h.Header]:
     """Lines and header of a text in the first encoding in which it has a header; raises Refusal.
 
-    Another encoding changes letters, no digit, and the words and units of both travel and force
-    are recognised in one only.
+    Another encoding changes letters, no digit: only in the right one are the words names and units.
     """
     refusal: Refusal | None = None
-    for encoding in t.encodings(data, mapping.encoding):
-        lines = t.text_lines(data, encoding)
+    for lines in t.texts(data, mapping.encoding):
         try:
             return lines, h.find_header(lines.texts, mapping, lines.delimiter)
         except Refusal as error:
