@@ -18,8 +18,6 @@ NUMBER = re.compile(
 )
 ERRORS = frozenset({"#n/a", "#ref!", "#div/0!", "#value!", "#name?", "#num!", "#null!"})
 """What a spreadsheet writes in place of a number."""
-_EPOCH = {"s": 1e9, "ms": 1e12, "µs": 1e15, "ns": 1e18}
-"""Unit of a time since 1970 by the size of its first value, of the years 2001 to 2099."""
 _FIRST_ROWS = 3
 
 
@@ -238,16 +236,25 @@ class _Names:
         """
         places = self.places()
         chosen: dict[str, list[Column]] = {}
+        unknown: list[str] = []
         beside = 1
         try:
-            for each in sorted(places, key=lambda each: each != "force_n"):
-                found = [c for place in places[each] if (c := self.column(place, each))]
-                if each != w.LATERAL:
+            for each, candidates in places.items():
+                found = [c for place in candidates if (c := self.column(place, each))]
+                if len(found) > 1 and each != w.LATERAL:
                     same = len({column.name for column in found}) == 1
                     beside = max(beside, len(found)) if same else beside
-                    found = [self.one_of(found, places[each][0], each)]
+                    found = [self.one_of(found, each)]
                 if found:
                     chosen[each] = found
+                elif each != w.LATERAL:
+                    unknown.append(each)
+            if unknown:
+                kinds = dict.fromkeys(w.KIND_OF_ROLE[each] for each in unknown)
+                names = " and ".join(repr(self.names[places[x][0]][:60]) for x in unknown)
+                raise Refusal(f"no known unit of {' or '.join(kinds)}: {names}",
+                              units=tuple((CALLED[each], "?") for each in unknown),
+                              hint="; ".join(map(w.listed, kinds)))  # fmt: skip
             self.check(chosen)
         except Refusal as error:
             error.known += len(places)
@@ -299,10 +306,7 @@ class _Names:
         if len(others) > 1 and not wanted and w.kind_of(in_cells) in ("", kind):
             raise Refusal(f"the column {name[:60]!r} is in {' and '.join(sorted(others))}", known=4,
                           units=((CALLED[each], in_cells or in_row),))  # fmt: skip
-        sources = {
-            "cells": in_cells, "stated": wanted, "name": in_name, "row of units": in_row,
-            "size": _epoch(first) if kind == "time" else "",
-        }  # fmt: skip
+        sources = {"cells": in_cells, "stated": wanted, "name": in_name, "row of units": in_row}
         for source, symbol in sources.items():
             if w.kind_of(symbol) == kind:
                 at = unit_place if source == "cells" else None
@@ -311,22 +315,15 @@ class _Names:
                 return None
         return None
 
-    def one_of(self, found: Sequence[Column], place: int, each: str) -> Column:
-        """The one column in a role, one of which is at this place; raises Refusal."""
-        name, many, specimen = self.names[place], len(found), self.mapping.specimen
-        if not found:
-            kind = w.KIND_OF_ROLE[each]
-            raise Refusal(f"the column {name[:60]!r} has no known unit of a {kind}",
-                          units=((CALLED[each], "?"),), hint=w.listed(kind))  # fmt: skip
-        if many == 1:
-            return found[0]
+    def one_of(self, found: Sequence[Column], each: str) -> Column:
+        """The one column of several in a role that is meant; raises Refusal."""
+        name, many, specimen = found[0].name, len(found), self.mapping.specimen
         if name and {column.name for column in found} == {name}:
             if specimen.isdigit() and int(specimen) <= many:
                 return found[int(specimen) - 1]
             raise Refusal(f"{many} specimens beside each other, with {name!r} each",
                           hint=f"1 to {many}", specimen="1")  # fmt: skip
-        text = found[0].name
-        text = text if self.names.count(text) == 1 and text else str(found[0].number)
+        text = name if self.names.count(name) == 1 and name else str(found[0].number)
         raise Refusal(f"{many} columns could be the {CALLED[each]}; {self.all}",
                       hint="or another of them", columns=((CALLED[each], text),))  # fmt: skip
 
@@ -350,9 +347,3 @@ class _Names:
             raise Refusal(f"no column for the {missing[0]} ({ROLES[missing[0]]}); {self.all}",
                           columns=tuple((each, "?") for each in missing),
                           hint="names or numbers")  # fmt: skip
-
-
-def _epoch(text: str) -> str:
-    """The unit of a time since 1970; "" where it is none."""
-    value = float(text) if re.fullmatch(r"[0-9]+(?:\.[0-9]*)?", text) else 0.0
-    return next((each for each, size in _EPOCH.items() if size <= value < 4.1 * size), "")

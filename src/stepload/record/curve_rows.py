@@ -59,39 +59,33 @@ def decimal_mark(lines: Sequence[str], header: Header) -> str:
     digits behind it. A column without a clear mark takes that of the others only if it is the same.
     """
     columns = [column for column in header.columns if column.unit != "clock"]
-    shown: dict[str, str] = {}
-    unclear: dict[int, tuple[int, str, str]] = {}
-    for at in range(header.begin, len(lines)):
+    decimal, unclear = "", dict[int, tuple[int, str, str]]()
+    for at, line in enumerate(lines[header.begin :], header.begin + 1):
         if not columns:
             break
-        if "," not in (line := lines[at]) and "." not in line:
+        if "," not in line and "." not in line:
             continue
         cells = split(line, header.delimiter)
         for column in columns.copy():
             text = cells[column.place] if column.place < len(cells) else ""
-            whole = column.unit_place != column.place
-            match = NUMBER.fullmatch(text) if whole else NUMBER.match(text)
-            mark = _mark(match[0]) if match else ""
-            if match and mark == "?":
-                unclear.setdefault(column.place, (at + 1, column.name, match[0]))
-            elif match and mark:
-                columns.remove(column)
-                unclear.pop(column.place, None)
-                shown.setdefault(mark, f"{column.name}: {match[0]!r}")
-        if len(shown) > 1:
-            one, other = shown
-            raise Refusal(f"{shown[other]} where decimals have {one!r} ({shown[one]})", at + 1,
-                          decimal=one, hint=f"or {other}")  # fmt: skip
-    decimal = next(iter(shown), ".")
-    for line_at, name, text in unclear.values():
-        if not shown or decimal not in text:
-            bare, point = re.sub("[.,]", "", text), text.replace(",", ".")
+            match = (NUMBER.match if column.unit_place == column.place else NUMBER.fullmatch)(text)
+            if match is None or not (mark := _mark(match[0])):
+                continue
+            if mark == "?":
+                unclear.setdefault(column.place, (at, column.name, match[0]))
+                continue
+            columns.remove(column)
+            unclear.pop(column.place, None)
+            decimal = decimal or mark
+    for at, name, text in unclear.values():
+        if not decimal or decimal not in text:
+            mark, bare, point = decimal or ".", re.sub("[.,]", "", text), text.replace(",", ".")
             raise Refusal(
                 f"{name}: {text!r} may be {bare} or {point}: every mark has three digits behind it",
-                line_at, decimal=decimal,
-                hint=f"{point if decimal in text else bare}; or --decimal {_OTHER[decimal]}",
+                at, decimal=mark,
+                hint=f"{point if mark in text else bare}; or --decimal {_OTHER[mark]}",
             )  # fmt: skip
-    return decimal
+    return decimal or "."
 
 
 def _mark(text: str) -> str:
@@ -118,21 +112,14 @@ class LeftOut:
 class Table:
     """The rows below a header.
 
-    Attributes:
-        values: (N, C) rows with all numbers; SI where the unit is in the cells.
-        line: (N,) where each is, from 1.
-        left_out: what is no row, by reason.
-        missing: how many of them are rows of the table.
-        again: rows (from 0) above which the names are repeated.
-        stop: index of the line with which another table begins; None where none does.
+    `values`: (N, C) rows with all numbers; SI where the unit is in the cells. `line`: (N,) where
+    each is, from 1. `left_out`: what is no row, by reason, of which `missing` are rows of the
+    table. `again`: rows (from 0) above which the names are repeated. `stop`: index of the line with
+    which another table begins; None where none does.
     """
 
     def __init__(self, lines: Sequence[str], header: Header, decimal: str) -> None:
-        """Read what follows the header in the lines of a whole file.
-
-        Raises:
-            Refusal: a cell that is no number, a row of another width.
-        """
+        """Of all lines; raises Refusal: a cell that is no number, a row of another width."""
         self.header, self.decimal, self.end = header, decimal, len(lines)
         self.places = [column.place for column in header.columns]
         self.names = [name.lower() for name in header.names]

@@ -16,15 +16,7 @@ from stepload.contact.curve_factors import FACTORED
 from stepload.errors import printable
 from stepload.identification.curve_channels import signs
 from stepload.record.curve_mapping import ALL, CALLED, NONE, CurveMapping, Refusal
-from stepload.record.curve_rows import (
-    DAY_S,
-    MISSING,
-    TEXT,
-    FloatArray,
-    LeftOut,
-    Table,
-    decimal_mark,
-)
+from stepload.record.curve_rows import MISSING, TEXT, FloatArray, LeftOut, Table, decimal_mark
 from stepload.record.curve_words import LATERAL, TRAVELS, scale_of
 from stepload.units import format_quantity, percent
 
@@ -120,8 +112,6 @@ def read_curve(path: Path, mapping: CurveMapping | None = None) -> Curve:
         if t.is_workbook(data):
             lines = t.workbook_lines(path, mapping.sheet)
             return _read(lines, h.find_header(lines.texts, mapping, "\t"), mapping)
-        if mapping.sheet:
-            raise Refusal("--sheet of a text", hint="sheets are in .xlsx")
         return _read(*_header_of(data, mapping), mapping)
     except Refusal as refusal:
         raise refusal.as_error(path, mapping) from None
@@ -132,52 +122,43 @@ def _header_of(data: bytes, mapping: CurveMapping) -> tuple[t.Lines, h.Header]:
 
     Another encoding changes letters, no digit: only in the right one are the words names and units.
     """
-    refusal: Refusal | None = None
+    if mapping.sheet:
+        raise Refusal("--sheet of a text", hint="sheets are in .xlsx")
+    refusals: list[Refusal] = []
     for lines in t.texts(data, mapping.encoding):
         try:
             return lines, h.find_header(lines.texts, mapping, lines.delimiter)
         except Refusal as error:
-            refusal = refusal or error
-    assert refusal is not None
-    raise refusal
-
-
-def _tables(lines: t.Lines, header: h.Header, mapping: CurveMapping) -> list[Table]:
-    """The tables of a file, one below the other; raises Refusal."""
-    tables: list[Table] = []
-    while True:
-        decimal = mapping.decimal or decimal_mark(lines.texts, header)
-        table = Table(lines.texts, header, decimal)
-        tables.append(table)
-        if table.stop is None:
-            return tables
-        header = h.header_at(lines.texts, table.stop, mapping, header.delimiter)
+            refusals.append(error)
+    raise refusals[0]
 
 
 def _read(lines: t.Lines, header: h.Header, mapping: CurveMapping) -> Curve:
-    tables = _tables(lines, header, mapping)
+    tables: list[Table] = []
+    while not tables or (stop := tables[-1].stop) is not None:
+        of = h.header_at(lines.texts, stop, mapping, header.delimiter) if tables else header
+        decimal = mapping.decimal or decimal_mark(lines.texts, of)
+        tables.append(Table(lines.texts, of, decimal))
     long = [each for each in tables if len(each.values) >= MIN_ROWS] or tables[:1]
     parts = [(table, rows) for table in long for rows in _parts(table)]
-    (table, rows), wanted = parts[0], mapping.specimen
-    if header.beside == 1 and wanted.isdigit():
-        if int(wanted) > len(parts):
-            raise Refusal(f"--specimen {wanted}: the file has {len(parts)}", specimen="1")
-        table, rows = parts[int(wanted) - 1]
-    elif len(parts) > 1 and wanted == ALL and len(long) == 1:
+    number = int(mapping.specimen) if mapping.specimen.isdigit() and header.beside == 1 else 0
+    table, rows = parts[number - 1 if 0 < number <= len(parts) else 0]
+    if mapping.specimen == ALL and len(long) == 1:
         rows = slice(None)
-    elif len(parts) > 1:
-        begin = [each.line[of][0] for each, of in parts]
+    elif number > len(parts) or (len(parts) > 1 and not number):
+        begin = [each.line[of][0] for each, of in parts if each.line]
         starts = ", ".join(f"{n} at line {at}" for n, at in enumerate(begin[:6], 1))
         raise Refusal(
-            f"{len(parts)} tests in one file: {starts}{', …' * (len(parts) > 6)}", begin[1],
-            specimen="1", hint="or another; all: they are one test",
+            f"{len(parts)} tests in one file: {starts}{', …' * (len(parts) > 6)}",
+            begin[1] if len(begin) > 1 else 1, specimen="1",
+            hint="or another; all: they are one test",
         )  # fmt: skip
-    of = len(table.values) + table.missing
-    if table.missing > MISSING_SHARE * of:
+    of_rows = len(table.values) + table.missing
+    if table.missing > MISSING_SHARE * of_rows:
         one = next(each for each in table.left_out.values() if each.reason in (MISSING, TEXT))
         raise Refusal(
-            f"{one.text[:40]!r} is not a finite number; {table.missing} of {of} rows lack a number",
-            one.first_line, one.column,
+            f"{one.text[:40]!r} is not a finite number; {table.missing} of {of_rows} rows lack a "
+            "number", one.first_line, one.column,
             hint=f"at most {percent(MISSING_SHARE, 2)} may be missing; formulas: save in Excel",
         )  # fmt: skip
     if len(place := table.line[rows]) < MIN_ROWS:
@@ -185,8 +166,8 @@ def _read(lines: t.Lines, header: h.Header, mapping: CurveMapping) -> Curve:
         raise Refusal(f"{len(place)} rows, at least {MIN_ROWS} are needed", line)
     for each in tables:
         if each not in long and each.line:
-            other = "of another table"
-            table.left_out[other] = LeftOut(other, len(each.line), each.line[0], 1, "")
+            told = LeftOut("of another table", len(each.line), each.line[0], 1, "")
+            table.left_out[f"table {each.line[0]}"] = told
     return _curve(lines, table, rows, mapping, max(len(parts), header.beside))
 
 
@@ -220,10 +201,10 @@ def _parts(table: Table) -> list[slice]:
 def _curve(
     lines: t.Lines, table: Table, rows: slice, mapping: CurveMapping, specimens: int
 ) -> Curve:
-    header, place = table.header, table.line[rows]
+    header, place, columns = table.header, table.line[rows], table.header.columns
     found: dict[str, list[FloatArray]] = {}
     read: list[h.Column] = []
-    for column, values in zip(header.columns, table.values[rows].T, strict=True):
+    for column, values in zip(columns, table.values[rows].T, strict=True):
         in_si = column.unit_place is not None or column.unit == "clock"
         scale = 1.0 if in_si else scale_of(column.unit)
         scaled = np.ascontiguousarray(values if scale == 1.0 else values * scale)
@@ -231,70 +212,49 @@ def _curve(
         first, last = float(scaled[0]), float(scaled[-1])
         read.append(replace(column, name=column.name[:60], first=first, last=last))
     one = {each: arrays[0] for each, arrays in found.items()}
-    time_s, notes = _checked_time(one.get("time_s"), header, place)
-    used = {column.place for column in header.columns}
+    time_s, notes = _checked_time(one.get("time_s"), place)
     turn = signs(next(one[each] for each in TRAVELS & one.keys()), one["force_n"])
     falls = [name for name, sign in (("force", turn.force), ("travel", turn.travel)) if sign < 0.0]
-    reading = Reading(
-        encoding=lines.encoding,
-        delimiter=_MARKS.get(header.delimiter, str(header.delimiter)),
-        decimal=table.decimal,
-        sheet=lines.sheet,
-        names_line=header.line,
-        columns=tuple(read),
-        unused=tuple(x[:60] for at, x in enumerate(header.names) if at not in used and x),
-        rows=len(place),
-        first_line=place[0],
-        last_line=place[-1],
-        left_out=tuple(table.left_out.values()),
-        specimen=mapping.specimen,
-        specimens=specimens,
-        sign=f"sign: {' and '.join(falls)} negative when pressing, turned" if falls else "",
-        notes=notes,
-        mapping=_mapping(lines, table, specimens, mapping),
-    )
-    comments = (line.strip().lstrip("# ") for line in lines.texts[: header.begin] if "#" in line)
-    return Curve(
-        time_s=time_s,
-        position_m=one.get("position_m"),
-        displacement_m=one.get("displacement_m"),
-        force_n=one["force_n"],
-        lateral_n=np.stack(found[LATERAL]) if LATERAL in found else None,
-        notes=(*(text for text in comments if text.startswith(FACTORED)), *notes),
-        perhaps_machine=next((c.name[:60] for c in header.columns if c.may_be_machine), ""),
-        reading=reading,
-    )
-
-
-def _mapping(lines: t.Lines, table: Table, specimens: int, stated: CurveMapping) -> CurveMapping:
-    """What says how a file was read; not that a doubtful displacement is the payload's."""
-    columns = [column for column in table.header.columns if column.role != LATERAL]
-    names = table.header.names
-    by_name = specimens == 1 and all(names.count(column.name) == 1 for column in columns)
-    return CurveMapping(
-        columns=(
+    named = [column for column in columns if column.role != LATERAL]
+    names, used = header.names, {column.place for column in columns}
+    by_name = specimens == 1 and all(c.name and names.count(c.name) == 1 for c in named)
+    same = CurveMapping(
+        columns=(  # not that a doubtful displacement is the payload's
             *((CALLED[c.role], c.name if by_name else str(c.number))
-              for c in columns if not c.may_be_machine),
-            *(pair for pair in stated.columns if pair[1] == NONE),
+              for c in named if not c.may_be_machine),
+            *(pair for pair in mapping.columns if pair[1] == NONE),
         ),
-        units=tuple((CALLED[c.role], c.unit) for c in columns if c.unit != "clock"),
+        units=tuple((CALLED[c.role], c.unit) for c in named if c.unit != "clock"),
         sheet=lines.sheet,
         decimal=table.decimal,
         encoding="" if lines.encoding in ("utf-8", "xlsx") else lines.encoding,
     )  # fmt: skip
+    reading = Reading(
+        lines.encoding, _MARKS.get(header.delimiter, str(header.delimiter)), table.decimal,
+        lines.sheet, header.line, tuple(read),
+        unused=tuple(x[:60] for at, x in enumerate(names) if at not in used and x),
+        rows=len(place), first_line=place[0], last_line=place[-1],
+        left_out=tuple(table.left_out.values()),
+        specimen=mapping.specimen, specimens=specimens,
+        sign=f"sign: {' and '.join(falls)} negative when pressing, turned" if falls else "",
+        notes=notes, mapping=same,
+    )  # fmt: skip
+    comments = (line.strip().lstrip("# ") for line in lines.texts[: header.begin] if "#" in line)
+    return Curve(
+        time_s, one.get("position_m"), one.get("displacement_m"), one["force_n"],
+        np.stack(found[LATERAL]) if LATERAL in found else None,
+        (*(text for text in comments if text.startswith(FACTORED)), *notes),
+        next((c.name[:60] for c in columns if c.may_be_machine), ""), reading,
+    )  # fmt: skip
 
 
 def _checked_time(
-    time_s: FloatArray | None, header: h.Header, lines: list[int]
+    time_s: FloatArray | None, lines: list[int]
 ) -> tuple[FloatArray | None, tuple[str, ...]]:
     """The time from its first value where that is a date, and a note on a clock that jumps."""
     if time_s is None:
         return None, ()
-    column = next(column for column in header.columns if column.role == "time_s")
     steps = np.diff(time_s)
-    if column.unit_from == "size" and float(np.ptp(time_s)) > DAY_S:
-        raise Refusal(f"the column {column.name[:60]!r} has no unit that is known", header.line,
-                      units=(("time", "?"),), hint="ms, s, …")  # fmt: skip
     if (steps < 0.0).any():
         return None, ("the time goes back: it is not used",)
     if time_s[0] > SINCE_1970_S:
@@ -302,8 +262,6 @@ def _checked_time(
     at, median_s = int(np.argmax(steps)), float(np.median(steps))
     if steps[at] < max(GAP * median_s, LEAST_GAP_S):
         return time_s, ()
-    return time_s, (
-        f"the clock jumps ahead by {format_quantity(float(steps[at]), 's')} at line "
-        f"{lines[at + 1]}, median step {format_quantity(median_s, 's')}: drift and creep "
-        "between are not known",
-    )
+    jump, usual = format_quantity(float(steps[at]), "s"), format_quantity(median_s, "s")
+    what = f"the clock jumps ahead by {jump} at line {lines[at + 1]}, median step {usual}"
+    return time_s, (f"{what}: drift and creep between are not known",)

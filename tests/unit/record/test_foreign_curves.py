@@ -186,7 +186,8 @@ GOOD = [
          "%H:%M:%S.%f") for t in TIME], "Time")),
     File("german date", other([(START + timedelta(seconds=t)).strftime("%d.%m.%Y %H:%M:%S,%f")
                                for t in TIME], "Zeit")),
-    File("ms since 1970", other([str(1764327600000 + round(1e3 * t)) for t in TIME], "timestamp")),
+    File("ms since 1970", other([str(1764327600000 + round(1e3 * t)) for t in TIME], "timestamp"),
+         "--units time=ms"),
     File("names every 40 rows", "\n".join(line for i, line in enumerate(LOGGER[1:])
          for line in ([LOGGER[0]] if i % 40 == 0 else []) + [line]) + "\n"),
     File("cycle column", table(("Cycle", *NAMES), ["1"] * ROWS, TIME, MM, FORCE)),
@@ -197,7 +198,7 @@ GOOD = [
     File("a column of units", table(("Weg", "Einheit", "Kraft", "Einheit"), MM, ["mm"] * ROWS, KN,
          ["kN"] * ROWS, digits=7)),
     File("a foot with a point", table(NAMES[1:], MM, FORCE, decimal=",", foot="End;1.5 mm tip\n")),
-    File("ros", ROS, "--columns time=field.header.stamp", travel=-1.0, force=-1.0),
+    File("ros", ROS, "--columns time=field.header.stamp --units time=ns", travel=-1.0, force=-1.0),
     File("numpy, no names", table((), TIME, MM, FORCE, sep=" "),
          '--columns "time=1, position=2, force=3" --units time=s,position=mm,force=N'),
 ]  # fmt: skip
@@ -235,8 +236,10 @@ BROKEN = [
     Broken("am and pm", clock("%I:%M:%S.%f %p"), ":2:1"),
     Broken("day or month", clock("%m/%d/%Y %H:%M:%S.%f"), ":2:1"),
     Broken("minutes and seconds", clock("%M:%S.%f"), ":2:1"),
-    Broken("two clocks", ROS, ":1:1"),
-    Broken("mixed marks", table(NAMES, [f"{t:.1f}" for t in TIME], MM, FORCE, decimal=","), ":2:1",
+    Broken("two clocks", ROS, ":1:1", (), "--units time=ns"),
+    Broken("no unit at all", table(("time", "way", "disp", "load"), TIME, MM, MM, FORCE), ":1:1",
+           ("s", "mm", "N")),
+    Broken("mixed marks", table(NAMES, [f"{t:.1f}" for t in TIME], MM, FORCE, decimal=","), ":2:5",
            remedy=False),
     Broken("errors of a spreadsheet", re.sub(r"(?m)^1\d\.\d*,", "#N/A,", PLAIN), ":102:1",
            remedy=False),
