@@ -30,7 +30,7 @@ _MISSING = ERRORS | {
 }  # fmt: skip
 _UNCLEAR = re.compile(r"[+\-−]?[1-9]\d{0,2}[.,]\d{3}")
 """A number whose mark may group thousands as well as begin the decimals."""
-_FORM = r"([+-]?)(\d{{1,3}}(?:([{0}'’ \u00a0\u2009\u202f])\d{{3}})(?:\3\d{{3}})*|\d*)" \
+_FORM = r"([+-]?)([1-9]\d{{0,2}}(?:([{0}'’ \u00a0\u2009\u202f])\d{{3}})(?:\3\d{{3}})*|\d*)" \
     r"(?:[{1}](\d*))?([eE][+-]?\d+)?"  # fmt: skip
 _VALUE = {mark: re.compile(_FORM.format(group, mark), re.ASCII) for mark, group in (".,", ",.")}
 _OTHER = {".": ",", ",": "."}
@@ -47,8 +47,8 @@ DAY_S = 86400.0
 def number(text: str, decimal: str) -> float:
     """A number with this decimal mark and whole groups of thousands; NaN where it is none."""
     match = _VALUE[decimal].fullmatch(text.replace("−", "-"))
-    if match is None or not (match[2] or match[4]):
-        return math.nan
+    if match is None or not (match[2] or match[4]) or (match[3] and match[5]):
+        return math.nan  # nor 0,125 nor 1,234e3 group thousands
     return float(f"{match[1]}{re.sub('[^0-9]', '', match[2])}.{match[4] or ''}{match[5] or ''}")
 
 
@@ -204,16 +204,17 @@ class Table:
                           hint=hint if twice else "")  # fmt: skip
         row = []
         for column, cell in zip(self.header.columns, used, strict=True):
-            begin = sum(len(x) + 1 for x in line.split(self.header.delimiter)[: column.place]) + 1
             value = math.nan if cell.lower() in _MISSING else self.value(column, cell, cells)
-            if isinstance(value, str):
-                refusal = Refusal(f"{column.name}: {cell[:40]!r} {value}", at + 1, begin)
-                refusal.remedy = {"columns": (("time", NONE),)} if column.role == "time_s" else {}
-                raise refusal
-            if not math.isfinite(value):
+            if isinstance(value, float) and math.isfinite(value):
+                row.append(value)
+                continue
+            begin = sum(len(x) + 1 for x in line.split(self.header.delimiter)[: column.place]) + 1
+            if isinstance(value, float):
                 self.missing += 1
                 return self.leave(MISSING, at, cell, begin)
-            row.append(value)
+            refusal = Refusal(f"{column.name}: {cell[:40]!r} {value}", at + 1, begin)
+            refusal.remedy = {"columns": (("time", NONE),)} if column.role == "time_s" else {}
+            raise refusal
         if foot := self.left_out.get(STATISTICS):
             raise Refusal(f"numbers below the statistics in line {foot.first_line}", at + 1)
         self.line.append(at + 1)

@@ -73,6 +73,8 @@ def test_the_same_curve_in_other_dialects(tmp_path: Path, text: str) -> None:
         (GOOD.replace("0.1,1e-6", "0.1;1e-6"), ":3:1: 2 cells, the header has 3"),
         (GOOD.replace("0.2,", "0.05,"), ":4:1: 2 tests in one file: 1 at line 2, 2 at line 4"),
         (GOOD.rsplit("\n", 2)[0], ":3:1: 2 rows, at least 3"),
+        (GOOD.replace(",", ";").replace("2.5", "0,125"), ":3:10: force_n: '0,125' where decimals"),
+        (GOOD.replace(",", ";").replace("2.5", "1,234e3"), ":3:10: force_n: '1,234e3' where"),
         (GOOD + "9" * 5000, ":5:4096: a line of more than 4096"),
         ("9" * 5000 + GOOD, ":1:4096: a line of more than 4096"),
     ],
