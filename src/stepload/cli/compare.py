@@ -177,13 +177,8 @@ def compare(
         _by_curve(flag, [f"{name}=" for name in names or ()], files)
     body = None if payload is None else load_payload(payload)
     kept = _by_curve("--mapping", mapping, files)
-    mappings = {
-        name: c.curve_mapping(
-            kept.get(name), columns=columns, units=units, sheet=sheet, decimal=decimal,
-            encoding=encoding, specimen=specimen,
-        )
-        for name in files
-    }  # fmt: skip
+    stated = columns, units, sheet, decimal, encoding, specimen
+    mappings = {name: c.curve_mapping(kept.get(name), *stated) for name in files}
     if look:
         c.show_look(output, [(path, mappings[name]) for name, path in files.items()])
         return

@@ -27,13 +27,14 @@ Specimen = Annotated[str | None, Option(help="Which of several tests in one file
 Look = Annotated[bool, Option("--look", help="Only show how the file is read.")]
 
 
-def curve_mapping(file: Path | str | None, **options: str | None) -> CurveMapping:
-    """What the options of a command line state; each replaces what the mapping file says."""
+def curve_mapping(file: Path | str | None, *options: str | None) -> CurveMapping:
+    """What options in the order above state; each replaces what the mapping file says."""
     from stepload.record.curve_mapping import CurveMapping
     from stepload.report.curve_mapping import load_mapping
 
     found = CurveMapping() if file is None else load_mapping(Path(file))
-    return found.joined(CurveMapping.of(options))
+    names = ("columns", "units", "sheet", "decimal", "encoding", "specimen")
+    return found.joined(CurveMapping.of(dict(zip(names, options, strict=True))))
 
 
 def show_look(output: Output, files: Sequence[tuple[Path, CurveMapping]]) -> None:

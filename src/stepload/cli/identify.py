@@ -121,10 +121,7 @@ def identify(
     if payload is not None:
         stated = with_payload(payload, stated)
     output = Output(as_json=as_json)
-    wanted = c.curve_mapping(
-        mapping, columns=columns, units=units, sheet=sheet, decimal=decimal, encoding=encoding,
-        specimen=specimen,
-    )  # fmt: skip
+    wanted = c.curve_mapping(mapping, columns, units, sheet, decimal, encoding, specimen)
     if is_record(file) and (look or wanted != CurveMapping()):
         raise BadInputError(f"{file}: a record of stepload", hint="these options are for curves")
     if look:

@@ -59,7 +59,7 @@ class Header:
     """The columns that are used, and the rows below.
 
     `delimiter` None: spaces. `line`: of the names, from 1; 0 where there are none. `begin`: index
-    of the first line below. `beside`: specimens beside each other.
+    of the first line below.
     """
 
     delimiter: str | None
@@ -68,7 +68,6 @@ class Header:
     line: int
     begin: int
     width: int
-    beside: int
 
 
 def split(line: str, delimiter: str | None) -> list[str]:
@@ -87,9 +86,7 @@ def find_header(lines: Sequence[str], mapping: CurveMapping, given: str | None =
     """The first line that names force and travel, among those that an instrument writes above.
 
     Where no line does, the comment above the numbers, units in cells, or stated numbers of columns.
-
-    Raises:
-        Refusal: what looks most like a header, and what it lacks.
+    Raises Refusal: what looks most like a header, and what it lacks.
     """
     names, comments, rows = list[int](), list[int](), list[int]()
     for at, line in enumerate(lines[:MAX_PREAMBLE]):
@@ -169,9 +166,9 @@ def _below(
     fits = len(cells) == count or (len(cells) == count + 1 and not cells[-1])
     if delimiter is None and not (fits or all(map(w.unit_of, names))):
         names = [" ".join(names)]  # several words and no delimiter: one column, or prose
-    columns, beside = _Names(names, units, cells, mapping).columns()
+    columns = _Names(names, units, cells, mapping).columns()
     width = len(cells) if fits else len(names)
-    return Header(delimiter, columns, tuple(names), at + 1, begin, width, beside)
+    return Header(delimiter, columns, tuple(names), at + 1, begin, width)
 
 
 def _above(
@@ -190,8 +187,8 @@ def _above(
     names = split(lines[names_at], delimiter) if names_at < at else []
     if len(names) != width or _width(lines[names_at], delimiter):
         names, names_at = no_names, -1
-    columns, beside = _Names(names, units, cells, mapping).columns()
-    return Header(delimiter, columns, tuple(names), names_at + 1, at, width, beside)
+    columns = _Names(names, units, cells, mapping).columns()
+    return Header(delimiter, columns, tuple(names), names_at + 1, at, width)
 
 
 def _row_of_units(lines: Sequence[str], at: int, delimiter: str | None, width: int) -> list[str]:
@@ -203,10 +200,8 @@ def _row_of_units(lines: Sequence[str], at: int, delimiter: str | None, width: i
 
 
 def _unit_in(cells: Sequence[str], place: int, names: Sequence[str]) -> tuple[int, str]:
-    """The column of the units of a column, and the first of them; "" where there is none.
-
-    The next column holds them where it has no name, or is called so.
-    """
+    """The column of the units of a column (the next, without a name or called so), and the first
+    of them; "" where there is none."""
     if match := NUMBER.match(cells[place] if place < len(cells) else ""):
         if rest := cells[place][match.end() :].strip():
             return place, w.unit(rest) or ""
@@ -228,38 +223,20 @@ class _Names:
         self.stated: set[int] = set()
         self.all = "columns: " + ", ".join(f"{at} {x!r}" for at, x in enumerate(names, 1))[:300]
 
-    def columns(self) -> tuple[tuple[Column, ...], int]:
-        """The columns that are used, and how many specimens are beside each other.
+    def columns(self) -> tuple[Column, ...]:
+        """The columns that are used.
 
-        Raises:
-            Refusal: a column that is needed is missing, there twice, or without a known unit.
+        Raises Refusal: a column that is needed is missing, there twice, or without a known unit.
         """
         places = self.places()
-        chosen: dict[str, list[Column]] = {}
-        unknown: list[str] = []
-        beside = 1
         try:
-            for each, candidates in places.items():
-                found = [c for place in candidates if (c := self.column(place, each))]
-                if len(found) > 1 and each != w.LATERAL:
-                    same = len({column.name for column in found}) == 1
-                    beside = max(beside, len(found)) if same else beside
-                    found = [self.one_of(found, each)]
-                if found:
-                    chosen[each] = found
-                elif each != w.LATERAL:
-                    unknown.append(each)
-            if unknown:
-                kinds = dict.fromkeys(w.KIND_OF_ROLE[each] for each in unknown)
-                names = " and ".join(repr(self.names[places[x][0]][:60]) for x in unknown)
-                raise Refusal(f"no known unit of {' or '.join(kinds)}: {names}",
-                              units=tuple((CALLED[each], "?") for each in unknown),
-                              hint="; ".join(map(w.listed, kinds)))  # fmt: skip
-            self.check(chosen)
+            found = {each: [c for place in candidates if (c := self.column(place, each))]
+                     for each, candidates in places.items()}  # fmt: skip
+            self.check(places, found)
         except Refusal as error:
             error.known += len(places)
             raise
-        return tuple(sorted((x for f in chosen.values() for x in f), key=lambda x: x.place)), beside
+        return tuple(sorted((x for some in found.values() for x in some), key=lambda x: x.number))
 
     def places(self) -> dict[str, list[int]]:
         """The columns that could have each role."""
@@ -315,35 +292,40 @@ class _Names:
                 return None
         return None
 
-    def one_of(self, found: Sequence[Column], each: str) -> Column:
-        """The one column of several in a role that is meant; raises Refusal."""
-        name, many, specimen = found[0].name, len(found), self.mapping.specimen
-        if name and {column.name for column in found} == {name}:
-            if specimen.isdigit() and int(specimen) <= many:
-                return found[int(specimen) - 1]
-            raise Refusal(f"{many} specimens beside each other, with {name!r} each",
-                          hint=f"1 to {many}", specimen="1")  # fmt: skip
-        text = name if self.names.count(name) == 1 and name else str(found[0].number)
-        raise Refusal(f"{many} columns could be the {CALLED[each]}; {self.all}",
-                      hint="or another of them", columns=((CALLED[each], text),))  # fmt: skip
-
-    def check(self, chosen: dict[str, list[Column]]) -> None:
-        """Raises Refusal: force or travel is missing, two travels, a unit for what is not there."""
-        if chosen.keys() >= w.TRAVELS:
-            one, other = (chosen[each][0] for each in ("position_m", "displacement_m"))
+    def check(self, places: dict[str, list[int]], found: dict[str, list[Column]]) -> None:
+        """Raises Refusal: an unknown unit, several columns, a unit for none, a role missing."""
+        needed = [each for each in found if each != w.LATERAL]
+        if unknown := [each for each in needed if not found[each]]:
+            kinds = dict.fromkeys(w.KIND_OF_ROLE[each] for each in unknown)
+            names = " and ".join(repr(self.names[places[each][0]][:60]) for each in unknown)
+            raise Refusal(f"no known unit of {' or '.join(kinds)}: {names}",
+                          units=tuple((CALLED[each], "?") for each in unknown),
+                          hint="; ".join(map(w.listed, kinds)))  # fmt: skip
+        if several := [each for each in needed if len(found[each]) > 1]:
+            told = ", ".join(f"{len(found[each])} {CALLED[each]}" for each in several)
+            raise Refusal(f"more than one column: {told}; {self.all}", hint="or others of them",
+                          columns=tuple((CALLED[each], self.stating(found[each][0]))
+                                        for each in several))  # fmt: skip
+        if found.keys() >= w.TRAVELS:
+            one, other = found["position_m"][0], found["displacement_m"][0]
             raise Refusal(
                 f"both {one.name!r} and {other.name!r}: which one is meant?",
-                columns=(("position", one.name or str(one.number)),),
+                columns=(("position", self.stating(one)),),
                 hint="travel of the machine; or displacement=, deformation of the payload alone",
             )  # fmt: skip
-        roles = {CALLED[each] for each in chosen}
-        if chosen and (idle := [name for name, _ in self.mapping.units if name not in roles]):
+        roles = {CALLED[each] for each in found}
+        if found and (idle := [name for name, _ in self.mapping.units if name not in roles]):
             told = ", ".join(sorted(roles))
             raise Refusal(f"--units {idle[0]}: no column is the {idle[0]}; there are {told}",
                           known=5)  # fmt: skip
         missing = [] if "force" in roles else ["force"]
-        missing += [] if chosen.keys() & w.TRAVELS else ["position"]
+        missing += [] if found.keys() & w.TRAVELS else ["position"]
         if missing:
             raise Refusal(f"no column for the {missing[0]} ({ROLES[missing[0]]}); {self.all}",
                           columns=tuple((each, "?") for each in missing),
                           hint="names or numbers")  # fmt: skip
+
+    def stating(self, column: Column) -> str:
+        """The name of a column, or its number where the name is none or not the only one."""
+        only = column.name and self.names.count(column.name) == 1
+        return column.name if only else str(column.number)

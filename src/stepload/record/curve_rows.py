@@ -10,7 +10,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import UTC, datetime
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,12 +35,6 @@ _FORM = r"([+-]?)([1-9]\d{{0,2}}(?:([{0}'’ \u00a0\u2009\u202f])\d{{3}})(?:\3\d
 _VALUE = {mark: re.compile(_FORM.format(group, mark), re.ASCII) for mark, group in (".,", ",.")}
 _OTHER = {".": ",", ",": "."}
 _PLAIN = b"0123456789+-.,eE \t\n;"
-_CLOCK = re.compile(
-    r"(?:(\d{4}-\d\d-\d\d)[T ] *|(\d\d)\.(\d\d)\.(\d{4}) +)?"
-    r"(\d{1,2}):(\d\d):([0-5]\d(?:[.,]\d+)?)(Z|[+-]\d\d:?\d\d)?",
-    re.ASCII,
-)
-"""A time of day, with or without a date as 2026-11-28 or 28.11.2026."""
 DAY_S = 86400.0
 
 
@@ -127,7 +121,7 @@ class Table:
         self.line: list[int] = []
         self.left_out: dict[str, LeftOut] = {}
         self.missing, self.again = 0, list[int]()
-        self.first_day: datetime | None = None
+        self.first: datetime | None = None
         self.days, self.last_s = 0, -math.inf
         self.stop: int | None = None
         begin = [line for line in lines[header.begin : header.begin + 9] if line.strip()]
@@ -240,21 +234,22 @@ class Table:
         return value * scale
 
     def clock(self, text: str) -> float | str:
-        """Seconds from the first day, past midnight where no date is told; else what is wrong."""
-        wrong = "is no time such as 10:59:58.5 or 2026-11-28 10:59:58"
-        if (match := _CLOCK.fullmatch(text)) is None:
-            return wrong
-        iso, day, month, year, hour, minute, second, zone = match.groups()
-        date = iso or (f"{year}-{month}-{day}" if day else "")
+        """Seconds from the first time, past midnight where no date is told; else what is wrong.
+
+        ISO 8601 with seconds, or a date as 28.11.2026.
+        """
+        iso = re.sub(r"^(\d\d)\.(\d\d)\.(\d{4}) ", r"\3-\2-\1 ", text)
+        iso = re.sub(r"(^| )(\d:\d\d:)", r"\g<1>0\2", iso)
+        date = "" if iso[2:3] == ":" else iso[:10]
         try:
-            moment = datetime.fromisoformat(
-                f"{date or '1970-01-01'}T{hour:0>2}:{minute}:00{zone or 'Z'}"
-            )
+            moment = datetime.fromisoformat(iso if date else f"1970-01-01 {iso}")
         except ValueError:
-            return wrong
-        if self.first_day is None:
-            self.first_day = moment.replace(hour=0, minute=0)
-        found_s = (moment - self.first_day).total_seconds() + float(second.replace(",", "."))
+            moment = None
+        if moment is None or not re.search(r"\d\d:\d\d:\d\d", iso):
+            return "is no time such as 10:59:58.5 or 2026-11-28 10:59:58"
+        moment = moment if moment.tzinfo else moment.replace(tzinfo=UTC)
+        self.first = self.first or moment
+        found_s = (moment - self.first).total_seconds()
         if not date:
             self.days += found_s + self.days * DAY_S < self.last_s - DAY_S / 2.0
         self.last_s = found_s + self.days * DAY_S

@@ -44,7 +44,6 @@ _WORDS = {
 }
 """Whole words, ends of words, and parts of a name in Japanese or Chinese."""
 _WHOLE = {word: unit for unit, words in _TABLE["units"].items() for word in words}
-_ROS = re.compile(r"(?:.*[./])?(wrench[./]force|pose[./]position)[./][xyz]")
 
 
 def kind_of(unit: str) -> str:
@@ -79,11 +78,9 @@ def unit(text: str) -> str | None:
 
 @lru_cache(4096)
 def unit_of(name: str) -> str | None:
-    """The unit in a name: in brackets, behind a slash or at its end; that of a ROS message."""
+    """The unit in a name: in brackets, behind a slash or at its end."""
     if name in KIND_OF_ROLE:
         return {"time": "s", "length": "m", "force": "N"}[KIND_OF_ROLE[name]]
-    if ros := _ROS.fullmatch(name):
-        return "N" if ros[1][:6] == "wrench" else "m"
     name = normalize("NFKC", name)
     if inside := _BRACKETS.findall(name):
         units = {symbol for text in inside if (symbol := unit(text))}

@@ -141,7 +141,7 @@ def _read(lines: t.Lines, header: h.Header, mapping: CurveMapping) -> Curve:
         tables.append(Table(lines.texts, of, decimal))
     long = [each for each in tables if len(each.values) >= MIN_ROWS] or tables[:1]
     parts = [(table, rows) for table in long for rows in _parts(table)]
-    number = int(mapping.specimen) if mapping.specimen.isdigit() and header.beside == 1 else 0
+    number = int(mapping.specimen) if mapping.specimen.isdigit() else 0
     table, rows = parts[number - 1 if 0 < number <= len(parts) else 0]
     if mapping.specimen == ALL and len(long) == 1:
         rows = slice(None)
@@ -168,7 +168,7 @@ def _read(lines: t.Lines, header: h.Header, mapping: CurveMapping) -> Curve:
         if each not in long and each.line:
             told = LeftOut("of another table", len(each.line), each.line[0], 1, "")
             table.left_out[f"table {each.line[0]}"] = told
-    return _curve(lines, table, rows, mapping, max(len(parts), header.beside))
+    return _curve(lines, table, rows, mapping, len(parts))
 
 
 def _parts(table: Table) -> list[slice]:
@@ -217,7 +217,7 @@ def _curve(
     falls = [name for name, sign in (("force", turn.force), ("travel", turn.travel)) if sign < 0.0]
     named = [column for column in columns if column.role != LATERAL]
     names, used = header.names, {column.place for column in columns}
-    by_name = specimens == 1 and all(c.name and names.count(c.name) == 1 for c in named)
+    by_name = all(c.name and names.count(c.name) == 1 for c in named)
     same = CurveMapping(
         columns=(  # not that a doubtful displacement is the payload's
             *((CALLED[c.role], c.name if by_name else str(c.number))

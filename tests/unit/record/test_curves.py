@@ -60,7 +60,7 @@ def test_the_same_curve_in_other_dialects(tmp_path: Path, text: str) -> None:
             GOOD.replace("position_m", "way_mm"),
             ":1:1: no column for the position (position_m); columns",
         ),
-        (GOOD.replace("time_s", "force_n"), ":1:1: 2 specimens beside each other"),
+        (GOOD.replace("time_s", "force_n"), ":1:1: more than one column: 2 force"),
         (GOOD.replace("time_s", "displacement_m"), ":1:1: both 'position_m' and"),
         ("displacement_m\n1\n2\n3\n", ":1:1: no column for the force (force_n); columns: 1"),
         (GOOD.replace("2.5", "nan"), ":3:10: 'nan' is not a finite number; 1 of 3 rows lack"),

@@ -198,7 +198,8 @@ GOOD = [
     File("a column of units", table(("Weg", "Einheit", "Kraft", "Einheit"), MM, ["mm"] * ROWS, KN,
          ["kN"] * ROWS, digits=7)),
     File("a foot with a point", table(NAMES[1:], MM, FORCE, decimal=",", foot="End;1.5 mm tip\n")),
-    File("ros", ROS, "--columns time=field.header.stamp --units time=ns", travel=-1.0, force=-1.0),
+    File("ros", ROS, "--columns time=field.header.stamp --units time=ns,force=N,position=m",
+         travel=-1.0, force=-1.0),
     File("numpy, no names", table((), TIME, MM, FORCE, sep=" "),
          '--columns "time=1, position=2, force=3" --units time=s,position=mm,force=N'),
 ]  # fmt: skip
@@ -236,7 +237,7 @@ BROKEN = [
     Broken("am and pm", clock("%I:%M:%S.%f %p"), ":2:1"),
     Broken("day or month", clock("%m/%d/%Y %H:%M:%S.%f"), ":2:1"),
     Broken("minutes and seconds", clock("%M:%S.%f"), ":2:1"),
-    Broken("two clocks", ROS, ":1:1", (), "--units time=ns"),
+    Broken("no unit of ROS", ROS, ":1:1", ("ns", "N", "m"), "--columns time=%time"),
     Broken("no unit at all", table(("time", "way", "disp", "load"), TIME, MM, MM, FORCE), ":1:1",
            ("s", "mm", "N")),
     Broken("mixed marks", table(NAMES, [f"{t:.1f}" for t in TIME], MM, FORCE, decimal=","), ":2:5",
@@ -382,7 +383,7 @@ def test_every_specimen_and_all_of_them_can_be_read(tmp_path: Path) -> None:
     whole = read_curve(path, CurveMapping(specimen="all"))
     assert (len(whole.force_n), whole.time_s) == (3 * ROWS, None)
     beside = save(tmp_path, table(NAMES[1:] * 2, MM, FORCE, 2.0 * MM, 3.0 * FORCE))
-    second = read_curve(beside, CurveMapping(specimen="2"))
+    second = read_curve(beside, mapping("--columns position=3,force=4"))
     assert second.force_n == pytest.approx(3.0 * FORCE)
 
 
