@@ -60,8 +60,8 @@ def show_look(output: Output, files: Sequence[tuple[Path, CurveMapping]]) -> Non
         sheet = f" sheet {reading.sheet!r}" if reading.sheet else ""
         names = f"names in line {reading.names_line}" if reading.names_line else "no names"
         unused = f"not used: {', '.join(reading.unused)[:200]}" if reading.unused else ""
-        of = f"{reading.encoding}{sheet}, {reading.delimiter}, decimal mark {reading.decimal}"
-        lines = (f"{of}, {names}", *[*reading.lines()][1:], unused, reading.sign, *reading.notes)
+        of = f"{reading.encoding}{sheet}, {reading.delimiter!r}, decimal mark {reading.decimal}"
+        lines = (f"{of}, {names}", *[*reading.lines()][1:], unused, *reading.notes)
         for line in filter(None, lines):
             output.line(wrapped(line, 2))
         output.line("\nto keep for --mapping FILE.yaml:")

@@ -6,6 +6,7 @@ import csv
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 
 import stepload.record.curve_words as w
 from stepload.record.curve_mapping import CALLED, NONE, ROLES, CurveMapping, Refusal
@@ -19,6 +20,7 @@ NUMBER = re.compile(
 ERRORS = frozenset({"#n/a", "#ref!", "#div/0!", "#value!", "#name?", "#num!", "#null!"})
 """What a spreadsheet writes in place of a number."""
 _FIRST_ROWS = 3
+_KNOWN = attrgetter("known")
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,22 +98,14 @@ def find_header(lines: Sequence[str], mapping: CurveMapping, given: str | None =
             if len(rows) == _FIRST_ROWS:
                 break
     best = Refusal("the file is empty", max(len(lines), 1), known=-1)
-    named = [] if mapping.numbers else [*names, *reversed(comments)]
+    named = [] if mapping.numbers else [*names, *reversed(comments), *rows[:1]]
     first = [(at, True) for at in sorted([*names, *rows])]
     for at, is_row in (*((at, False) for at in named), *first):
         try:
             return header_at(lines, at, mapping, given, is_row=is_row)
         except Refusal as error:
-            best = max(best, error, key=_known)
-    if rows and best.known <= 0 and _width(lines[rows[0]], given) > 1:
-        both = ("force", "?"), ("position", "?")
-        raise Refusal("the columns have no names", rows[0] + 1, columns=both, units=both,
-                      hint="numbers from 1, units such as N, mm, s")  # fmt: skip
+            best = max(best, error, key=_KNOWN)
     raise best
-
-
-def _known(refusal: Refusal) -> int:
-    return refusal.known
 
 
 def _delimiters(line: str, given: str | None) -> list[str | None]:
@@ -149,7 +143,7 @@ def header_at(
                 return header
         except Refusal as error:
             error.line, error.known = at + 1, error.known if len(cells) > 1 else 0
-            best = max(best, error, key=_known)
+            best = max(best, error, key=_KNOWN)
     raise best
 
 

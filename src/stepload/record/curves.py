@@ -29,14 +29,13 @@ GAP, LEAST_GAP_S = 20.0, 1.0
 """A clock jumps ahead where a step is so many times the median step, and at least so long."""
 RESTART = 0.5
 """Force and travel begin again where both change by this share of their range in one row."""
-_MARKS = {"\t": "tab", ";": "semicolon", ",": "comma", None: "spaces"}
 
 
 @dataclass(frozen=True, slots=True)
 class Reading:
     """How a file was read: lines count from 1, 0 is none; `unused` are names of other columns,
-    `specimen` one of the `specimens` in the file, `sign` what is negative when pressing, `mapping`
-    what would have to be stated to read such a file in the same way."""
+    `specimen` one of the `specimens` in the file, `mapping` what would have to be stated to read
+    such a file in the same way."""
 
     encoding: str
     delimiter: str
@@ -51,7 +50,6 @@ class Reading:
     left_out: tuple[LeftOut, ...]
     specimen: str
     specimens: int
-    sign: str
     notes: tuple[str, ...]
     mapping: CurveMapping
 
@@ -135,10 +133,11 @@ def _header_of(data: bytes, mapping: CurveMapping) -> tuple[t.Lines, h.Header]:
 
 def _read(lines: t.Lines, header: h.Header, mapping: CurveMapping) -> Curve:
     tables: list[Table] = []
-    while not tables or (stop := tables[-1].stop) is not None:
-        of = h.header_at(lines.texts, stop, mapping, header.delimiter) if tables else header
-        decimal = mapping.decimal or decimal_mark(lines.texts, of)
-        tables.append(Table(lines.texts, of, decimal))
+    of: h.Header | None = header
+    while of is not None:
+        table = Table(lines.texts, of, mapping.decimal or decimal_mark(lines.texts, of))
+        tables.append(table)
+        of = table.stop and h.header_at(lines.texts, table.stop, mapping, of.delimiter)
     long = [each for each in tables if len(each.values) >= MIN_ROWS] or tables[:1]
     parts = [(table, rows) for table in long for rows in _parts(table)]
     number = int(mapping.specimen) if mapping.specimen.isdigit() else 0
@@ -215,6 +214,7 @@ def _curve(
     time_s, notes = _checked_time(one.get("time_s"), place)
     turn = signs(next(one[each] for each in TRAVELS & one.keys()), one["force_n"])
     falls = [name for name, sign in (("force", turn.force), ("travel", turn.travel)) if sign < 0.0]
+    turned = (f"sign: {' and '.join(falls)} negative when pressing, turned",) if falls else ()
     named = [column for column in columns if column.role != LATERAL]
     names, used = header.names, {column.place for column in columns}
     by_name = all(c.name and names.count(c.name) == 1 for c in named)
@@ -230,14 +230,13 @@ def _curve(
         encoding="" if lines.encoding in ("utf-8", "xlsx") else lines.encoding,
     )  # fmt: skip
     reading = Reading(
-        lines.encoding, _MARKS.get(header.delimiter, str(header.delimiter)), table.decimal,
+        lines.encoding, header.delimiter or "spaces", table.decimal,
         lines.sheet, header.line, tuple(read),
         unused=tuple(x[:60] for at, x in enumerate(names) if at not in used and x),
         rows=len(place), first_line=place[0], last_line=place[-1],
         left_out=tuple(table.left_out.values()),
         specimen=mapping.specimen, specimens=specimens,
-        sign=f"sign: {' and '.join(falls)} negative when pressing, turned" if falls else "",
-        notes=notes, mapping=same,
+        notes=(*turned, *notes), mapping=same,
     )  # fmt: skip
     comments = (line.strip().lstrip("# ") for line in lines.texts[: header.begin] if "#" in line)
     return Curve(

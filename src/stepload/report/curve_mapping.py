@@ -2,47 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
-from pydantic.dataclasses import dataclass
-
-import stepload.declaration.quantities as q
-from stepload.declaration.sections import CHECKED, SECTION, Contradiction
 from stepload.errors import BadInputError
-from stepload.plan.reader import read_file
+from stepload.plan.problems import PlanError
 from stepload.plan.source import read_source
+from stepload.plan.tree import Mapping, Place, Scalar, parse_tree
 from stepload.record.curve_mapping import CurveMapping
 
-
-@dataclass(frozen=True, config=SECTION)
-class _Kept:
-    """The options of the command line, as texts."""
-
-    units: q.Tag
-    """Units, force=kN, position=mm."""
-    columns: q.Tag = ""
-    """Names or numbers of columns, force=Fn (µN), position=3."""
-    sheet: q.Tag = ""
-    """Sheet of a workbook."""
-    decimal: q.Tag = ""
-    """Decimal mark, "." or ","."""
-    encoding: q.Tag = ""
-    """Encoding of the text."""
-
-    sound = CHECKED
-
-    def contradictions(self) -> Iterator[Contradiction]:
-        for key, text in vars(self).items():
-            try:
-                roles = dict(CurveMapping.of({key: text}).units).keys()
-            except BadInputError as error:
-                yield key, error.message, error.hint
-            else:
-                if key == "units" and ("force" not in roles or roles <= {"force", "time"}):
-                    yield key, "force and travel need a unit", "units: force=kN, position=mm"
+KEPT = ("columns", "units", "sheet", "decimal", "encoding")
 
 
 def load_mapping(path: Path) -> CurveMapping:
-    """Read a mapping file; raises PlanError with every problem at its place."""
-    return CurveMapping.of(vars(read_file(_Kept, read_source(path))))
+    """Read a file of these options as texts; raises PlanError with every problem at its place."""
+    root, problems = parse_tree(source := read_source(path))
+    options = dict[str, str | None]()
+    for key, node in root.entries.items() if isinstance(root, Mapping) else ():
+        text = node.text if isinstance(node, Scalar) else ""
+        if key not in KEPT or not text:
+            problems.append(node.place.problem(f"{key}: no text", f"keys: {', '.join(KEPT)}"))
+            continue
+        try:
+            CurveMapping.of({key: text})
+            options[key] = text
+        except BadInputError as error:
+            problems.append(node.place.problem(error.message, error.hint))
+    roles = {name for name, _ in CurveMapping.of(options).units}
+    if not problems and ("force" not in roles or not roles & {"position", "displacement"}):
+        hint = 'units: "force=kN, position=mm"'
+        problems.append(Place(source, 1, 1).problem("force and travel need a unit", hint))
+    if problems:
+        raise PlanError(tuple(problems))
+    return CurveMapping.of(options)

@@ -232,7 +232,7 @@ BROKEN = [
     Broken("under each other", specimens(3), f":{ROWS + 2}:1"),
     Broken("beside each other", table(NAMES[1:] * 2, MM, FORCE, MM, FORCE), ":1:1"),
     Broken("two sheets", book(("A", XLSX), ("B", XLSX)), ":1:1"),
-    Broken("no names", BODY, ":1:1", ("3", "2", "N", "mm")),
+    Broken("no names", BODY, ":1:1", ("3", "2"), "--units force=N,position=mm"),
     Broken("utf-16 without mark", PLAIN.encode("utf-16-le"), ":1:1"),
     Broken("am and pm", clock("%I:%M:%S.%f %p"), ":2:1"),
     Broken("day or month", clock("%m/%d/%Y %H:%M:%S.%f"), ":2:1"),
