@@ -114,7 +114,8 @@ class Table:
 
     def __init__(self, lines: Sequence[str], header: Header, decimal: str) -> None:
         """Of all lines; raises Refusal: a cell that is no number, a row of another width."""
-        self.header, self.decimal, self.end = header, decimal, len(lines)
+        self.header, self.end = header, len(lines)
+        self.decimal = decimal or decimal_mark(lines, header)
         self.places = [column.place for column in header.columns]
         self.names = [name.lower() for name in header.names]
         self.simple = all(c.unit_place is None and c.unit != "clock" for c in header.columns)

@@ -16,7 +16,7 @@ from stepload.contact.curve_factors import FACTORED
 from stepload.errors import printable
 from stepload.identification.curve_channels import signs
 from stepload.record.curve_mapping import ALL, CALLED, NONE, CurveMapping, Refusal
-from stepload.record.curve_rows import MISSING, TEXT, FloatArray, LeftOut, Table, decimal_mark
+from stepload.record.curve_rows import MISSING, TEXT, FloatArray, LeftOut, Table
 from stepload.record.curve_words import LATERAL, TRAVELS, scale_of
 from stepload.units import format_quantity, percent
 
@@ -132,12 +132,10 @@ def _header_of(data: bytes, mapping: CurveMapping) -> tuple[t.Lines, h.Header]:
 
 
 def _read(lines: t.Lines, header: h.Header, mapping: CurveMapping) -> Curve:
-    tables: list[Table] = []
-    of: h.Header | None = header
-    while of is not None:
-        table = Table(lines.texts, of, mapping.decimal or decimal_mark(lines.texts, of))
-        tables.append(table)
-        of = table.stop and h.header_at(lines.texts, table.stop, mapping, of.delimiter)
+    tables = [Table(lines.texts, header, mapping.decimal)]
+    while (stop := tables[-1].stop) is not None:
+        below = h.header_at(lines.texts, stop, mapping, header.delimiter)
+        tables.append(Table(lines.texts, below, mapping.decimal))
     long = [each for each in tables if len(each.values) >= MIN_ROWS] or tables[:1]
     parts = [(table, rows) for table in long for rows in _parts(table)]
     number = int(mapping.specimen) if mapping.specimen.isdigit() else 0
