@@ -294,7 +294,7 @@ class _Names:
             names = " and ".join(repr(self.names[places[each][0]][:60]) for each in unknown)
             raise Refusal(f"no known unit of {' or '.join(kinds)}: {names}",
                           units=tuple((CALLED[each], "?") for each in unknown),
-                          hint="; ".join(map(w.listed, kinds)))  # fmt: skip
+                          hint=w.listed(*kinds) if len(kinds) == 1 else "N, mm, s")  # fmt: skip
         if several := [each for each in needed if len(found[each]) > 1]:
             told = ", ".join(f"{len(found[each])} {CALLED[each]}" for each in several)
             raise Refusal(f"more than one column: {told}; {self.all}", hint="or others of them",
