@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -143,6 +144,9 @@ def try_driver(
     load: Annotated[
         str, Option(help='Ask for a known load, "9.81 N"; for a gauge a way, "1 mm".')
     ] = "",
+    load_axis: Annotated[
+        str, Option(help="Force component that the load makes larger, +fz: its sign is checked.")
+    ] = "",
     noise: Annotated[str, Option(help='Standard deviation of readings at rest, "0.1 N".')] = "",
     resolution: Annotated[str, Option(help='Smallest step between readings, "0.05 N".')] = "",
     seconds: Annotated[float, Option(help="How long to watch the data.")] = 1.0,
@@ -162,8 +166,10 @@ def try_driver(
     from dataclasses import asdict
     from functools import partial
 
+    from stepload.declaration.quantities import Axis
     from stepload.plan.compose import SIMULATED
     from stepload.plan.driver_options import options_from_words
+    from stepload.plan.reader import checked
     from stepload.rig.contract import CheckStatus, Trial, run_trial, trial_of
     from stepload.rig.plugins import load_driver
     from stepload.units import parse_named
@@ -197,6 +203,7 @@ def try_driver(
         silence=partial(ask, "Pull the data cable of the device") if unplug else None,
         restore=partial(ask, "Plug the cable in again"),
         load=put_on if load else None,
+        load_axis=checked(Axis, load_axis) if load_axis else "",
         noise=parse_named("--noise", noise, unit) if noise else None,
         resolution=parse_named("--resolution", resolution, unit) if resolution else 0.0,
         move_m=move or 0.0,
@@ -217,6 +224,35 @@ def try_driver(
     out.result({"driver": name, "kind": group, "kept": not broken, "checks": checks})
     if broken:
         raise typer.Exit(ExitCode.STOPPED)
+
+
+@drivers.command("new")
+def new(
+    name: Annotated[str, Argument(help="Name of the driver and its package.", show_default=False)],
+    arm: Annotated[bool, Option("--arm", help="For an arm.")] = False,
+    force: Annotated[bool, Option("--force", help="For a force sensor.")] = False,
+    displacement: Annotated[
+        bool, Option("--displacement", help="For a displacement gauge.")
+    ] = False,
+    out: Annotated[Path | None, Option("--out", help="A new directory; default: NAME.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Write the project of a new driver: package, emulator, contract test.
+
+    As written it keeps the contract on its emulator; what is yours to change is marked HERE.
+
+    Example: stepload drivers new acme_cell --force
+    """
+    from stepload.setup.driver_project import KINDS, write_project
+
+    asked = [kind for kind, on in zip(KINDS, (arm, force, displacement), strict=True) if on]
+    if len(asked) != 1:
+        raise BadInputError("say the kind of device", hint="--arm, --force or --displacement")
+    output, directory = Output(as_json=as_json), out or Path(name)
+    files = write_project(name, asked[0], directory)
+    output.line("\n".join(map(str, files)))
+    output.line(f"next: cd {directory} && pip install -e '.[dev]' && pytest")
+    output.result({"name": name, "kind": asked[0], "directory": directory, "files": files})
 
 
 def doctor(
