@@ -12,8 +12,16 @@ import typer
 from typer import Argument, Option
 
 from stepload.cli.hazards import HazardsRead, WiringChecked, ask_before_pressing
-from stepload.cli.options import DryRun, OutDirectory, PayloadFile, PlanFile, Seed, run_directory
-from stepload.errors import ExitCode
+from stepload.cli.options import (
+    DryRun,
+    OutDirectory,
+    PayloadFile,
+    PlanFile,
+    Seed,
+    World,
+    run_directory,
+)
+from stepload.errors import BadInputError, ExitCode
 from stepload.report.terminal import AsJson, Output
 
 if TYPE_CHECKING:
@@ -170,6 +178,7 @@ def run(
     out: OutDirectory = None,
     payload: PayloadFile = None,
     seed: Seed = None,
+    world: World = "",
     resume: Annotated[
         Path | None,
         Option(
@@ -204,11 +213,14 @@ def run(
     """
     from stepload.engine.operator import Operator
     from stepload.feasibility.preflight import preflight_of
-    from stepload.plan.load import load_plan
+    from stepload.plan.load import in_world, load_plan
     from stepload.plan.tags import tagged
 
     output, operator = Output(as_json=as_json), Operator()
-    preflight = preflight_of(tagged(load_plan(plan, payload=payload), tag or ()))
+    if world and not dry_run:
+        raise BadInputError("--world names a simulator", hint="add --dry-run")
+    loaded = tagged(load_plan(plan, payload=payload), tag or ())
+    preflight = preflight_of(in_world(loaded, world) if world else loaded)
     if not dry_run and ask_before_pressing(preflight, hazards_read, wiring_checked):
         # the rig file may have changed
         preflight = preflight_of(tagged(load_plan(plan, payload=payload), tag or ()))

@@ -16,6 +16,7 @@ import stepload
 from stepload.engine import replay
 from stepload.errors import BadInputError
 from stepload.feasibility.preflight import Preflight
+from stepload.plan.compose import SIMULATED
 from stepload.plan.model import Plan, Provenance, SecondForceSource
 from stepload.plan.whole_file import write_whole
 from stepload.record.plain import json_text
@@ -72,6 +73,7 @@ def metadata(plan: Plan, *, dry_run: bool, seed: int | None, started: datetime) 
     """The record's metadata: who, when, with what; flat texts."""
     second = plan.rig.second_force
     sensor = second.sensor if second.source is SecondForceSource.SENSOR else None
+    world = plan.rig.simulation.world
     return {
         "plan": plan.name,
         "started": started.isoformat(timespec="seconds"),
@@ -93,6 +95,7 @@ def metadata(plan: Plan, *, dry_run: bool, seed: int | None, started: datetime) 
         "calibration": _calibration(plan),
         "payload": plan.payload.name,
         "payload_file": "" if plan.payload_file is None else str(plan.payload_file),
+        **({"world": world} if dry_run and world != SIMULATED else {}),
     }
 
 
