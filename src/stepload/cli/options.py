@@ -58,6 +58,13 @@ def names_of(groups: Iterable[str], incomplete: str) -> list[str]:
     return sorted(name for name in names if name.startswith(incomplete))
 
 
+def rig_names(incomplete: str) -> list[str]:
+    """Rig profiles whose names begin with a text, for the shell's completion."""
+    from stepload.plan.references import profiles
+
+    return [name for name in profiles() if name.startswith(incomplete)]
+
+
 def quantity(flag: str, unit: str, help: str, **how: Any) -> Any:
     """An option whose text with a unit becomes a float in `unit`; its errors name the flag."""
 
@@ -70,7 +77,13 @@ def quantity(flag: str, unit: str, help: str, **how: Any) -> Any:
 
 
 PlanFile = Annotated[Path, Argument(help="Plan (YAML).", show_default=False)]
-RigName = Annotated[str, Argument(help="Rig profile, or a rig file (YAML).", show_default=False)]
+RigName = Annotated[
+    str,
+    Argument(
+        help="Rig profile, or a rig file (YAML).", show_default=False,
+        autocompletion=rig_names,
+    ),
+]  # fmt: skip
 PayloadFile = Annotated[
     Path | None, Option("--payload", help="Another payload file than the plan's.")
 ]

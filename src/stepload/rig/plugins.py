@@ -27,6 +27,7 @@ class Listed:
     group: str
     name: str
     distribution: str
+    version: str
     problem: str
 
 
@@ -66,7 +67,8 @@ def list_drivers() -> list[Listed]:
                 _load(group, point)
             except Exception as error:  # a lab's broken package must not break the list
                 problem = f"{type(error).__name__}: {error}"
-            found.append(Listed(group, point.name, point.dist.name if point.dist else "", problem))
+            package, version = (point.dist.name, point.dist.version) if point.dist else ("", "")
+            found.append(Listed(group, point.name, package, version, problem))
     return found
 
 
