@@ -25,6 +25,11 @@ from stepload_drivers.sim.six_plant import Mechanics, SixPlant
 _EARLY_S = 1e-9
 _LONGEST_STEP_S = 1e-3
 _GAUGE_ZERO_M = 20e-6
+SENSED = (
+    "faults", "gauge_rate_hz", "second_force_rate_hz", "lost_motion_m", "kinematic_error_m",
+    "force_drift_n_per_s", "slip_m", "lateral", "cross_talk", "sensor_quadratic", "sensor_cubic",
+)  # fmt: skip
+"""`stepload.rig.world.EFFECTS` that drive and channels have, whatever the mechanics."""
 _POSITIVE = (
     "arm_rate_hz",
     "force_rate_hz",

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import dataclass, fields
 from typing import Protocol, cast
 
 from stepload.errors import BadInputError
@@ -227,21 +227,30 @@ def load_world(name: str = "sim") -> WorldFactory:
     return cast(WorldFactory, load_plugin(WORLDS, name))
 
 
+EFFECTS = (
+    "law", "hysteresis", "hard_stop_m", "pad_stiffness_n_per_m", "adhesion_n", "seating_m", "creep",
+    "faults", "mount", "gauge_rate_hz", "second_force_rate_hz", "lost_motion_m",
+    "kinematic_error_m", "force_drift_n_per_s", "drift_m_s", "slip_m", "softness", "lateral",
+    "cross_talk", "sensor_quadratic", "sensor_cubic",
+)  # fmt: skip
+"""Fields of payload and rig that ask for something unless they have their default."""
+
+
 def refuse_unsimulated(spec: WorldSpec, *simulated: str) -> None:
-    """Refuse what a plan asks of its simulated rig and a world leaves out, so that nothing is lost.
+    """Refuse what a plan asks of its simulated rig and a world leaves out.
 
     Args:
-        simulated: fields of `WorldSpec` and `PayloadTruth` with a default that the world follows.
+        simulated: the `EFFECTS` that the world has.
 
     Raises:
-        BadInputError: another field with a default has another value.
+        BadInputError: another one is asked for.
     """
-    for part in (spec, spec.payload):
+    for part in (spec.payload, spec):
         for each in fields(part):
             value = getattr(part, each.name)
-            if each.default is MISSING or each.name in simulated or value == each.default:
-                continue
-            raise BadInputError(
-                f"this world does not simulate {each.name} ({value})",
-                hint="leave it out of rig.simulation, or use another world",
-            )
+            default = "smooth" if each.name == "law" else each.default
+            if each.name in EFFECTS and each.name not in simulated and value != default:
+                raise BadInputError(
+                    f"this world does not simulate {each.name} = {value}",
+                    hint="leave it out (law: smooth) in rig.simulation, or use another world",
+                )

@@ -87,47 +87,31 @@ class ServoPlant(Plant):
         """Go on by `step_s`."""
         if self._slow:
             self._go_slowly()
-        self.last_force_n = self.force_n
-        axis = self._axis
-        due = axis.take_commands(self.time_s)
-        if due or self._slow or not self._idle:
-            self._idle = axis.stands
-            if self.braked and not axis.there:
-                axis.hold()
-            else:
-                axis.advance(self._stiffness * (axis.position_m - self.tip_m))
-            self.surface_m -= self._moving_m
-            self._moving_m = 0.0
-            was_m = self.tip_m
-            self._balance(axis.position_m)
-            self.tip_speed = (self.tip_m - was_m) / self.step_s
-        self._steps += 1
-        self.time_s = self._steps * self.step_s
+        drive_m = self.advance_drive()
+        self.surface_m -= self._moving_m
+        self._moving_m = 0.0
+        self.finish(*self._balanced(drive_m))
 
-    def _balance(self, drive_m: float) -> None:
-        """Put the tip where K_s (drive − tip) is the payload's force; Newton within a bracket."""
-        apart_m = self.surface_m + self._law.residual_m
-        if drive_m <= apart_m:
-            self.tip_m, self.force_n = drive_m, 0.0
-        else:
-            low_m, high_m = apart_m, drive_m
-            tip_m = min(max(self.tip_m, low_m), high_m)
-            for _ in range(_MOST):
-                force_n, tangent = self._evaluate(tip_m - self.surface_m)
-                excess_n = force_n - self._stiffness * (drive_m - tip_m)
-                if excess_n > 0.0:
-                    high_m = tip_m
-                else:
-                    low_m = tip_m
-                if abs(excess_n) < _BALANCED_N or high_m - low_m < 1e-15:
-                    break
-                tip_m -= excess_n / (self._stiffness + max(0.0, tangent))
-                if not low_m < tip_m < high_m:
-                    tip_m = 0.5 * (low_m + high_m)
-            self.tip_m, self.force_n = tip_m, force_n
-            self._law.remember(tip_m - self.surface_m)
-        self._contact_m = apart_m
-        self.peak_n = max(self.peak_n, self.force_n)
+    def _balanced(self, drive_m: float) -> tuple[float, float]:
+        """Where K_s (drive − tip) is the payload's force, and that; Newton within a bracket."""
+        low_m, high_m = self.surface_m + self._law.residual_m, drive_m
+        if high_m <= low_m:
+            return drive_m, 0.0
+        tip_m = min(max(self.tip_m, low_m), high_m)
+        for _ in range(_MOST):
+            force_n, tangent = self._evaluate(tip_m - self.surface_m)
+            excess_n = force_n - self._stiffness * (drive_m - tip_m)
+            if excess_n > 0.0:
+                high_m = tip_m
+            else:
+                low_m = tip_m
+            if abs(excess_n) < _BALANCED_N or high_m - low_m < 1e-15:
+                break
+            tip_m -= excess_n / (self._stiffness + max(0.0, tangent))
+            if not low_m < tip_m < high_m:
+                tip_m = 0.5 * (low_m + high_m)
+        self._law.remember(tip_m - self.surface_m)
+        return tip_m, force_n
 
 
 class _ServoWorld:
