@@ -19,7 +19,7 @@ from stepload.rig import plugins
 from stepload.rig.contract import CheckStatus
 from stepload.rig.contract_world import run_world
 from stepload.rig.mount import Mount
-from stepload.rig.world import PLAIN_SPEC, load_world
+from stepload.rig.world import DEFAULT_SPEC, load_world
 from stepload_drivers.sim.world import open_world
 from stepload_verify.campaign.result import Job
 from stepload_verify.campaign.servo_world import ServoOptions, ServoPlant, servo
@@ -94,17 +94,17 @@ def test_what_a_world_leaves_out_is_refused(two_springs):
     for wrong in (
         {"softness": 0.1},
         {"mount": Mount(((1e-7, 0.0, 0.0), (0.0, 1e-7, 0.0), (0.0, 0.0, 1e-7)))},
-        {"payload": replace(PLAIN_SPEC.payload, law="rough")},
-        {"payload": replace(PLAIN_SPEC.payload, creep=0.1)},
+        {"payload": replace(DEFAULT_SPEC.payload, law="rough")},
+        {"payload": replace(DEFAULT_SPEC.payload, creep=0.1)},
     ):
         with pytest.raises(BadInputError):
-            two_springs.two_springs(replace(PLAIN_SPEC, **wrong))
+            two_springs.two_springs(replace(DEFAULT_SPEC, **wrong))
 
 
 def test_the_servo_overshoots_and_its_play_shows():
     """Other physics than `sim`: a step is passed by exp(−πζ/√(1−ζ²)), a way back loses the play."""
     options = ServoOptions(damping_ratio=0.5, play_m=50e-6)
-    plant = ServoPlant(PLAIN_SPEC, step_s=1e-3, options=options)
+    plant = ServoPlant(DEFAULT_SPEC, step_s=1e-3, options=options)
     plant.command(0.0, 100e-6)
     ways = []
     for _ in range(200):

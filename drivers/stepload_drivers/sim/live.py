@@ -15,8 +15,7 @@ from stepload.rig.clock import MonotonicClock
 from stepload.rig.faults import FaultCode
 from stepload.rig.mount import ZERO, Vector3
 from stepload.rig.samples import SixFloats
-from stepload.rig.world import PLAIN_SPEC as DEFAULT_SPEC
-from stepload.rig.world import WorldSpec
+from stepload.rig.world import DEFAULT_SPEC, WorldSpec
 from stepload_drivers.sim.force_channels import SensorLoad
 from stepload_drivers.sim.simulation import World
 from stepload_drivers.sim.six_plant import SixPlant

@@ -17,7 +17,7 @@ from stepload.rig.contract_samples import GAIN_TOLERANCE
 from stepload.rig.contract_trial import SkippedCheck, Trial, drain, require
 from stepload.rig.device import Arm, Device, ForceSensor
 from stepload.rig.samples import ForceSample
-from stepload.rig.world import PLAIN_SPEC as SPEC
+from stepload.rig.world import DEFAULT_SPEC as SPEC
 from stepload.rig.world import SimulatedRig, WorldFactory, WorldFault
 
 TOP_N = 60.0

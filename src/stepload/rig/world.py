@@ -140,7 +140,7 @@ class WorldSpec:
     mount: Mount | None = None
 
 
-PLAIN_SPEC = WorldSpec(
+DEFAULT_SPEC = WorldSpec(
     seed=0,
     payload=PayloadTruth("smooth", k=6.57e8, n=1.5),
     surface_m=2e-3,
