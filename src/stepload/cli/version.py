@@ -39,11 +39,12 @@ def show_version(out: Output) -> None:
     out.line(f"stepload {stepload.__version__} in {place}")
     out.line(f"{platform.python_implementation()} {platform.python_version()}")
     out.line(f"{platform.platform()}, {real_time['cpus']} CPUs")
+    memory, kernel = real_time["locked_memory_limit_bytes"], real_time["preempt_rt"]
     out.line(
-        f"real time: priority up to {_shown(real_time['priority_limit'])} ({REALTIME_PRIORITY} "
-        f"wanted), locked memory {_shown(real_time['locked_memory_limit_bytes'])} bytes, kernel "
-        f"{'with' if real_time['preempt_rt'] else 'without'} PREEMPT_RT"
+        f"real-time priority up to {_shown(real_time['priority_limit'])} "
+        f"({REALTIME_PRIORITY} wanted), kernel {'with' if kernel else 'without'} PREEMPT_RT"
     )
+    out.line(f"locked memory up to {_shown(memory)} bytes")
     listed = ", ".join(f"{name} {found}" for name, found in (packages | verbs).items())
     out.line(wrapped(f"packages: {listed}", 2))
     rows = [
