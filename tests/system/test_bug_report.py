@@ -18,7 +18,6 @@ def test_a_bug_report_names_versions_computer_and_plugins():
     told = json.loads(in_process("--version", "--json").stdout)
     assert told["stepload"] == __version__
     assert {"numpy", "mcap", "pydantic"} <= set(told["packages"])
-    assert "missing" not in told["packages"].values()
     assert told["real_time"]["cpus"] >= 1
     groups = {each["group"]: each["version"] for each in told["drivers"] if each["name"] == "sim"}
     assert set(groups) == {

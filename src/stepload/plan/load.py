@@ -9,7 +9,6 @@ from operator import attrgetter
 from pathlib import Path
 
 from stepload.declaration.sections import put
-from stepload.errors import BadInputError
 from stepload.plan.checks import contradictions
 from stepload.plan.compose import at, text
 from stepload.plan.derived import fill
@@ -53,18 +52,13 @@ def in_world(plan: Plan, name: str) -> Plan:
     """The plan with another simulator for dry runs; with its own options where it names that one.
 
     Raises:
-        BadInputError: no such simulator, or it has an option that must be given.
+        BadInputError: no such simulator.
+        PlanError: it has an option that must be given: in the plan.
     """
     simulation = plan.rig.simulation
     if name == simulation.world:
         return plan
-    try:
-        options = options_from_words(WORLDS, name, ())
-    except PlanError as error:
-        raise BadInputError(
-            error.problems[0].message,
-            hint=f"write rig: {{simulation: {{world: {name}, world_options: …}}}} in the plan",
-        ) from None
+    options = options_from_words(WORLDS, name, ())
     other = replace(simulation, world=name, world_options=options)
     return replace(plan, rig=replace(plan.rig, simulation=other))
 
