@@ -190,6 +190,8 @@ def try_driver(
     given = options_from_words(group, name, options or [])
     unit = "m" if group == "stepload.displacement_sensors" else "N"
     make, make_with = trial_of(load_plugin(group, name), given)
+    if load_axis and not (load and group == "stepload.force_sensors"):
+        raise BadInputError("--load-axis is of a force sensor under --load")
     if move is not None and not move > 0.0:
         raise BadInputError(f"--move: {move:g} m is not above 0", hint="how far towards the plate")
     size = parse_named("--load", load, unit) if load else 0.0
