@@ -7,7 +7,8 @@ something has happened, or a chosen part breaks. Everything else is the real pro
 The second form forks a process for each message on a socket, so that the imports are made once.
 
 at     phase and step at which the directions begin to hold (from the start if left out)
-wait   "stop N", "paused" or "for ever": what the run stands still for, once it is there
+wait   "stop N", "paused", "gone PATH" or "for ever": what the run stands still for, once it is
+       there
 say    descriptor on which one line is written when it is there
 break  part → "raise", "hang" (comes back when a signal raises) or "hang for good"
 fault  [kind, start_s, duration_s, magnitude] of the simulated world
@@ -23,6 +24,7 @@ import socket
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from stepload.cli.main import main
@@ -140,6 +142,8 @@ class Stage:
             if level and told >= level:
                 return
             if self.wait == "paused" and operator.paused:
+                return
+            if self.wait.startswith("gone ") and not Path(self.wait.removeprefix("gone ")).exists():
                 return
             time.sleep(0.005)
 

@@ -19,7 +19,6 @@ from stepload.feasibility.preflight import Preflight, preflight_of
 from stepload.plan.load import load_plan
 from stepload.record.reader import read_recording
 from stepload.record.recorder import RecordingFailedError
-from stepload.record.recovery import recover
 from stepload.record.rows import Phase
 from stepload.session.experiment import Finished, run_plan
 
@@ -158,10 +157,13 @@ def test_what_breaks_after_the_run_does_not_cost_its_record(breaking: Breaking, 
     assert (breaking.out / "report.html").exists() == (part == "evaluation")
 
 
-def test_a_record_that_cannot_be_finished_stays_to_be_repaired(breaking: Breaking) -> None:
+def test_a_record_that_cannot_be_finished_is_rescued(breaking: Breaking) -> None:
     with pytest.raises(RecordingFailedError) as caught:
         breaking.run("read back")
     assert "The run was completed." in str(caught.value)
     assert "broken on purpose" in str(caught.value)
     assert results(breaking.out)["status"] == "completed"
-    assert recover(breaking.out / "run.mcap.part").counts["/force"] > 3000
+    recording = read_recording(breaking.out / "run.mcap")
+    assert recording.partial
+    assert not recording.damage
+    assert len(recording.force.sequence) > 3000

@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import csv
 import errno
+import itertools
 import json
 import shutil
 from dataclasses import replace
 from pathlib import Path
 
+import jsonschema
+import numpy as np
 import pytest
 from long_ones import long
+from mcap.reader import make_reader
 from real_runs import in_process
+from real_runs import results as real_results
+from rosbags.rosbag2 import Reader
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 import stepload
 from stepload.data.export import Format, write_tables
@@ -37,6 +44,9 @@ def place(tmp_path: Path, quick_run: Path, cycles_run: Path) -> Path:
 def test_every_run_has_a_row(place: Path) -> None:
     said = in_process("runs", place, "--json")
     assert said.returncode == 0
+    schema = json.loads(in_process("schema", "runs").stdout)
+    jsonschema.validate(json.loads(said.stdout), schema | {"additionalProperties": False})
+    assert json.loads(said.stdout)["$schema"] == schema["$id"] == "urn:stepload:runs:1"
     rows = {Path(row["path"]).parent.name: row for row in json.loads(said.stdout)["runs"]}
     assert sorted(rows) == ["a", "b", "c", "d"]
     assert rows["b"]["plan"] == "cycles"
@@ -82,8 +92,9 @@ def test_verbs_that_take_a_run_take_its_id(
 
 
 def test_csv_holds_the_curve_exactly(quick_run: Path, tmp_path: Path) -> None:
+    shutil.copy(quick_run / "run.mcap", tmp_path)
     out = tmp_path / "tables"
-    said = in_process("export", quick_run, "--csv", "--out", out)
+    said = in_process("export", tmp_path, "--csv")
     assert said.returncode == 0
     assert "SIMULATED" in said.stdout
     curve = stepload.open(quick_run).curve
@@ -95,9 +106,82 @@ def test_csv_holds_the_curve_exactly(quick_run: Path, tmp_path: Path) -> None:
     assert {path.name for path in out.iterdir()} == {
         "curve.csv", "levels.csv", "touches.csv", "force.csv", "arm.csv", "ticks.csv",
     }  # fmt: skip
-    again = in_process("export", quick_run, "--csv", "--out", out)
+    again = in_process("export", tmp_path, "--csv")
     assert again.returncode == 2
     assert "there already" in again.stderr
+
+
+def test_hdf5_is_nexus_and_holds_what_parquet_holds(cycles_run: Path, tmp_path: Path) -> None:
+    h5py, parquet = pytest.importorskip("h5py"), pytest.importorskip("pyarrow.parquet")
+    said = in_process("export", cycles_run, "--hdf5", "--parquet", "--out", tmp_path, "--json")
+    (path,) = [Path(each) for each in json.loads(said.stdout)["files"] if each.endswith(".h5")]
+    tables = sorted(tmp_path.glob("*.parquet"))
+    assert len(tables) == 6
+    with h5py.File(path) as file:
+        assert file.attrs["NX_class"] == "NXroot"
+        entry = file[file.attrs["default"]]
+        assert entry.attrs["NX_class"] == "NXentry"
+        assert entry.attrs["simulated"] == "true"
+        assert entry["entry_identifier"].asstr()[()] == stepload.open(cycles_run).run_id
+        for table in tables:
+            group, wanted = entry[table.stem], parquet.read_table(table)
+            assert group.attrs["NX_class"] == "NXdata"
+            assert set(group) == set(wanted.column_names)
+            assert group[group.attrs["signal"]].shape == group[group.attrs["axes"][0]].shape
+            for name in wanted.column_names:
+                values, column = wanted[name].to_numpy(), group[name]
+                if names := h5py.check_enum_dtype(column.dtype):
+                    known = {code: word for word, code in names.items()}
+                    assert [known[code] for code in column[()].tolist()] == values.tolist()
+                elif values.dtype.kind == "O":
+                    assert column.asstr()[()].tolist() == values.tolist()
+                else:
+                    np.testing.assert_array_equal(column[()], values)
+                assert ("units" in column.attrs) == (values.dtype.kind == "f")
+        assert entry["force/torque_x_n_m"].attrs["units"] == "N.m"
+        assert entry["arm/position_m"].attrs["units"] == "m"
+        assert entry["ticks/compliance_m_per_n"].attrs["units"] == "m/N"
+        assert entry["instrument/force"].attrs["NX_class"] == "NXsensor"
+        assert entry["instrument/force/data"] == entry["force"]
+        results = json.loads(entry["results/data"].asstr()[()])
+        assert results["$schema"] == entry["results/description"].asstr()[()]
+        assert results["headline"] == real_results(cycles_run)["headline"]
+        plan = stepload.open(cycles_run).files["plan.yaml"].decode()
+        assert entry["plan/data"].asstr()[()] == plan
+
+
+def test_the_directory_of_a_run_is_a_rosbag2(quick_run: Path) -> None:
+    run, types = stepload.open(quick_run), get_typestore(Stores.ROS2_HUMBLE)
+    with Reader(quick_run) as bag:
+        counts = {each.topic: each.msgcount for each in bag.connections}
+        assert counts["/force"] == counts["/force/sample"] == run.force.rows
+        assert counts["/tick"] == run.ticks.rows
+        assert bag.message_count == sum(counts.values())
+        for each in bag.connections:
+            if each.msgtype not in types.types:
+                types.register(get_types_from_msg(each.msgdef.data, each.msgtype))
+        found: dict[str, list[float]] = {"/force": [], "/arm": [], "/events": []}
+        times, overlaps = [], 0
+        for each, time_ns, raw in bag.messages():
+            times.append(time_ns)
+            if len(found.get(each.topic, range(500))) < 500:
+                message = types.deserialize_cdr(raw, each.msgtype)
+                found[each.topic].append(
+                    message.wrench.force.z if each.topic == "/force"
+                    else message.position_m if each.topic == "/arm" else len(message.data)
+                )  # fmt: skip
+        assert len(times) == bag.message_count
+        assert bag.start_time == min(times)
+        assert bag.duration == max(times) - min(times) + 1
+    assert found["/force"] == run.force["force_z_n"][:500].tolist()
+    assert found["/arm"] == run.arm["position_m"][:500].tolist()
+    assert all(found["/events"])
+    with (quick_run / "run.mcap").open("rb") as file:
+        chunks = make_reader(file).get_summary().chunk_indexes
+    for before, after in itertools.pairwise(chunks):
+        overlaps += after.message_start_time < before.message_end_time
+    assert not overlaps
+    assert len(chunks) > 5
 
 
 def test_a_run_without_a_contact_gives_its_raw_streams(quick_run: Path, tmp_path: Path) -> None:
@@ -130,6 +214,8 @@ def test_what_somebody_wrote_into_a_record_is_no_formula_and_no_path(
     assert cells["payload"].data_type == "s"
     assert cells["payload"].value == texts["payload"]
     assert cells["rig"].value == "a\\x1b[2Jb\\x00"
+    [path] = write_tables(told, {}, tmp_path / "tables", Format.HDF5)
+    assert path.parent == tmp_path / "tables"
 
 
 @pytest.mark.parametrize("format", list(Format))

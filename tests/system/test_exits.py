@@ -5,9 +5,8 @@ from __future__ import annotations
 import html
 import os
 import resource
+import shutil
 import signal
-import subprocess
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -16,7 +15,6 @@ import numpy as np
 import pytest
 from real_runs import ROOT, Staged, in_process, results
 
-from stepload.errors import ExitCode
 from stepload.record.reader import Recording, read_recording
 from stepload.record.recovery import is_being_written
 from stepload.record.rows import Phase
@@ -38,7 +36,7 @@ def test_the_end(quick: Path, tmp_path: Path) -> None:
     assert _record(tmp_path / "run").outcome["verdict"] == "marginal"
     assert any("only a loading" in reason for reason in results(tmp_path / "run")["reasons"])
     assert sorted(p.name for p in (tmp_path / "run").iterdir()) == [
-        "report.html", "results.json", "run.mcap",
+        "metadata.yaml", "report.html", "results.json", "run.mcap",
     ]  # fmt: skip
 
 
@@ -221,12 +219,37 @@ def test_a_full_disk(stage: Stage, quick: Path, tmp_path: Path) -> None:
     code, text = staged.finish()
     assert code == 4
     assert "File too large" in text
-    assert "stepload recover" in text
+    assert str(directory / "run.mcap") in text
     assert "File too large" in results(directory)["reasons"][0]
-    repaired = in_process("recover", tmp_path / "runs")
-    assert repaired.returncode == 0
-    assert "repaired, marked partial" in repaired.stdout
+    assert not part.exists()
     assert 1 in _record(directory, partial=True).ticks.step
+
+
+def test_a_directory_that_is_deleted_during_the_run(
+    stage: Stage, quick: Path, tmp_path: Path
+) -> None:
+    """It ends the run at once; all of the record, its end included, is written elsewhere."""
+    directory = tmp_path / "runs" / "lost"
+    staged = stage(
+        {"at": "HOLD 1", "wait": f"gone {directory}"},
+        "run", quick, "--dry-run", "--out", directory, "--quiet",
+    )  # fmt: skip
+    staged.wait_until_there()
+    shutil.rmtree(directory)
+    code, text = staged.finish()
+    assert code == 4
+    kept = directory.with_name("lost-rescued")
+    assert str(kept / "run.mcap") in text
+    assert not directory.exists()
+    found = results(kept)
+    assert found["cause"]["rule"] == "recorder"
+    assert found["levels_done"] < 3
+    assert "arm stop" in [action["name"] for action in found["safing"] if not action["error"]]
+    recording = read_recording(kept / "run.mcap")
+    assert not recording.damage
+    assert {"tare", "touch", "trip", "end"} <= {event.kind for event in recording.events}
+    np.testing.assert_array_equal(np.diff(recording.force.sequence), 1)
+    assert len(recording.ticks.time_s) == found["lateness"]["ticks"]
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
@@ -254,14 +277,3 @@ def test_a_sensor_that_hangs_in_real_time(stage: Stage, quick: Path, tmp_path: P
     assert by_name["arm retract"]["error"] == by_name["arm stop"]["error"] == ""
     assert "no answer within" in by_name["force sensor"]["error"]
     _record(tmp_path / "run")
-
-
-@pytest.mark.parametrize("verb", [["profiles"], ["identify", "no-file"]])
-def test_a_full_disk_under_the_json_is_no_success(verb: list[str]) -> None:
-    with open("/dev/full", "w") as full:
-        done = subprocess.run(
-            [sys.executable, "-m", "stepload", *verb, "--json"],
-            stdout=full, stderr=subprocess.PIPE, text=True,
-        )  # fmt: skip
-    assert done.returncode == ExitCode.BAD_INPUT
-    assert "Traceback" not in done.stderr

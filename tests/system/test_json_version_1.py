@@ -154,7 +154,9 @@ def closed(schema: Any) -> Any:
 @pytest.mark.parametrize("run", ["one", "two", "flat"])
 def test_results_keep_to_their_schema(found: dict[str, Any], place: Path, run: str) -> None:
     schema = closed(json.loads(in_process("schema", "results").stdout))
-    jsonschema.validate(json.loads((place / run / "results.json").read_text()), schema)
+    results = json.loads((place / run / "results.json").read_text())
+    jsonschema.validate(results, schema)
+    assert results["$schema"] == schema["$id"]
 
 
 @pytest.mark.parametrize(

@@ -45,7 +45,7 @@ def test_every_reason_of_a_preflight_is_explained() -> None:
 
 
 def test_every_cause_of_a_stop_is_explained() -> None:
-    found = emitted(STOP, ("engine",))
+    found = emitted(STOP, ("engine", "session"))
     assert {"R1", "R11", "CAP", "drift", "hang"} <= found
     assert codes_of("stop") == found
 

@@ -54,7 +54,7 @@ def runs(
     for row in found:
         if row.problem:
             output.line(f"not read: {row.path}: {row.problem}")
-    output.result({"runs": [row.model_dump() for row in found]})
+    output.result({"$schema": "urn:stepload:runs:1", "runs": [row.model_dump() for row in found]})
 
 
 def _pair(text: str) -> tuple[str, str]:
@@ -88,23 +88,27 @@ def _cells(row: RunRow) -> list[str]:
 
 def export(
     run: RunPath,
-    out: Annotated[Path, Option(help="Directory the files are written to.")],
+    out: Annotated[
+        Path | None, Option(help="Directory for the files; default: `tables` beside the record.")
+    ] = None,
     csv: Annotated[bool, Option("--csv", help="One CSV file for each table.")] = False,
     parquet: Annotated[bool, Option("--parquet", help="One Parquet file each.")] = False,
     xlsx: Annotated[bool, Option("--xlsx", help="One Excel book, a sheet each.")] = False,
+    hdf5: Annotated[bool, Option("--hdf5", help="One HDF5 file of NeXus groups.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Write curve, levels, touches and raw streams for other programs.
 
-    Example: stepload export runs/20260801-101500-demo --csv --out tables
+    Example: stepload export runs/20260801-101500-demo --csv
     """
+    from stepload.data.catalog import PART, RECORD
     from stepload.data.export import Format, tables, write_tables
     from stepload.data.run import open_run
 
     output = Output(as_json=as_json)
-    wanted = dict(zip(Format, (csv, parquet, xlsx), strict=True))
+    wanted = dict(zip(Format, (csv, parquet, xlsx, hdf5), strict=True))
     if not any(wanted.values()):
-        raise BadInputError("say as what: --csv, --parquet or --xlsx")
+        raise BadInputError("say as what: --csv, --parquet, --xlsx or --hdf5")
     opened = open_run(run)
     if opened.simulated:
         output.line("SIMULATED: what is exported is no measurement")
@@ -113,6 +117,9 @@ def export(
     parts, why = tables(opened)
     if why:
         output.line(f"no curve, levels or touches: {why}")
+    record = opened.path
+    of_a_run = record.name in (RECORD, PART)
+    out = out or record.with_name("tables" if of_a_run else f"{record.stem}-tables")
     written = [
         path for form in Format if wanted[form] for path in write_tables(opened, parts, out, form)
     ]

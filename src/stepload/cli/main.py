@@ -83,12 +83,17 @@ def _as_text(error: Exception) -> SteploadError:
 
 
 def _give_streams() -> None:
-    """Drop output to closed streams, and escape characters that a stream cannot encode."""
-    for name in ("stdout", "stderr"):
+    """Connect closed streams to /dev/null, or the next file that is opened would be taken for one;
+    escape characters that an output cannot encode."""
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
         stream = getattr(sys, name)
         if stream is None:
-            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
-        elif isinstance(stream, io.TextIOWrapper):
+            setattr(sys, name, os.fdopen(number, "w" if number else "r", encoding="utf-8"))
+        elif number and isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
 
 
@@ -123,8 +128,10 @@ def _exit_code(log: ExitStack) -> int:
             show()
             return int(getattr(error, "exit_code", ExitCode.BAD_INPUT))
         _log_failure(error)
-        from stepload.report.terminal import Output
+        from stepload.report.terminal import Output, delivered
 
+        if isinstance(error, OSError) and not delivered():  # typer's own output
+            return ExitCode.BAD_INPUT
         known = error if isinstance(error, SteploadError) else _as_text(error)
         Output(as_json="--json" in sys.argv).error(known)
         return known.exit_code
@@ -138,4 +145,6 @@ def main() -> None:
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "true")
     with ExitStack() as log:
         code = _exit_code(log)
-    sys.exit(int(code))
+    from stepload.report.terminal import delivered
+
+    sys.exit(int(code) if delivered() else int(code) or ExitCode.BAD_INPUT)

@@ -113,6 +113,8 @@ class Documents(StrEnum):
     COMPARISON = "comparison"
     CALIBRATION = "calibration"
     PREFLIGHT = "preflight"
+    RUNS = "runs"
+    BATCH = "batch"
 
 
 def schema(
@@ -124,7 +126,9 @@ def schema(
 
     Example: stepload schema results
     """
+    from stepload.data.catalog import runs_schema
     from stepload.plan.schema import json_schema
+    from stepload.report.batch import batch_schema
     from stepload.report.calibration_document import calibration_schema
     from stepload.report.comparison_document import comparison_schema
     from stepload.report.preflight_results import preflight_schema
@@ -136,8 +140,11 @@ def schema(
         Documents.COMPARISON: comparison_schema,
         Documents.CALIBRATION: calibration_schema,
         Documents.PREFLIGHT: preflight_schema,
+        Documents.RUNS: runs_schema,
+        Documents.BATCH: batch_schema,
     }
-    print(json.dumps(made[document](), indent=1, ensure_ascii=False))
+    text = json.dumps(made[document](), indent=1, ensure_ascii=False)
+    Output(as_json=False).document(text)
 
 
 def layout(
@@ -157,7 +164,7 @@ def layout(
         raise BadInputError(f"{file} exists already", hint="name another file") from None
     except OSError as error:
         raise BadInputError(f"cannot write {file}: {error.strerror}") from error
-    print(f"{file}: import it as a layout in Foxglove or Lichtblick")
+    Output(as_json=False).line(f"{file}: import it as a layout in Foxglove or Lichtblick")
 
 
 def codes(incomplete: str) -> list[str]:

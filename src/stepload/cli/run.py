@@ -26,6 +26,7 @@ from stepload.report.terminal import AsJson, Output
 
 if TYPE_CHECKING:
     from stepload.engine.operator import Operator
+    from stepload.engine.tick import Engine
     from stepload.feasibility.preflight import Preflight
     from stepload.session.experiment import Finished
 
@@ -133,8 +134,12 @@ def press(
     verbose: bool = False,
     resume: Path | None = None,
     live: str = "",
+    check: Callable[[Engine, Preflight], None] | None = None,
 ) -> Finished:
-    """Run a plan with its preflight, progress and result shown; `operator` listens already."""
+    """Run a plan with its preflight, progress and result shown; `operator` listens already.
+
+    `check` looks at the run as often as it is shown.
+    """
     from stepload.cli.keys import keys
     from stepload.cli.preflight import show_figures, show_reasons, show_verdict
     from stepload.cli.progress import progress
@@ -152,6 +157,12 @@ def press(
         if verbose:
             show_reasons(preflight, output)
             show_figures(preflight, output)
+
+    def look(engine: Engine, preflight: Preflight) -> None:
+        for each in (check, display.show):
+            if each is not None:
+                each(engine, preflight)
+
     with (
         progress(quiet=quiet) as display,
         keys(operator, display.say),
@@ -164,7 +175,7 @@ def press(
             seed=seed,
             resume=resume,
             operator=operator,
-            on_progress=display.show,
+            on_progress=look,
             on_notice=display.say,
             on_record=follow,
         )

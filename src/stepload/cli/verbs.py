@@ -28,6 +28,7 @@ LINES = {
     "run.run": "Run a plan: preflight, press, record, identify, report.",
     "run.pause": "Pause a run after its step, unloaded; with --resume it goes on.",
     "reference.layout": "Write a layout for Foxglove and Lichtblick.",
+    "batch.batch": "Press specimen after specimen by a list; table and control chart of all.",
     "identify.identify": "Identify the contact law from a record or a CSV file; nothing is moved.",
     "records.recover": "Repair what was not finished, verify it, and identify what is there.",
     "records.replay": "Run the supervisor over a record. Exit 4: it would have tripped.",

@@ -5,16 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BeforeValidator
+from pydantic import BeforeValidator, Field
 
 from stepload.data.columns import library
 from stepload.errors import BadInputError
 from stepload.record.summary import Summary, read_summary
 from stepload.record.untrusted import untrusted
 from stepload.report.model import number_or_nan
-from stepload.report.rows import OrNan, Row, figure
+from stepload.report.rows import OrNan, Row, figure, schema_of
 
 if TYPE_CHECKING:
     import pandas
@@ -65,6 +65,20 @@ class RunRow(Row):
 
 
 COLUMNS = tuple(RunRow.model_fields)
+
+
+class Runs(Row):
+    """The runs of a directory, as `stepload runs --json` prints them."""
+
+    schema_id: Literal["urn:stepload:runs:1"] = Field(
+        alias="$schema", description="`$id` of this schema."
+    )
+    runs: tuple[RunRow, ...] = figure("One row each.")
+
+
+def runs_schema() -> dict[str, Any]:
+    """The JSON Schema of `stepload runs --json`."""
+    return schema_of(Runs, "runs")
 
 
 def rows(directory: str | Path) -> list[RunRow]:

@@ -1,4 +1,4 @@
-"""Files that other programs read: CSV, Parquet and Excel tables of one run."""
+"""Files that other programs read: CSV, Parquet, Excel and HDF5 tables of one run."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from stepload.data.columns import library
+from stepload.data.hdf5 import write_hdf5
 from stepload.data.run import STREAMS, Run
 from stepload.data.table import PHASE, Table
 from stepload.errors import BadInputError, printable
@@ -29,6 +30,7 @@ class Format(StrEnum):
     CSV = "csv"
     PARQUET = "parquet"
     XLSX = "xlsx"
+    HDF5 = "h5"
 
 
 def tables(run: Run) -> tuple[dict[str, Table], str]:
@@ -55,8 +57,8 @@ def write_tables(
     """Write tables of a run into a directory; the files that were written.
 
     One file a table, `curve.csv`, `levels.csv` and so on; of Excel one book with a sheet for each
-    table. Units are in the names of the columns. A file that is there already is not overwritten,
-    and a file that could not be finished is not left.
+    table, of HDF5 one file. Units are in the names of the columns. A file that is there already is
+    not overwritten, and a file that could not be finished is not left.
 
     Raises:
         BadInputError: the library for the format is missing, a file is there already or cannot be
@@ -68,28 +70,30 @@ def write_tables(
         "partial": str(run.partial).lower(),
         **{k: run.metadata.get(k, "") for k in ("plan", "payload", "rig", "started", "stepload")},
     }
-    if format is Format.XLSX:
+    if format in (Format.XLSX, Format.HDF5):
         named = (run.metadata.get("plan", "") or "run", run.run_id)
         # Texts of a record are not trusted: only safe letters become part of a file's name.
         stem = "-".join(re.sub(r"[^\w-]+", "_", text)[:80] for text in named if text)
-        paths = {stem: directory / f"{stem}.xlsx"}
+        paths = {stem: directory / f"{stem}.{format.value}"}
     else:
         paths = {name: directory / f"{name}.{format.value}" for name in parts}
     for path in paths.values():
         if path.exists():
-            raise BadInputError(f"{path} is there already", hint="name another directory")
+            raise BadInputError(f"{path} is there already", hint="--out names another directory")
     try:
         directory.mkdir(parents=True, exist_ok=True)
         for name, path in paths.items():
             with _whole(path) as part:
                 if format is Format.XLSX:
                     _book(part, parts, about)
+                elif format is Format.HDF5:
+                    write_hdf5(run, parts, part, about)
                 elif format is Format.CSV:
                     _csv(part, parts[name])
                 else:
                     _parquet(part, parts[name], about)
     except OSError as error:
-        raise BadInputError(f"{directory}: {error.strerror}") from error
+        raise BadInputError(f"{directory}: {error.strerror or error}") from error
     return list(paths.values())
 
 

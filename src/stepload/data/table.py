@@ -38,7 +38,7 @@ class Table(Mapping[str, Column]):
         if len(lengths) > 1 or time not in columns:
             raise ValueError(f"columns of lengths {sorted(lengths)}, time {time!r}")
         self._columns = dict(columns)
-        self._time = time
+        self.time = time
 
     def __getitem__(self, name: str) -> Column:
         try:
@@ -64,16 +64,16 @@ class Table(Mapping[str, Column]):
     @property
     def rows(self) -> int:
         """N."""
-        return len(self._columns[self._time])
+        return len(self._columns[self.time])
 
     @property
     def time_s(self) -> Column:
         """The column that is the time on the run's clock, shape (N,), in s."""
-        return self._columns[self._time]
+        return self._columns[self.time]
 
     def where(self, mask: Column) -> Table:
         """The rows that a mask of shape (N,) or a slice chooses."""
-        return Table({name: column[mask] for name, column in self._columns.items()}, self._time)
+        return Table({name: column[mask] for name, column in self._columns.items()}, self.time)
 
     def between(self, start_s: float, end_s: float) -> Table:
         """The rows with start_s <= time < end_s on the run's clock."""

@@ -184,7 +184,7 @@ class Difference:
     open_sources: tuple[str, ...]
 
 
-class _Correlation(NamedTuple):
+class Correlation(NamedTuple):
     """(N, N) bounds of the correlation of one source between the runs."""
 
     least: FloatArray
@@ -245,7 +245,7 @@ def difference(
     weight = np.where(group == 0, -1.0 / len(first), 1.0 / len(second))
     level = 1.0 - SIGNIFICANCE / (2.0 * comparisons)
     groups = _Groups(runs, group, weight, scatter_of(value, group), level)
-    known = _correlations(runs)
+    known = correlations(runs)
     cases = [
         _case(groups, dict(zip(known, case, strict=True)), known)
         for case in zip(*(each.cases(group) for each in known.values()), strict=True)
@@ -305,7 +305,8 @@ def _check(first: Sequence[Measured], second: Sequence[Measured], tolerance: flo
                 raise DomainError(f"{run.run}: {source} is {sigma:g}; it must be 0 or more")
 
 
-def _correlations(runs: Sequence[Measured]) -> dict[str, _Correlation]:
+def correlations(runs: Sequence[Measured]) -> dict[str, Correlation]:
+    """How each source of the budgets is shared between the runs."""
     found = {}
     for source in dict.fromkeys(source for run in runs for source in run.lines):
         least, most = np.eye(len(runs)), np.eye(len(runs))
@@ -314,12 +315,12 @@ def _correlations(runs: Sequence[Measured]) -> dict[str, _Correlation]:
             both = common(source, one.origin, other.origin, apart_m)
             least[i, j] = least[j, i] = both.least
             most[i, j] = most[j, i] = both.most
-        found[source] = _Correlation(least, most)
+        found[source] = Correlation(least, most)
     return found
 
 
 def _case(
-    groups: _Groups, correlation: Mapping[str, FloatArray], known: Mapping[str, _Correlation]
+    groups: _Groups, correlation: Mapping[str, FloatArray], known: Mapping[str, Correlation]
 ) -> _Case:
     """The lines of the difference for given correlations."""
     lines, expected = [], 0.0

@@ -33,9 +33,10 @@ from stepload.plan.system_stiffness import Provenance, RecordPolicy, SystemStiff
 from stepload.rig.device import LARGEST_SHIFT_M
 
 __all__ = [
-    "Alignment", "ArmSpec", "DeviceSpec", "DisplacementSpec", "ForceSpec", "IdentifyPlan",
-    "Payload", "Plan", "Procedure", "Provenance", "RecordPlan", "RecordPolicy", "Rig",
-    "SecondForce", "SecondForceSource", "Simulation", "SourceFile", "Structure", "SystemStiffness",
+    "Acceptance", "Alignment", "ArmSpec", "DeviceSpec", "DisplacementSpec", "ForceSpec",
+    "IdentifyPlan", "Payload", "Plan", "Procedure", "Provenance", "RecordPlan", "RecordPolicy",
+    "Rig", "SecondForce", "SecondForceSource", "Simulation", "SourceFile", "Structure",
+    "SystemStiffness",
 ]  # fmt: skip
 
 MAX_LEVELS = 1000
@@ -157,6 +158,25 @@ class Procedure:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
+class Acceptance:
+    """Limits of a batch: what a sound specimen keeps."""
+
+    chord_min_n_per_m: q.Stiffness | None = None
+    """Smallest chord stiffness of a sound specimen."""
+    chord_max_n_per_m: q.Stiffness | None = None
+    """Largest chord stiffness of a sound specimen."""
+
+    sound = CHECKED
+
+    def contradictions(self) -> Iterator[Contradiction]:
+        low, high = self.chord_min_n_per_m, self.chord_max_n_per_m
+        if low is None and high is None:
+            yield "", "no limit", "give chord_min, chord_max or both"
+        elif low is not None and high is not None and not low < high:
+            yield "chord_max", "chord_max is not above chord_min", "exchange the two limits"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=SECTION)
 class IdentifyPlan:
     """How the data become a result."""
 
@@ -178,6 +198,8 @@ class IdentifyPlan:
     """Temperature of the run; compared with the calibration record."""
     temperature_uncertainty_k: Annotated[float, q.Quantity("K", 0.0, 20.0)] = 0.0
     """Standard uncertainty of the temperature, drift during the run included."""
+    acceptance: Acceptance | None = None
+    """Limits that `stepload batch` judges specimens by; none: none are stated."""
 
 
 @dataclass(frozen=True, slots=True, config=SECTION)

@@ -70,7 +70,7 @@ class Appender:
         self._attachments: list[records.AttachmentIndex] = []
         self._metadata: list[records.MetadataIndex] = []
         self.counts: dict[int, int] = {}
-        self._first_ns, self._last_ns = 2**64 - 1, 0
+        self._first_ns, self.last_ns = 2**64 - 1, 0
 
     def append(self, *parts: bytes) -> None:
         """Write bytes of whole records.
@@ -207,7 +207,12 @@ class Appender:
         for channel, (count, _) in indexes.items():
             self.counts[channel] = self.counts.get(channel, 0) + count
         self._first_ns = min(self._first_ns, entry.message_start_time)
-        self._last_ns = max(self._last_ns, entry.message_end_time)
+        self.last_ns = max(self.last_ns, entry.message_end_time)
+
+    @property
+    def topic_counts(self) -> dict[str, int]:
+        """Messages written so far, per topic."""
+        return {channel.topic: self.counts[channel.id] for channel in self._channels}
 
     def finish(self) -> None:
         """Write DataEnd, summary and footer, and wait for the disk."""
@@ -220,7 +225,7 @@ class Appender:
             channel_message_counts=self.counts,
             chunk_count=len(self._chunks),
             message_count=messages,
-            message_end_time=self._last_ns,
+            message_end_time=self.last_ns,
             message_start_time=self._first_ns if messages else 0,
             metadata_count=len(self._metadata),
             schema_count=len(self._schemas),

@@ -69,16 +69,21 @@ class Channel:
     Args:
         stream: what the rows are and what is made of them; None for the events.
         offset_ns: from the run's clock to the record's time axis.
+        count: of its rows that the file has already.
     """
 
-    def __init__(self, stream: Stream | None, offset_ns: int) -> None:
+    def __init__(self, stream: Stream | None, offset_ns: int, count: int = 0) -> None:
         self._encoders = (
             [_Encoder(topic, row_dtype(stream.row)) for topic in stream.topics] if stream else []
         )
         self._offset_ns = offset_ns
         self._last_ns = 0
-        self._count = 0
+        self._count = count
         self._clock = ClockMap()
+
+    def not_before(self, ns: int) -> None:
+        """Log nothing before this time: chunks do not overlap."""
+        self._last_ns = max(self._last_ns, ns)
 
     def _log_ns(self, time_s: NDArray[np.float64]) -> NDArray[np.int64]:
         ns = to_ns(time_s, self._offset_ns)

@@ -172,9 +172,7 @@ class Reading:
                 if run.opcode == MESSAGE_OPCODE:
                     self.take_run(record.at, raw, run)
                 else:
-                    self.define(
-                        RawRecord(record.at, run.opcode, raw[run.at + RECORD_HEAD : run.end])
-                    )
+                    self.define(run.record(record.at, raw))
         elif record.opcode == Opcode.METADATA:
             metadata = parse(records.Metadata, record)
             self.metadata[metadata.name] = metadata.metadata

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import hashlib
 import json
@@ -10,35 +11,46 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from multiprocessing.connection import Connection
 from pathlib import Path
+from threading import Thread
 from typing import NoReturn
 
 from stepload.errors import BadInputError, ExitCode, SteploadError
-from stepload.record.container import sync_directory
+from stepload.record.container import Appender, sync_directory
 from stepload.record.layout import EVENTS, STREAMS
 from stepload.record.plain import to_json
-from stepload.record.recovery import PART_SUFFIX
+from stepload.record.recovery import PART_SUFFIX, Recovered, copy_whole
 from stepload.record.ring import RINGS, Shared, State, capacities
 from stepload.record.rows import TickRow
-from stepload.record.scan import count_messages
-from stepload.record.writer_process import Start
+from stepload.record.scan import Scan, count_messages
+from stepload.record.writer_process import Start, Writer, begin
 from stepload.rig.clock import Clock
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 
 NAME = "run.mcap"
 MAX_RATE_HZ = 10_000.0
 START_TIMEOUT_S = 30.0
-FINISH_TIMEOUT_S = 120.0
+FINISH_TIMEOUT_S = 30.0
+SILENT_S = 2.0
+"""A writer that gives no sign of life for so long is told of."""
+STALLED_S = 8.0
+"""The same ends the run: half of what its memory holds."""
+KILL_S = 2.0
 _WRITER_ENVIRONMENT = {
     "OPENBLAS_NUM_THREADS": "1",
     "MALLOC_MMAP_THRESHOLD_": str(1 << 28),
     "MALLOC_TRIM_THRESHOLD_": str(1 << 28),
 }
 """glibc keeps the memory of a chunk for the next one: getting it anew is a fifth of the writing."""
-_LOOK_EVERY = 64
-"""Every how many `problem` calls the writer process itself is looked at (a system call)."""
+_LOOK_S = 0.1
+"""How often the writer process itself is looked at (a system call)."""
+_STANDS = {
+    "T": "it was stopped by a signal (kill -CONT {pid})", "t": "a debugger holds it",
+    "D": "it waits for the disk",
+}  # fmt: skip
+"""What a state in /proc/PID/stat means."""
 
 
 class RecordingFailedError(SteploadError):
@@ -61,6 +73,7 @@ class Recorder:
         metadata: flat texts for the record's "run" metadata.
         attachments: files to keep in the record, by name.
         lossless: wait when the disk does not keep up (virtual time) instead of dropping.
+        say: takes a line for the operator, and must return at once.
 
     Raises:
         BadInputError: the directory cannot be written to, or holds a record already.
@@ -82,6 +95,7 @@ class Recorder:
         metadata: Mapping[str, str],
         attachments: Mapping[str, bytes],
         lossless: bool,
+        say: Callable[[str], None] = lambda text: None,
     ) -> None:
         for name, rate_hz in rates_hz.items():
             if not 0.0 < rate_hz <= MAX_RATE_HZ:
@@ -91,7 +105,10 @@ class Recorder:
         self.path = directory / NAME
         self.part_path = directory / (NAME + PART_SUFFIX)
         self._lossless = lossless
-        self._looks = 0
+        self._say = say
+        self._look_at_s = self._beat_s = time.monotonic()
+        self._beats = 0
+        self._silent = self._stalled = False
         self._events = 0
         self._problem = ""
         self._closed = False
@@ -107,7 +124,9 @@ class Recorder:
             "rates_hz": json.dumps(dict(rates_hz)),
             **checksums,
         }
-        start = Start(dict(rates_hz), offset_ns, wall_ns, directory, told, dict(attachments))
+        self._start = Start(
+            dict(rates_hz), offset_ns, wall_ns, self.part_path, told, dict(attachments)
+        )
         self._file_fd = file_fd = _open_locked(self.part_path, self.path)
         try:
             self._shared, memory_fd = Shared.create(capacities(rates_hz))
@@ -127,7 +146,7 @@ class Recorder:
             setattr(self, name, self._shared.producer(name, self._wait_for_room))
         self._push_event = self._shared.event_producer(self._wait_for_room)
         try:
-            self._control.send(start)
+            self._send(self._start)
             self._wait_until_running()
         except BaseException as error:
             self.abandon()
@@ -165,19 +184,45 @@ class Recorder:
 
     def problem(self) -> str:
         """Why the record is not what it should be; "" while all is well. Never blocks."""
-        if self._problem or self._closed:
+        now_s, state = time.monotonic(), self._counters[0] if not self._closed else None
+        if self._problem or self._closed or (state == State.RUNNING and now_s < self._look_at_s):
             return self._problem
-        self._looks += 1
-        if self._looks % _LOOK_EVERY and self._counters[0] == State.RUNNING:
-            return ""
-        if self._counters[0] == State.FAILED:
+        self._look_at_s = now_s + _LOOK_S
+        if state == State.FAILED:
             self._problem = f"the record cannot be written: {self._shared.text}"
-        elif self._process.poll() is not None and self._counters[0] != State.CLOSED:
+        elif state == State.UNNAMED:
+            self._problem = self._shared.text
+        elif self._process.poll() is not None and state != State.CLOSED:
             self._problem = f"the record writer ended with code {self._process.returncode}"
         elif lost := {n: self._shared.dropped(n) for n in RINGS if self._shared.dropped(n)}:
             rows = ", ".join(f"{count} of {name}" for name, count in lost.items())
             self._problem = f"the disk does not keep up, rows were dropped: {rows}"
+        elif state != State.CLOSED:
+            self._listen(now_s, START_TIMEOUT_S if state == State.STARTING else STALLED_S)
         return self._problem
+
+    def _listen(self, now_s: float, limit_s: float) -> None:
+        """Look whether the writer still gives signs of life."""
+        if self._counters[1] != self._beats:
+            self._beats, self._beat_s, self._silent = self._counters[1], now_s, False
+        silent_s = now_s - self._beat_s
+        if silent_s > limit_s:
+            self._stalled = True
+            self._problem = f"nothing was written for {silent_s:.0f} s: {self._standing()}"
+        elif silent_s > SILENT_S and not self._silent:
+            self._silent = True
+            self._say(
+                f"record: nothing was written for {silent_s:.0f} s: {self._standing()}."
+                f" After {limit_s:.0f} s the run ends."
+            )
+
+    def _standing(self) -> str:
+        """What the writer process does instead of writing."""
+        pid, state = self._process.pid, ""
+        with contextlib.suppress(OSError, IndexError):
+            state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+        why = _STANDS.get(state, f"its state is {state or 'unknown'}").format(pid=pid)
+        return f"writer process {pid}, {why}"
 
     def finish(self, results: Mapping[str, object], verdict: str) -> Path:
         """Write results and summary, read everything back, and give the file its final name.
@@ -189,11 +234,9 @@ class Recorder:
             RecordingFailedError: not everything is in the file; it stays run.mcap.part and can be
                 repaired.
         """
-        try:
-            self._control.send((verdict, to_json(results, indent=1)))
-            self._process.wait(FINISH_TIMEOUT_S)
-        except (OSError, subprocess.TimeoutExpired) as error:
-            self._fail(f"the record writer does not answer: {error}")
+        self._send((verdict, to_json(results, indent=1)))
+        if not self._ended():
+            self._fail(f"the record cannot be finished: {self._standing()}")
         if self._counters[0] != State.CLOSED:
             self._fail(f"the record writer ended with code {self._process.returncode}")
         found = count_messages(self.part_path)
@@ -211,39 +254,85 @@ class Recorder:
         sync_directory(self.path.parent)
         return self.path
 
+    def rescue(self, places: Iterable[Path]) -> Recovered | None:
+        """Write all that there is, from the file and from memory, into the first place possible.
+
+        Nothing can be recorded after that.
+
+        Args:
+            places: directories that exist.
+        """
+        self._end_writer()
+        fcntl.flock(self._file_fd, fcntl.LOCK_UN)
+        for place in places:
+            with contextlib.suppress(Exception):  # the last resort: the next place may do
+                with open(f"/proc/self/fd/{self._file_fd}", "rb") as file:
+                    scan = Scan(file, os.fstat(self._file_fd).st_size)
+                    name, target = self.part_path.name, place / NAME
+                    found = copy_whole(file, scan, target, name, self._rest)
+                if target == self.path:
+                    self.part_path.unlink(missing_ok=True)
+                sync_directory(place)
+                return found
+        return None
+
+    def _rest(self, out: Appender) -> None:
+        """Write what is in memory only."""
+        if not out.counts:  # nothing of the file can be read
+            begin(out, self._start)
+        Writer(out, self._shared, self._start.offset_ns).drain()
+
     def abandon(self) -> None:
         """Stop recording. What was pushed gets to the disk; the file stays run.mcap.part."""
         if self._closed:
             return
         self.problem()
+        self._end_writer()
         self._closed = True
-        self._control.close()
-        try:
-            self._process.wait(FINISH_TIMEOUT_S)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
         for name in (*STREAMS, "_push_event"):
             setattr(self, name, _closed)
         self._shared.close()
         os.close(self._file_fd)
 
+    def _end_writer(self) -> None:
+        """Close what the writer listens to, and wait for its end; a stalled one is killed."""
+        if not self._control.closed:
+            self._control.close()
+        if not self._ended():
+            self._process.kill()
+            with contextlib.suppress(subprocess.TimeoutExpired):  # its disk may hold it for ever
+                self._process.wait(KILL_S)
+
+    def _ended(self) -> bool:
+        """Whether the writer ends in the time that it has; what it waits for is said."""
+        for wait_s in (KILL_S,) if self._stalled else (SILENT_S, FINISH_TIMEOUT_S):
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self._process.wait(wait_s)
+                return True
+            self._say(f"record: not finished after {wait_s:.0f} s: {self._standing()}")
+        self._stalled = True
+        return False
+
+    def _send(self, message: object) -> None:
+        """Send without waiting: a writer that stands still never takes the whole of it."""
+
+        def send() -> None:
+            with contextlib.suppress(Exception):  # the writer is gone, which its process tells
+                self._control.send(message)
+
+        Thread(target=send, name="record", daemon=True).start()
+
     def _fail(self, why: str) -> NoReturn:
         why = self.problem() or why
-        self.abandon()
-        raise RecordingFailedError(
-            f"{self.part_path}: {why}",
-            hint="free disk space if it is full, then `stepload recover` the file",
-        )
+        where = "" if str(self.part_path) in why else f"{self.part_path}: "
+        raise RecordingFailedError(f"{where}{why}")
 
     def _wait_until_running(self) -> None:
-        give_up_at = time.monotonic() + START_TIMEOUT_S
         while self._counters[0] != State.RUNNING:
-            if self._counters[0] == State.FAILED or self._process.poll() is not None:
-                self._fail(f"the record writer ended with code {self._process.returncode}")
-            if time.monotonic() > give_up_at:
-                self._fail(f"the record writer did not start within {START_TIMEOUT_S} s")
+            if self.problem():
+                self._fail(self._problem)
             time.sleep(0.002)
+        self._beat_s = time.monotonic()
 
     def _wait_for_room(self, has_room: Callable[[], bool]) -> bool:
         """Called with a full ring: whether there is room now. Waits for it when lossless."""

@@ -9,6 +9,7 @@ import stat
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 from mcap import records
@@ -17,12 +18,13 @@ from numpy.typing import NDArray
 
 from stepload.errors import BadInputError
 from stepload.record.container import INDEX_ENTRY, Appender, index_record, sync_directory
-from stepload.record.layout import LOG_TIME_AT, MESSAGE_OPCODE, RECORD_HEAD
+from stepload.record.layout import LOG_TIME_AT, MESSAGE_OPCODE
 from stepload.record.scan import (
     Chunk,
     DamageError,
     RawRecord,
     Run,
+    Scan,
     count_messages,
     open_scan,
     parse,
@@ -90,7 +92,7 @@ class _Repair:
     @property
     def counts(self) -> dict[str, int]:
         """Messages written so far, per topic."""
-        return {self._topics[c]: n for c, n in self._out.counts.items() if n}
+        return {topic: n for topic, n in self._out.topic_counts.items() if n}
 
     def take(self, record: RawRecord, read_chunk: Callable[[RawRecord], Chunk]) -> None:
         """Take one record; what is damaged inside is left out and noted."""
@@ -128,8 +130,7 @@ class _Repair:
         entries: dict[int, list[NDArray[np.void]]] = {}
         for run in runs(record.at, chunk.raw):
             if run.opcode != MESSAGE_OPCODE:
-                body = chunk.raw[run.at + RECORD_HEAD : run.end]
-                self._define(RawRecord(record.at, run.opcode, body))
+                self._define(run.record(record.at, chunk.raw))
                 continue
             if run.channel not in self._topics:
                 raise DamageError(record.at, f"a message of unknown channel {run.channel}")
@@ -206,30 +207,57 @@ def recover(path: Path, out: Path | None = None) -> Recovered:
             raise BadInputError(
                 f"{path} is being written by a running experiment", hint="wait for its end"
             ) from None
-        unverified = target.with_name(target.name + ".recovering")
-        unverified.unlink(missing_ok=True)  # of a repair that was cut off, or anybody's
-        fd = os.open(unverified, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
+        found = copy_whole(file, scan, target, path.name)
+    if path.suffix == PART_SUFFIX and out is None:
+        path.unlink()
+    sync_directory(target.parent)
+    return found
+
+
+def copy_whole(
+    file: BinaryIO,
+    scan: Scan,
+    target: Path,
+    source: str,
+    rest: Callable[[Appender], None] | None = None,
+) -> Recovered:
+    """Copy everything whole of an open file into a proper record, read it back and count.
+
+    Args:
+        source: its name, for the copy.
+        rest: writes behind it what the file does not have; it may be unreadable then.
+
+    Raises:
+        BadInputError: it does not read back as it was written.
+        OSError: it could not be written; nothing is left of it.
+    """
+    unverified = target.with_name(target.name + ".recovering")
+    unverified.unlink(missing_ok=True)  # of a repair that was cut off, or anybody's
+    fd = os.open(unverified, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
+    try:
+        repair = _Repair(out := Appender(fd))
+        damage = ""
         try:
-            repair = _Repair(Appender(fd))
-            damage = ""
-            try:
-                for record in scan.records():
-                    repair.take(record, scan.chunk)
-            except DamageError as error:
-                damage = str(error)
-                repair.cut_bytes += os.fstat(file.fileno()).st_size - error.at
-            damage = repair.damage or damage
-            repair.finish(path.name, damage)
-        except BaseException:
-            unverified.unlink()
-            raise
-        finally:
-            os.close(fd)
+            for record in scan.records():
+                repair.take(record, scan.chunk)
+        except DamageError as error:
+            damage = str(error)
+            repair.cut_bytes += os.fstat(file.fileno()).st_size - error.at
+        except (BadInputError, OSError) as error:
+            if rest is None:
+                raise
+            damage = str(error)
+        if rest is not None:
+            rest(out)
+        damage = repair.damage or damage
+        repair.finish(source, damage)
+    except BaseException:
+        unverified.unlink()
+        raise
+    finally:
+        os.close(fd)
     counts = count_messages(unverified)
     if counts != repair.counts:
         raise BadInputError(f"{unverified}: read back {counts}, written {repair.counts}")
     os.rename(unverified, target)
-    if path.suffix == PART_SUFFIX and out is None:
-        path.unlink()
-    sync_directory(target.parent)
     return Recovered(target, counts, repair.cut_bytes, damage)

@@ -40,6 +40,8 @@ class State(IntEnum):
     RUNNING = 1
     FAILED = 2
     CLOSED = 3
+    UNNAMED = 4
+    """It goes on writing, into a file that has lost its name."""
 
 
 RINGS = (*STREAMS, "events")
@@ -60,6 +62,7 @@ class Shared:
     def __init__(self, fd: int, capacity: Mapping[str, int]) -> None:
         self.capacity = dict(capacity)
         self.base: dict[str, int] = {}
+        self._taken_to: dict[str, int] = {}
         self._dtypes = {name: row_dtype(stream.row) for name, stream in STREAMS.items()}
         end = CONTROL_BYTES
         for name in RINGS:
@@ -92,6 +95,10 @@ class Shared:
         self.memory[TEXT_AT : TEXT_AT + len(raw) + 1] = raw + b"\x00"
         self.counters[0] = state
 
+    def beat(self) -> None:
+        """A sign of life of the writer."""
+        self.counters[1] += 1
+
     @property
     def text(self) -> str:
         raw = self.memory[TEXT_AT:CONTROL_BYTES]
@@ -108,6 +115,8 @@ class Shared:
         return self.counters[self._counter(name, 0)] - self.recorded(name)
 
     def add_recorded(self, name: str, count: int) -> None:
+        """What was taken last is on the disk: its places are free."""
+        self.counters[self._counter(name, _TAIL)] = self._taken_to[name]
         self.counters[self._counter(name, _RECORDED)] += count
 
     def producer(self, name: str, wait_for_room: WaitForRoom) -> Callable[[Any], None]:
@@ -204,12 +213,12 @@ class Shared:
         return push
 
     def take(self, name: str) -> NDArray[np.void]:
-        """All waiting rows of a ring, copied; frees their places."""
+        """All waiting rows of a ring, copied; their places are kept until `add_recorded`."""
         dtype = self._dtypes[name]
         return np.frombuffer(self._taken(name, dtype.itemsize), dtype)
 
     def take_events(self) -> list[tuple[float, bytes]]:
-        """All waiting events, oldest first."""
+        """All waiting events, oldest first; their places are kept until `add_recorded`."""
         data, events, at = self._taken("events", 1), [], 0
         while at < len(data):
             length, time_s = EVENT_HEAD.unpack_from(data, at)
@@ -219,7 +228,7 @@ class Shared:
         return events
 
     def _taken(self, name: str, size: int) -> bytes:
-        """The bytes of all waiting rows of a ring, each of `size`; their places are free then."""
+        """The bytes of all waiting rows of a ring, each of `size`."""
         i_head, i_tail = self._counter(name, 0), self._counter(name, _TAIL)
         head, tail, capacity = self.counters[i_head], self.counters[i_tail], self.capacity[name]
         base, start = self.base[name], tail % capacity
@@ -227,7 +236,7 @@ class Shared:
         data = self.memory[base + start * size : base + min(stop, capacity) * size]
         if stop > capacity:
             data += self.memory[base : base + (stop - capacity) * size]
-        self.counters[i_tail] = head
+        self._taken_to[name] = head
         return data
 
     def close(self) -> None:

@@ -14,6 +14,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO, NamedTuple, TypeVar
 
+import lz4.frame
 import numpy as np
 import zstandard
 from mcap import records
@@ -23,7 +24,7 @@ from mcap.opcode import Opcode
 
 from stepload.errors import BadInputError
 from stepload.record.container import MAGIC
-from stepload.record.layout import MESSAGE_HEAD, MESSAGE_OPCODE, RECORD_HEAD
+from stepload.record.layout import LOG_TIME_AT, MESSAGE_HEAD, MESSAGE_OPCODE, RECORD_HEAD
 
 MAX_RECORD_BYTES = 1 << 28
 """No record of ours comes near it; bounds the memory a hostile file can ask for."""
@@ -33,6 +34,8 @@ _BLOCK_BYTES = 1 << 22
 _FREE_EXPANSION_BYTES = 1 << 26
 _RECORD_HEAD = struct.Struct("<BQ")
 _CHUNK_HEAD = struct.Struct("<QQQII")
+_LOOSE_HEAD = _CHUNK_HEAD.size + 8
+LEAST_MESSAGE = RECORD_HEAD + MESSAGE_HEAD
 
 _WORD = np.dtype("<u8")
 
@@ -87,6 +90,10 @@ class Run(NamedTuple):
     def end(self) -> int:
         return self.at + self.stride * self.number
 
+    def record(self, at: int, raw: bytes) -> RawRecord:
+        """The first one, from the bytes of the chunk that begins at byte `at` of the file."""
+        return RawRecord(at, self.opcode, raw[self.at + RECORD_HEAD : self.at + self.stride])
+
 
 def parse(kind: type[R], record: RawRecord) -> R:
     """The content of a small record.
@@ -104,7 +111,7 @@ def parse(kind: type[R], record: RawRecord) -> R:
 
 def parse_attachment(record: RawRecord) -> records.Attachment:
     """The content of an attachment; raises as `parse`, and where its checksum is wrong."""
-    if int.from_bytes(record.body[-4:], "little") != zlib.crc32(record.body[:-4]):
+    if int.from_bytes(record.body[-4:], "little") not in (0, zlib.crc32(record.body[:-4])):
         raise DamageError(record.at, "the checksum of an attachment is wrong")
     return parse(records.Attachment, record)
 
@@ -145,6 +152,8 @@ class Scan:
     def records(self) -> Iterator[RawRecord]:
         """Records in file order up to and including DataEnd, without the message indexes.
 
+        Messages outside of chunks come as chunks without compression.
+
         Raises:
             BadInputError: not an MCAP file at all.
             DamageError: cut or overwritten; everything before was yielded.
@@ -167,7 +176,10 @@ class Scan:
                     raise DamageError(base, "the file ends before its DataEnd record")
                 if opcode == 0:
                     continue
-            if opcode != Opcode.MESSAGE_INDEX:
+            if opcode == Opcode.MESSAGE:
+                yield (record := _as_chunk(data, at, base))
+                end = at + len(record.body) - _LOOSE_HEAD
+            elif opcode != Opcode.MESSAGE_INDEX:
                 record = RawRecord(base + at, opcode, data[at + RECORD_HEAD : end])
                 if opcode == Opcode.DATA_END:
                     stored = parse(records.DataEnd, record).data_section_crc
@@ -207,8 +219,14 @@ class Scan:
     def _expand(self, at: int, name: bytes, packed: bytes, size: int) -> bytes:
         if name == b"":
             return packed
+        if name == b"lz4":
+            try:
+                expand = lz4.frame.LZ4FrameDecompressor().decompress
+                return bytes(expand(packed, max_length=size + 1))
+            except RuntimeError as error:
+                raise DamageError(at, f"the chunk does not decompress: {error}") from error
         if name != b"zstd":
-            raise DamageError(at, f"chunk compression {name!r}; only zstd and none are read")
+            raise DamageError(at, f"chunk compression {name!r}; read are zstd, lz4 and none")
         try:
             declared = zstandard.frame_content_size(packed)
             if declared not in (-1, size):
@@ -216,6 +234,21 @@ class Scan:
             return self._decompressor.decompress(packed, max_output_size=max(size, 1))
         except zstandard.ZstdError as error:
             raise DamageError(at, f"the chunk does not decompress: {error}") from error
+
+
+def _as_chunk(data: bytes, at: int, base: int) -> RawRecord:
+    """The messages in a row from byte `at` of `data` on, as one chunk; raises as `record_head`."""
+    end, first_ns, last_ns = at, 2**64 - 1, 0
+    while end + LEAST_MESSAGE <= len(data) and data[end] == Opcode.MESSAGE:
+        _, stop = record_head(data, end, base)
+        if stop > len(data) or stop - end < LEAST_MESSAGE:
+            break
+        log_ns = int.from_bytes(data[end + LOG_TIME_AT : end + LOG_TIME_AT + 8], "little")
+        first_ns, last_ns, end = min(first_ns, log_ns), max(last_ns, log_ns), stop
+    if end == at:
+        raise DamageError(base + at, "a message shorter than its own head")
+    head = _CHUNK_HEAD.pack(first_ns, last_ns, end - at, 0, 0) + struct.pack("<Q", end - at)
+    return RawRecord(base + at, Opcode.CHUNK, head + data[at:end])
 
 
 def runs(at: int, raw: bytes) -> Iterator[Run]:
@@ -294,13 +327,18 @@ def count_messages(path: Path) -> dict[str, int]:
     with file:
         try:
             for record in scan.records():
-                if record.opcode == Opcode.CHANNEL:
-                    channel = parse(records.Channel, record)
-                    topics[channel.id] = channel.topic
-                elif record.opcode == Opcode.CHUNK:
-                    for run in runs(record.at, scan.chunk(record).raw):
+                found = [record]
+                if record.opcode == Opcode.CHUNK:
+                    raw = scan.chunk(record).raw
+                    for run in runs(record.at, raw):
                         if run.opcode == MESSAGE_OPCODE:
                             counts[run.channel] = counts.get(run.channel, 0) + run.number
+                        else:
+                            found.append(run.record(record.at, raw))
+                for each in found:
+                    if each.opcode == Opcode.CHANNEL:
+                        channel = parse(records.Channel, each)
+                        topics[channel.id] = channel.topic
         except DamageError as damage:
             raise BadInputError(f"{path}: {damage}") from damage
         file.seek(-len(MAGIC), os.SEEK_END)

@@ -1,4 +1,4 @@
-"""Reads what a record is from its summary alone: a few reads, however long the record."""
+"""Reads what a record is from its summary: a few reads, however long the record."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mcap.opcode import Opcode
 from stepload.errors import BadInputError
 from stepload.record.container import MAGIC
 from stepload.record.layout import RECORD_HEAD
-from stepload.record.reader import results_in
+from stepload.record.reader import Reading, results_in
 from stepload.record.scan import (
     DamageError,
     RawRecord,
@@ -45,7 +45,7 @@ class Summary:
 
 
 def read_summary(path: Path) -> Summary:
-    """Read a record's summary, or of an unfinished one what it began with.
+    """Read a record's summary; the whole of a record that has none, or is not finished.
 
     Raises:
         BadInputError: not a record of stepload.
@@ -57,11 +57,11 @@ def read_summary(path: Path) -> Summary:
         raise BadInputError(f"{path}: {error.strerror}") from error
     except DamageError:
         found = None
-    return found or _begun(path)
+    return found or _walked(path)
 
 
 def _finished(file: BinaryIO, path: Path) -> Summary | None:
-    """The summary of a whole file; None where there is none."""
+    """The summary of a whole file; None where there is none, or not all is named in it."""
     size = file.seek(0, os.SEEK_END)
     tail = _FOOTER.size + len(MAGIC)
     if size < tail + len(MAGIC):
@@ -89,10 +89,8 @@ def _finished(file: BinaryIO, path: Path) -> Summary | None:
             if named.name == "results.json":
                 attached = parse_attachment(_at(file, named.offset, Opcode.ATTACHMENT))
                 results = results_in({attached.name: attached.data})
-    if "run" not in metadata:
-        raise BadInputError(f"{path}: no record of a run")
-    partial = "recovered" in metadata or results is None
-    return Summary(path, metadata["run"], metadata.get("result", {}), results, partial)
+    whole = "run" in metadata and (results is not None or "recovered" in metadata)
+    return _told(path, metadata, results) if whole else None
 
 
 def _at(file: BinaryIO, at: int, opcode: int) -> RawRecord:
@@ -105,16 +103,25 @@ def _at(file: BinaryIO, at: int, opcode: int) -> RawRecord:
     return RawRecord(at, opcode, body)
 
 
-def _begun(path: Path) -> Summary:
-    """What an unfinished record began with."""
+def _walked(path: Path) -> Summary:
+    """The same from the whole of a file: it is unfinished, or its summary does not name them."""
     file, scan = open_scan(path)
+    reading, results, damage = Reading(scan), None, ""
     with file:
         try:
             for record in scan.records():
-                if record.opcode == Opcode.METADATA:
-                    found = parse(records.Metadata, record)
-                    if found.name == "run":
-                        return Summary(path, found.metadata, {}, None, True)
+                if record.opcode in (Opcode.METADATA, Opcode.ATTACHMENT):
+                    reading.take(record)
+            results = results_in(reading.attachments)
         except DamageError as error:
-            raise BadInputError(f"{path}: no record of a run ({error})") from error
-    raise BadInputError(f"{path}: no record of a run")
+            damage = f" ({error})"
+    if "run" not in reading.metadata:
+        raise BadInputError(f"{path}: no record of a run{damage}")
+    return _told(path, reading.metadata, results)
+
+
+def _told(
+    path: Path, metadata: Mapping[str, Mapping[str, str]], results: Mapping[str, object] | None
+) -> Summary:
+    partial = "recovered" in metadata or results is None
+    return Summary(path, metadata["run"], metadata.get("result", {}), results, partial)

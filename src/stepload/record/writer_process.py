@@ -9,13 +9,14 @@ needs, to be up quickly.
 from __future__ import annotations
 
 import contextlib
+import os
 import signal
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from stepload.record.container import Appender, sync_directory
 from stepload.record.encode import Channel, Group
@@ -28,38 +29,54 @@ INTERRUPTED = "interrupted"
 
 
 class Writer:
-    """Names the topics of the rings there are, then drains the rings into the file."""
+    """Drains the rings into a file, whose topics it names unless the file has them already.
+
+    What such a file has already of the rows that wait is not written again.
+    """
 
     def __init__(self, out: Appender, shared: Shared, offset_ns: int) -> None:
         self._out = out
         self._shared = shared
         self._rings = [name for name in RINGS if shared.capacity[name]]
-        self._channels = {name: Channel(STREAMS.get(name), offset_ns) for name in self._rings}
-        streams = [STREAMS[name] for name in self._rings if name in STREAMS]
-        out.add_topics([*(topic for stream in streams for topic in stream.topics), EVENTS])
+        if not out.counts:
+            streams = [STREAMS[name] for name in self._rings if name in STREAMS]
+            out.add_topics([*(topic for stream in streams for topic in stream.topics), EVENTS])
+        there = {
+            name: out.counts[STREAMS[name].topics[0].channel if name in STREAMS else EVENTS.channel]
+            for name in self._rings
+        }
+        self._skip = {name: max(there[name] - shared.recorded(name), 0) for name in self._rings}
+        self._channels = {
+            name: Channel(STREAMS.get(name), offset_ns, there[name]) for name in self._rings
+        }
+        self._part_from(out.last_ns)
+
+    def _part_from(self, last_ns: int) -> None:
+        for channel in self._channels.values():
+            channel.not_before(last_ns)
 
     def drain(self) -> None:
         """Everything that waits becomes one chunk on the disk."""
+        self._shared.beat()
         groups: list[Group] = []
-        taken: dict[str, int] = {}
+        # Taken against the order in which the loop pushes: no sample is left behind its tick.
+        waiting: dict[str, Any] = {
+            name: self._shared.take_events() if name == "events" else self._shared.take(name)
+            for name in reversed(self._rings)
+        }
         for name in self._rings:
-            channel = self._channels[name]
-            if name == "events":
-                events = self._shared.take_events()
-                taken[name] = len(events)
-                groups += channel.encode_events(events) if events else []
-                continue
-            rows = self._shared.take(name)
-            taken[name] = len(rows)
+            channel, rows = self._channels[name], waiting[name][self._skip.pop(name, 0) :]
+            encode: Callable[[Any], list[Group]] = channel.encode_samples
+            if name in ("events", "tick"):
+                encode = channel.encode_events if name == "events" else channel.encode_ticks
             if len(rows):
-                encode = channel.encode_ticks if name == "tick" else channel.encode_samples
                 groups += encode(rows)
-        if not groups:
-            return
-        self._out.add_chunk(groups)
-        self._out.sync()
-        for name, count in taken.items():
-            self._shared.add_recorded(name, count)
+        if groups:
+            self._out.add_chunk(groups)
+            self._part_from(self._out.last_ns)
+            self._out.sync()
+        for name, rows in waiting.items():
+            self._shared.add_recorded(name, len(rows))
 
     def finish(self, verdict: str, results: bytes | None) -> None:
         """Results, counts and the summary."""
@@ -77,9 +94,24 @@ class Start(NamedTuple):
     rates_hz: Mapping[str, float]
     offset_ns: int
     wall_ns: int
-    directory: Path
+    part: Path
     metadata: Mapping[str, str]
     attachments: Mapping[str, bytes]
+
+
+def begin(out: Appender, start: Start) -> None:
+    """Write how the record begins, behind its header."""
+    out.add_metadata("run", start.metadata)
+    for name, data in start.attachments.items():
+        out.add_attachment(name, data, start.wall_ns)
+
+
+def _is_named(path: Path, fd: int) -> bool:
+    """Whether a path is still that of an open file."""
+    try:
+        return os.path.samestat(path.stat(), os.fstat(fd))
+    except OSError:
+        return False
 
 
 def _record(control: Connection, file_fd: int, memory_fd: int, shared: list[Shared]) -> None:
@@ -88,19 +120,19 @@ def _record(control: Connection, file_fd: int, memory_fd: int, shared: list[Shar
     shared.append(memory)
     out = Appender(file_fd)
     out.start()
-    out.add_metadata("run", start.metadata)
-    for name, data in start.attachments.items():
-        out.add_attachment(name, data, start.wall_ns)
+    begin(out, start)
     writer = Writer(out, memory, start.offset_ns)
     out.sync()
-    sync_directory(start.directory)
+    sync_directory(start.part.parent)
     memory.set_state(State.RUNNING)
     verdict, results = INTERRUPTED, None
-    due = time.monotonic() + PERIOD_S
+    due, named = time.monotonic() + PERIOD_S, True
     with contextlib.suppress(EOFError):
         while not control.poll(max(due - time.monotonic(), 0.0)):
             due = time.monotonic() + PERIOD_S
             writer.drain()
+            if named and not (named := _is_named(start.part, file_fd)):
+                memory.set_state(State.UNNAMED, f"{start.part} was deleted or moved")
         verdict, results = control.recv()
     writer.drain()
     writer.finish(verdict, results)

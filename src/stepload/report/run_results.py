@@ -22,7 +22,7 @@ from stepload.report.reasons import Loaded, loaded, reasons_of
 from stepload.report.rows import Cell, Row, column, data, figure, form, part, quantity, schema_of
 from stepload.units import percent
 
-SCHEMA = "stepload-results/1"
+SCHEMA, SCHEMA_ID = "stepload-results/1", "urn:stepload:results:1"
 
 
 class RunHead(Row):
@@ -63,6 +63,9 @@ class Versions(Row):
 class Head(Row):
     """The head of results.json."""
 
+    schema_id: Literal["urn:stepload:results:1"] = Field(
+        serialization_alias="$schema", description="`$id` of this schema."
+    )
     schema_: Literal["stepload-results/1"] = Field(
         serialization_alias="schema",
         description="Name and version of this schema. Within a version keys are added, never taken "
@@ -279,7 +282,7 @@ class Results(Head, Identified, Ended):
 
 def results_schema() -> dict[str, Any]:
     """The JSON Schema of results.json."""
-    return schema_of(Results, "results", required=("schema", "run", "versions"))
+    return schema_of(Results, "results", required=("$schema", "schema", "run", "versions"))
 
 
 def versions() -> dict[str, str]:
@@ -308,7 +311,9 @@ def about(metadata: Mapping[str, str], attachments: Mapping[str, bytes]) -> dict
     known = dict.fromkeys((*RunHead.model_fields, *roles), "") | dict(metadata)
     tags = [tag for tag in metadata.get("tags", "").split("\n") if tag]
     run = known | {"tags": tags, "files": sums}
-    return data(Head, {"schema_": SCHEMA, "run": run, "versions": versions()})
+    return data(
+        Head, {"schema_id": SCHEMA_ID, "schema_": SCHEMA, "run": run, "versions": versions()}
+    )
 
 
 class _Run(NamedTuple):

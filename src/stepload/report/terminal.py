@@ -68,9 +68,13 @@ def visible(text: str) -> str:
     )
 
 
+_lost: list[OSError] = []
+"""Why standard output is not whole, though somebody takes it."""
+
+
 @contextlib.contextmanager
-def _perhaps_gone(stream: TextIO, *, must_arrive: bool = False) -> Iterator[None]:
-    """Print nowhere once nobody takes it; an output that `must_arrive` may lack its reader only."""
+def _perhaps_gone(stream: TextIO) -> Iterator[None]:
+    """Print nowhere once nobody takes it; the command goes on."""
     try:
         yield
     except OSError as error:
@@ -78,8 +82,23 @@ def _perhaps_gone(stream: TextIO, *, must_arrive: bool = False) -> Iterator[None
             nothing = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nothing, stream.fileno())
             os.close(nothing)
-        if must_arrive and error.errno != errno.EPIPE:
-            raise
+        if stream is sys.stdout and error.errno != errno.EPIPE:
+            _lost.append(error)
+
+
+def delivered() -> bool:
+    """Whether standard output is whole, at the end of a command; on standard error why it is not.
+
+    An output whose reader is gone counts as whole.
+    """
+    with _perhaps_gone(sys.stdout):
+        sys.stdout.flush()
+    why = next((error.strerror for error in _lost), None)
+    _lost.clear()
+    if why is not None:
+        with _perhaps_gone(sys.stderr):
+            print(f"error: the output could not be written: {why}", file=sys.stderr, flush=True)
+    return why is None
 
 
 def column_widths(cells: Sequence[Sequence[str]], width: int) -> list[int]:
@@ -188,17 +207,21 @@ class Output:
         for row in cells[1:]:
             table.add_row(*(cell.replace("[", r"\[") for cell in row))
         console = Console(file=self._text, width=width, highlight=False)
-        with console.capture() as made:
-            console.print(table)
         with _perhaps_gone(self._text):
+            with console.capture() as made:
+                console.print(table)
             lines = map(str.rstrip, made.get().split("\n"))
             print(*lines, sep="\n", end="", file=self._text, flush=True)
+
+    def document(self, text: str) -> None:
+        """A text for programs, as it is, to standard output."""
+        with _perhaps_gone(sys.stdout):
+            print(text, flush=True)
 
     def result(self, data: Mapping[str, Any]) -> None:
         """The JSON object of this command; printed only with `--json`."""
         if self.as_json:
-            with _perhaps_gone(sys.stdout, must_arrive=True):
-                print(json_text(data), flush=True)
+            self.document(json_text(data))
 
     def error(self, error: SteploadError) -> None:
         """A clear error on standard error; with `--json` an error object on standard output too."""
@@ -211,5 +234,4 @@ class Output:
             )
         with _perhaps_gone(sys.stderr):
             print(shown, file=sys.stderr, flush=True)
-        with contextlib.suppress(OSError):
-            self.result({"error": error.message, "hint": error.hint, "exit_code": error.exit_code})
+        self.result({"error": error.message, "hint": error.hint, "exit_code": error.exit_code})

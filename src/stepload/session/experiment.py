@@ -172,10 +172,10 @@ def run_plan(
     try:
         with _own_directory(session.directory):
             session, outcome, recorder = _press(session)
+        return _keep(session, outcome, recorder)
     finally:
         if notices:
             notices.close()
-    return _keep(session, outcome, recorder)
 
 
 def _engine(preflight: Preflight, operator: Operator, resumed: Resumed | None) -> Engine:
@@ -297,6 +297,7 @@ def _recording(session: _Session, rig: OpenRig) -> Iterator[Recorder]:
         | pose.to_texts(rig.stands),
         attachments=files.attachments(session.preflight),
         lossless=rig.clock.virtual,
+        say=session.say,
     )
     try:
         session.on_record(recorder.part_path)
@@ -357,14 +358,23 @@ def _identified(
 def _given_up(finished: Finished, recorder: Recorder, error: Exception) -> RecordingFailedError:
     """The error of a record that could not be finished; what is known is still written down."""
     reason = error.message if isinstance(error, RecordingFailedError) else in_words(error)
+    kept = None
+    with contextlib.suppress(Exception):
+        kept = recorder.rescue(files.rescue_places(finished.directory))
     with contextlib.suppress(Exception):
         recorder.abandon()
+    place = kept.path.parent if kept else finished.directory
     with contextlib.suppress(OSError):
-        files.write_results(finished.directory, {**finished.data, "reasons": [reason]}, None)
-    return RecordingFailedError(
-        f"{finished.outcome.why}\n{reason}",
-        hint="free disk space if it is full; the next run, or `stepload recover`, repairs it",
+        files.write_results(place, {**finished.data, "reasons": [reason]}, None)
+        if kept:
+            files.write_bag_metadata(kept.path)
+    hint = (
+        f"all of the record is in {kept.path}: stepload identify {place}"
+        if kept
+        else "what was in memory is lost; `stepload recover` repairs what is on the disk"
     )
+    why = finished.outcome.why
+    return RecordingFailedError(why if reason in why else f"{why}\n{reason}", hint=hint)
 
 
 def _write_files(finished: Finished) -> list[str]:
@@ -374,6 +384,7 @@ def _write_files(finished: Finished) -> list[str]:
         if document is not None:
             document = with_record(document, finished.directory / files.RECORD)
         files.write_results(finished.directory, finished.data, document)
+        files.write_bag_metadata(finished.directory / files.RECORD)
     except Exception as error:
         _log.info("report or results not written", exc_info=True)
         return [f"report or results not written: {in_words(error)}"]

@@ -7,7 +7,9 @@ import logging
 import os
 import platform
 import re
-from collections.abc import Mapping
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -19,6 +21,7 @@ from stepload.feasibility.preflight import Preflight
 from stepload.plan.compose import SIMULATED
 from stepload.plan.model import Plan, Provenance, SecondForceSource
 from stepload.plan.whole_file import write_whole
+from stepload.record.bag import METADATA, bag_metadata
 from stepload.record.plain import json_text
 from stepload.record.recorder import NAME
 from stepload.record.recovery import PART_SUFFIX
@@ -62,11 +65,23 @@ def make_directory(directory: Path) -> None:
             f"cannot make the directory {directory}: {error.strerror}",
             hint="choose another with --out",
         ) from error
-    for name in (RECORD, PART, RESULTS, REPORT):
+    for name in (RECORD, PART, RESULTS, REPORT, METADATA):
         if os.path.lexists(directory / name):
             raise BadInputError(
                 f"{directory / name} exists already", hint="a run needs a directory of its own"
             )
+
+
+def rescue_places(directory: Path) -> Iterator[Path]:
+    """Where a run's files can go if its directory does not take them; made when asked for."""
+    if directory.is_dir():
+        yield directory
+    with suppress(OSError):
+        (beside := directory.with_name(f"{directory.name}-rescued")).mkdir()
+        yield beside
+        beside.rmdir()
+    with suppress(OSError):
+        yield Path(tempfile.mkdtemp(prefix=f"stepload-{directory.name}-"))
 
 
 def metadata(plan: Plan, *, dry_run: bool, seed: int | None, started: datetime) -> dict[str, str]:
@@ -156,6 +171,11 @@ def write_results(directory: Path, data: Mapping[str, Any], document: Document |
     write_file(directory / RESULTS, json_text(data, indent=1) + "\n")
     if document is not None:
         write_file(directory / REPORT, render(document))
+
+
+def write_bag_metadata(record: Path) -> None:
+    """Make the directory of a whole record a rosbag2; raises OSError."""
+    write_file(record.with_name(METADATA), bag_metadata(record))
 
 
 def write_file(path: Path, text: str) -> None:

@@ -12,6 +12,7 @@ from stepload.record.recovery import Recovered, find_unfinished, recover
 from stepload.report.conditions import Stated
 from stepload.report.from_file import identify_file
 from stepload.report.identified import identification_data
+from stepload.session.files import RECORD, write_bag_metadata
 from stepload.session.reevaluation import results_again, write_new
 from stepload.units import format_quantity
 
@@ -82,6 +83,8 @@ def repair(path: Path, out: Path | None = None) -> Repaired:
     else:
         repaired = Repaired(path, found, identification, "")
     try:
+        if found.path.name == RECORD:
+            write_bag_metadata(found.path)
         report = write_new(found.path.parent, *results_again(found.path))
     except (SteploadError, ArithmeticError, ValueError, OSError) as error:
         return replace(repaired, unwritten=_one_line(error))

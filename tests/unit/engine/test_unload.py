@@ -223,7 +223,9 @@ def test_every_device_is_made_safe_and_the_arm_first():
     def device(name):
         return SimpleNamespace(safe=lambda limit_s: sent.append((name, limit_s)))
 
-    rig = SimpleNamespace(arm=device("arm"), force=device("force"), second_force=device("second"))
+    rig = SimpleNamespace(
+        arm=device("arm"), force=device("force"), second_force=device("second"), displacement=None
+    )
     engine = SimpleNamespace(safe_reached=True, operator=Operator())
     done = safe_end.make_rig_safe(engine, rig, [])
     assert sent[0] == ("arm", safe_end.SAFE_DEADLINE_S)

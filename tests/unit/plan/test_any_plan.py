@@ -223,6 +223,9 @@ identify:
   accept_unidentifiable: yes it is
   temperature: 22 degC
   temperature_uncertainty: 0.5 K
+  acceptance:
+    chord_min: 4 MN/m
+    chord_max: 8 MN/m
 record:
   directory: runs
   notes: hello

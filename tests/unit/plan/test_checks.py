@@ -233,6 +233,12 @@ CASES = [
          procedure("until: ±5 %")
          | rig("displacement: {driver: sim, rate: 100 Hz, resolution: 1 µm, noise: 1 µm}"),
          "a gauge across the contact", "±5 %"),
+    Case("limits the wrong way round",
+         {"identify": "{acceptance: {chord_min: 5 MN/m, chord_max: 5.1 MN/m}}"},
+         {"identify": "{acceptance: {chord_min: 5 MN/m, chord_max: 5 MN/m}}"},
+         "chord_max is not above", "5 MN/m}}"),
+    Case("no limit", {"identify": "{acceptance: {chord_max: 5 MN/m}}"},
+         {"identify": "{acceptance: {}}"}, "no limit", "acceptance"),
     Case("a directory above", {"record": "{directory: runs/x..y}"},
          {"record": "{directory: runs/../y}"}, "a directory with `..` in it", "runs/../y"),
 ]  # fmt: skip

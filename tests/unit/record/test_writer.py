@@ -107,7 +107,7 @@ def test_counts_at_the_end_are_what_was_recorded_and_dropped(
     assert got.outcome["dropped_force"] == "0"
 
 
-def test_times_never_go_back_also_from_chunk_to_chunk(
+def test_times_never_go_back_and_chunks_do_not_overlap(
     desk: SimpleNamespace, make: SimpleNamespace
 ) -> None:
     for batch in ((5, 9, 6), (7, 8, 12)):
@@ -118,6 +118,7 @@ def test_times_never_go_back_also_from_chunk_to_chunk(
         desk.writer.drain()
     desk.writer.finish("identified", b"{}")
     messages = read_back(desk)
+    end_ns = OFFSET_NS + round(100.018 * 1e9)
     for topic in ("/force", "/force/sample", "/tick", "/events"):
         ordered = sorted((m.sequence, m.log_time) for t, m in messages if t == topic)
         if topic in ("/tick", "/events"):
@@ -129,7 +130,13 @@ def test_times_never_go_back_also_from_chunk_to_chunk(
         assert times == sorted(times)
         step = 1 if topic != "/tick" else 2
         assert times[0] == OFFSET_NS + round((100.0 + 5e-3 * step) * 1e9)
-        assert times[2] == times[1] == times[3] == times[4] < times[5]
+        assert times[1] == times[2] <= times[3] == times[4] == end_ns
+        assert times[5] == (end_ns + 6_000_000 if topic == "/tick" else end_ns)
+    with desk.path.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    first, second = summary.chunk_indexes
+    assert first.message_end_time == second.message_start_time == end_ns
 
 
 def samples(device_s: list[float], receive_s: list[float]) -> np.ndarray:
@@ -159,7 +166,7 @@ def test_a_sample_is_stamped_when_it_was_taken_not_when_it_came() -> None:
 def test_checksums_and_bounds_of_a_whole_file(
     desk: SimpleNamespace, make: SimpleNamespace, check_indexes: Callable[[Path], None]
 ) -> None:
-    for first in (0, 10):
+    for first in (0, 20):
         for i in range(first, first + 10):
             desk.push["force"](make.force(i))
             desk.push["arm"](make.arm(i))
@@ -174,7 +181,7 @@ def test_checksums_and_bounds_of_a_whole_file(
     chunks = [r for r in records if isinstance(r, Chunk)]
     assert len(chunks) == 2
     assert all(chunk.uncompressed_crc for chunk in chunks)
-    ends = [OFFSET_NS + round((100.0 + t) * 1e9) for t in (0.0, 0.018, 0.010, 0.038)]
+    ends = [OFFSET_NS + round((100.0 + t) * 1e9) for t in (0.0, 0.018, 0.020, 0.058)]
     bounds = [b for c in chunks for b in (c.message_start_time, c.message_end_time)]
     assert bounds == ends
     indexed = [r for r in records if isinstance(r, ChunkIndex)]
@@ -274,8 +281,8 @@ def run_process(
 
     monkeypatch.setattr(os, "fdatasync", sync)
     monkeypatch.setattr(Shared, "set_state", state)
-    monkeypatch.setattr(writer_process, "sync_directory", lambda path: story.append(str(path)))
-    start = Start(RATES_HZ, 0, 0, Path("the directory"), {"a": "b"}, {"plan.yaml": b"text"})
+    monkeypatch.setattr(writer_process, "sync_directory", lambda path: story.append(path.name))
+    start = Start(RATES_HZ, 0, 0, tmp_path / "run.mcap", {"a": "b"}, {"plan.yaml": b"text"})
     path = tmp_path / "run.mcap"
     control = Messages(start, late, *last)
     monkeypatch.setattr(writer_process, "Connection", lambda *_, **__: control)
@@ -290,7 +297,7 @@ def test_the_beginning_is_on_the_disk_before_the_run_may_start(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, make: SimpleNamespace
 ) -> None:
     story, _, path = run_process(tmp_path, monkeypatch, make, ("identified", b"{}"))
-    assert story == ["file", "the directory", "RUNNING", "file", "file", "CLOSED"]
+    assert story == ["file", tmp_path.name, "RUNNING", "file", "file", "CLOSED"]
     got = read_recording(path)
     assert not got.partial
     assert got.attachments["plan.yaml"] == b"text"

@@ -1,0 +1,246 @@
+"""The runs of a batch together: one chord a specimen, their mean, and what stands out.
+
+Everything follows from the records. All chords are between the forces that all runs have; errors
+that the runs share are kept apart from what scatters, as in a comparison.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Annotated, Any
+
+import numpy as np
+
+from stepload.errors import BadInputError
+from stepload.identification.difference import correlations
+from stepload.identification.fit import FloatArray
+from stepload.identification.quantity import Quantity
+from stepload.identification.smooth import NORMAL_95
+from stepload.plan.model import Acceptance
+from stepload.report import batch_statistics as stats
+from stepload.report.comparison_runs import ComparedRun, chords, compared_run
+from stepload.report.identified import Line, Pair
+from stepload.report.model import Mood
+from stepload.report.rows import Cell, Row, figure, in_one_unit, schema_of
+from stepload.report.run_record import SavedRun, labelled
+from stepload.units import format_quantity as f
+from stepload.units import percent
+
+FEWEST = 8
+"""Specimens from which a control chart may say that nothing stands out."""
+TRIAL = "trial="
+"""Begin of the tag that says which repeat of a specimen a run is."""
+MOODS: dict[str, Mood] = {
+    "outside limits": "bad", "out of control": "bad", "few specimens": "doubt",
+    "in control": "good",
+}  # fmt: skip
+"""The verdicts on a batch."""
+
+
+class Specimen(Row):
+    """One specimen, the mean of its runs."""
+
+    number: int = figure("In the order of pressing, from 1.", "no")
+    name: str = figure("Which piece.", "specimen")
+    runs: int = figure("Runs of it that count.", "runs")
+    value_n_per_m: Annotated[
+        float, Cell(lambda row: in_one_unit(row.interval_n_per_m, "N/m", row.value_n_per_m)[0])
+    ] = figure("Its chord stiffness.", "chord")
+    interval_n_per_m: Annotated[
+        Pair, Cell(lambda row: in_one_unit(row.interval_n_per_m, "N/m", row.value_n_per_m)[1])
+    ] = figure("95 %, with what all specimens share; mean of the ends of its runs.", "95 %")
+    touch_m: float | None = figure("Travel of the arm at its first touch.", "touch")
+    broken: Annotated[tuple[str, ...], ", ".join] = figure(
+        "What it breaks: WE1 to WE4 (control chart), ESD (outlier).", "stands out by"
+    )
+    limits: str = figure(
+        'inside, outside, or unclear where its interval crosses a limit; "" without.', "limits"
+    )
+
+
+def _half(share: float) -> str:
+    return f"±{percent(share, 2)}"
+
+
+class Mean(Row):
+    """The mean over specimens, those that stand out too; half widths as shares of it."""
+
+    value_n_per_m: Annotated[float, lambda k: f(k, "N/m", 4)] = figure("The mean.", "mean")
+    sigma_n_per_m: float = figure("Between specimens.", "standard deviation")
+    scatter: Annotated[float, _half] = figure("95 % by that, Student's t.", "mean, 95 % by scatter")
+    common: Annotated[float, _half] = figure(
+        "95 % by what all share; more specimens do not narrow it.", "mean, 95 % by what all share"
+    )
+    half_width: Annotated[float, _half] = figure("95 % by both.", "mean, 95 % by both")
+    lines: tuple[Line, ...] = figure("What all specimens share, by source.")
+
+
+class Batch(Row):
+    """JSON of `stepload batch`, version 1. SI units; NaN and infinities are null."""
+
+    simulated: bool = figure("Whether simulated devices made the data of a run.")
+    name: str = figure("Of the batch.")
+    payload: str = figure("Name of the payload.")
+    verdict: str = figure("in control, out of control, outside limits or few specimens.")
+    from_n: float = figure("Lower force of all chords.")
+    to_n: float = figure("Upper force.")
+    specimens: tuple[Specimen, ...] = figure("In the order of pressing.")
+    mean: Mean | None = figure("Null for one specimen.")
+    trend: stats.Trend | None = figure("Null for fewer than four specimens.")
+    chart: stats.Chart | None = figure("Null for fewer than four specimens.")
+    gauge: stats.Gauge | None = figure("Null unless the study is crossed, with two trials or more.")
+    capability: stats.Capability | None = figure("Null without limits, or without a chart.")
+    chord_min_n_per_m: float | None = figure("Lower limit of the plan.")
+    chord_max_n_per_m: float | None = figure("Upper limit of the plan.")
+    notes: tuple[str, ...] = figure("What a reader must know.")
+
+    @property
+    def headline(self) -> str:
+        """The mean in a sentence."""
+        span = f"from {f(self.from_n, 'N')} to {f(self.to_n, 'N')}"
+        if self.mean is None:
+            return f"Chord stiffness {f(self.specimens[0].value_n_per_m, 'N/m')}, {span}"
+        value, half = self.mean.value_n_per_m, self.mean.half_width
+        shown, ends = in_one_unit((value * (1.0 - half), value * (1.0 + half)), "N/m", value)
+        return f"Mean chord stiffness {shown}, 95 % {ends}, {len(self.specimens)} specimens, {span}"
+
+
+def batch_schema() -> dict[str, Any]:
+    """The JSON Schema of a batch."""
+    return schema_of(Batch, "batch")
+
+
+def trial_of(tags: str) -> str:
+    """The repeat that a run is, by the tags in its metadata; "" where they do not say."""
+    found = (tag.removeprefix(TRIAL) for tag in tags.split("\n") if tag.startswith(TRIAL))
+    return next(found, "")
+
+
+def batch_of(
+    name: str, saved: Sequence[SavedRun], acceptance: Acceptance | None, notes: Sequence[str] = ()
+) -> Batch:
+    """Evaluate the runs of a batch, each press once.
+
+    Raises:
+        BadInputError: the runs have no chord between common forces, or their payloads differ.
+    """
+    ordered = labelled(sorted(saved, key=lambda run: run.metadata.get("started", "")))
+    compared = [compared_run(run, run.conditions.secant_force_n) for run in ordered]
+    runs = [each for each in compared if each.found.headline is not None]
+    payloads = {each.run.metadata.get("payload", "") for each in runs}
+    if len(payloads) > 1:
+        told = f"payloads differ: {', '.join(sorted(payloads))}"
+        raise BadInputError(told, hint="make each a batch of its own: --out DIR")
+    if not (found := chords(runs)):
+        raise BadInputError("the runs have no chord stiffness between common forces")
+    names = [each.run.metadata.get("specimen") or each.run.place for each in runs]
+    pieces = list(dict.fromkeys(names))
+    place = np.array([pieces.index(each) for each in names])
+    ends = np.array([(each.value_n_per_m, *each.interval_n_per_m) for each in found])
+    means = np.array([ends[place == at].mean(axis=0) for at in range(len(pieces))])
+    touches = [next((t.position_m for t in each.run.data.touches), None) for each in runs]
+    values, chart = means[:, 0], stats.chart(means[:, 0])
+    out, limits = stats.outliers(values), acceptance or Acceptance()
+    least, most = limits.chord_min_n_per_m, limits.chord_max_n_per_m
+    specimens = tuple(
+        Specimen(
+            number=at + 1, name=piece, runs=names.count(piece), value_n_per_m=value,
+            interval_n_per_m=(low, high), touch_m=touches[names.index(piece)],
+            broken=(*(chart.broken[at] if chart else ()), *(["ESD"] if at in out else ())),
+            limits=_against(low, high, least, most) if acceptance else "",
+        )
+        for at, (piece, (value, low, high)) in enumerate(zip(pieces, means.tolist(), strict=True))
+    )  # fmt: skip
+    width = most - least if least and most else None
+    trend, (gauge, told) = stats.trend(values), _gauge(names, runs, ends[:, 0], width)
+    capable = (
+        stats.capability(values, least, most, chart.sigma_n_per_m) if chart and acceptance else None
+    )
+    return Batch(
+        simulated=any(run.simulated for run in ordered), name=name, payload=payloads.pop(),
+        verdict=_verdict(specimens, chart, trend), from_n=found[0].from_n, to_n=found[0].to_n,
+        specimens=specimens, mean=_mean(runs, found, place, values), trend=trend, chart=chart,
+        gauge=gauge, chord_min_n_per_m=least, chord_max_n_per_m=most, capability=capable,
+        notes=(*filter(None, [told]), *notes, *_left_out(compared)),
+    )  # fmt: skip
+
+
+def _against(low: float, high: float, least: float | None, most: float | None) -> str:
+    """Whether an interval keeps the limits, as ISO 14253-1 decides."""
+    least, most = least or -math.inf, most or math.inf
+    if least <= low and high <= most:
+        return "inside"
+    return "outside" if high < least or low > most else "unclear"
+
+
+def _left_out(runs: Sequence[ComparedRun]) -> Iterator[str]:
+    """Runs without a chord, and those whose chord is not identified."""
+    known = [each for each in runs if each.found.headline is not None]
+    without = [each.run.name for each in runs if each.found.headline is None]
+    doubtful = [each.run.name for each in known if each.found.verdict != "identified"]
+    for word, names in ("no chord stiffness, left out", without), ("not identified", doubtful):
+        if names:
+            yield f"{word}: {', '.join(names)}"
+
+
+def _verdict(
+    specimens: Sequence[Specimen], chart: stats.Chart | None, trend: stats.Trend | None
+) -> str:
+    if any(each.limits == "outside" for each in specimens):
+        return "outside limits"
+    drifts = trend is not None and trend.rank_p < stats.ALPHA
+    if drifts or any(each.broken for each in specimens) or (chart and chart.jumps):
+        return "out of control"
+    return "few specimens" if len(specimens) < FEWEST else "in control"
+
+
+def _mean(
+    runs: Sequence[ComparedRun],
+    found: Sequence[Quantity],
+    place: stats.IntArray,
+    values: FloatArray,
+) -> Mean | None:
+    """The mean over specimens; None for a single one.
+
+    The variance between specimens holds what differs. What two of them share on average, the mean
+    covariance of runs of different specimens, is added: it does not average out.
+    """
+    if values.size < 2:
+        return None
+    measured = [each.measured(chord) for each, chord in zip(runs, found, strict=True)]
+    apart, lines = place[:, None] != place, []
+    sizes = {line.source: line.size for line in found[0].lines}
+    for source, correlation in correlations(measured).items():
+        relative = np.array([each.lines.get(source, 0.0) for each in measured])
+        shared = float((np.outer(relative, relative) * correlation.most)[apart].mean())
+        if shared > 0.0:
+            lines.append(
+                Line(source=source, size=sizes.get(source, ""), relative=math.sqrt(shared))
+            )
+    lines.sort(key=lambda line: -(line.relative or 0.0))
+    value, sigma = float(values.mean()), float(values.std(ddof=1))
+    scatter = stats.student(values.size - 1) * sigma / math.sqrt(values.size) / value
+    common = NORMAL_95 * math.hypot(*(line.relative or 0.0 for line in lines))
+    return Mean(value_n_per_m=value, sigma_n_per_m=sigma, scatter=scatter, common=common,
+                half_width=math.hypot(scatter, common), lines=tuple(lines))  # fmt: skip
+
+
+def _gauge(
+    names: Sequence[str],
+    runs: Sequence[ComparedRun],
+    values: FloatArray,
+    tolerance: float | None,
+) -> tuple[stats.Gauge | None, str]:
+    """Gauge R&R, or why there is none though specimens were pressed again."""
+    cells: dict[tuple[str, str], list[float]] = {}
+    for name, each, value in zip(names, runs, values.tolist(), strict=True):
+        cells.setdefault((name, each.run.metadata.get("operator", "")), []).append(value)
+    parts, operators = (dict.fromkeys(each) for each in zip(*cells, strict=True))
+    if len(names) == len(parts):
+        return None, ""
+    counts = {len(cells.get((part, who), ())) for part in parts for who in operators}
+    if len(counts) > 1 or min(counts) < 2 or len(parts) < 2:
+        return None, "no gauge R&R: each operator must press each specimen twice or more, alike"
+    study = np.array([[cells[part, who] for who in operators] for part in parts])
+    return stats.gauge(study, tolerance), ""
