@@ -1,18 +1,21 @@
-"""What a live view costs the loop: p99.9 of its lateness without one, with one, and with a viewer.
+"""What watching costs the loop, in CPU and p99.9 of its lateness: without a live view, with one,
+with a viewer, and with the page of `stepload ui`.
 
 python bench/live.py [--seconds S]
 
 A loop of 1 kHz records force, arm and ticks as a run does; the view reads the record as it grows.
-The three take turns; every figure is of the same minutes on the same machine.
+They take turns; every figure is of the same minutes on the same machine.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import statistics
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
@@ -27,6 +30,13 @@ from stepload.record.recorder import Recorder
 from stepload.rig.clock import MonotonicClock
 
 ROUNDS = 3
+Cost = tuple[float, float]
+"""p99.9 of the lateness, and CPU of the loop's process, in s."""
+READER = """
+import sys, urllib.request
+for line in urllib.request.urlopen(sys.argv[1]):
+    pass
+"""
 VIEWER = """
 import json, sys
 from websockets.sync.client import connect
@@ -39,10 +49,8 @@ with connect(sys.argv[1], subprotocols=["foxglove.sdk.v1"], max_size=None) as vi
 """
 
 
-def late(
-    directory: Path, seconds: float, follow: Callable[[Path], None], whole: Recording
-) -> float:
-    """p99.9 of the lateness of a recording loop whose record `follow` is told of.
+def late(directory: Path, seconds: float, follow: Callable[[Path], None], whole: Recording) -> Cost:
+    """p99.9 of the lateness of a recording loop whose record `follow` is told of, and its CPU.
 
     The record begins as `whole` does, so that the view works out margins and deformation too.
     """
@@ -57,13 +65,15 @@ def late(
         return made
 
     record.start = start
+    began_s = time.process_time()
     try:
-        return lateness_s(directory, seconds)
+        found_s = lateness_s(directory, seconds)
+        return found_s, time.process_time() - began_s
     finally:
         record.start = plain
 
 
-def viewed(directory: Path, seconds: float, whole: Recording, *, connected: bool) -> float:
+def viewed(directory: Path, seconds: float, whole: Recording, *, connected: bool) -> Cost:
     """The same with a live view, and with a viewer that takes everything."""
     with ExitStack() as stack:
         view = stack.enter_context(live_view(address_of("127.0.0.1:0")))
@@ -77,11 +87,39 @@ def viewed(directory: Path, seconds: float, whole: Recording, *, connected: bool
         return late(directory, seconds, view.follow, whole)
 
 
+def paged(directory: Path, seconds: float, whole: Recording) -> Cost:
+    """The same with the page of `stepload ui` open at the run."""
+    with ExitStack() as stack:
+
+        def start(*words: str) -> subprocess.Popen[str]:
+            pipe, nowhere = subprocess.PIPE, subprocess.DEVNULL
+            words = (sys.executable, *words)
+            process = subprocess.Popen(words, stdout=pipe, stderr=nowhere, text=True)
+            stack.callback(process.wait)
+            stack.callback(process.kill)
+            return process
+
+        words = ["ui", str(directory.parent), "--port", "0", "--json"]
+        server = start("-m", "stepload", *words)
+        assert server.stdout is not None
+        url = json.loads(server.stdout.readline())["url"].partition("/#")[0]
+
+        def follow(path: Path) -> None:
+            start("-c", READER, f"{url}/api/live?run={directory.name}")
+
+        return late(directory, seconds, follow, whole)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--seconds", type=float, default=20.0)
     seconds = parser.parse_args().seconds
-    found: dict[str, list[float]] = {"without": [], "a view": [], "a view and a viewer": []}
+    found: dict[str, list[Cost]] = {
+        "without": [],
+        "a view": [],
+        "a view and a viewer": [],
+        "the page": [],
+    }
     with tempfile.TemporaryDirectory() as name:
         plan = Path(__file__).parents[1] / "procedures" / "plastic-sphere.yaml"
         run = stepload.run(stepload.load_plan(plan), dry_run=True, out=Path(name) / "run")
@@ -92,14 +130,17 @@ def main() -> None:
             found["without"].append(late(place / "a", seconds, lambda path: None, whole))
             found["a view"].append(viewed(place / "b", seconds, whole, connected=False))
             found["a view and a viewer"].append(viewed(place / "c", seconds, whole, connected=True))
-    base = statistics.median(found["without"])
+            found["the page"].append(paged(place / "d", seconds, whole))
     rates = ", ".join(f"{name} {rate:g} Hz" for name, rate in RATES_HZ.items())
-    print(f"p99.9 of the loop's lateness, {rates}, median of {ROUNDS} rounds of {seconds:g} s")
+    print(f"{rates}, median of {ROUNDS} rounds of {seconds:g} s")
+    base_s = [statistics.median(column) for column in zip(*found["without"], strict=True)]
     for name, values in found.items():
-        value = statistics.median(values)
+        late_s, cpu_s = zip(*values, strict=True)
+        p999, cpu = (statistics.median(column) for column in (late_s, cpu_s))
         print(
-            f"{name:20} {value * 1e6:8.0f} us  {value / base:5.2f} times"
-            f"  ({min(values) * 1e6:.0f} to {max(values) * 1e6:.0f})"
+            f"{name:20} CPU {cpu / seconds:6.2%} {cpu / base_s[1]:5.2f} times"
+            f"  late {p999 * 1e6:8.0f} us  {p999 / base_s[0]:5.2f} times"
+            f"  ({min(late_s) * 1e6:.0f} to {max(late_s) * 1e6:.0f})"
         )
 
 

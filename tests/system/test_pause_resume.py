@@ -274,9 +274,13 @@ def test_a_directory_without_a_run(finished: tuple[Path, Path], tmp_path: Path) 
     operator = Operator()
     with control.listening(tmp_path, operator, lambda: {"phase": "HOLD"}) as missing:
         assert missing == ""
-        assert control.ask(tmp_path, "pause") == {"paused": True, "phase": "HOLD"}
+        assert control.ask(tmp_path, "pause") == {"paused": True, "stops": False, "phase": "HOLD"}
         assert operator.paused
         with pytest.raises(BadInputError, match="refuses"):
-            control.ask(tmp_path, "stop")
+            control.ask(tmp_path, "go")
         assert control.ask(tmp_path, "resume")["paused"] is False
+        operator.moving = True
+        for _ in range(2):  # no second one makes it more urgent
+            assert control.ask(tmp_path, "stop")["stops"] is True
+        assert (operator.stop_level, operator.signal_number) == (1, signal.SIGINT)
     assert list(tmp_path.iterdir()) == []

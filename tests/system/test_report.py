@@ -6,42 +6,36 @@ import hashlib
 from pathlib import Path
 
 import chromium
-import pytest
 
 from stepload.report.provenance import UNFINISHED
 
 FIGURES = ["law", "residuals", "time", "limit"]
 
 
-@pytest.mark.browser
-@pytest.mark.skipif(chromium.PATH is None, reason="chromium is not installed: no browser to look")
-def test_the_report_in_chromium(cycles_again: Path, tmp_path: Path) -> None:
-    with chromium.page(tmp_path / "profile") as page:
-        page.open(cycles_again / "report.html")
-        assert page.evaluate("document.querySelector('.word').textContent") == "identified"
-        shown = page.evaluate("[...document.querySelectorAll('figure')].map(f => f.id)")
-        assert shown == FIGURES
-        broken = page.evaluate(
-            "[...document.images].filter(i => !i.complete || !i.naturalWidth || !i.alt).length"
-        )
-        assert broken == 0
+@chromium.needed
+def test_the_report_in_chromium(cycles_again: Path) -> None:
+    complaints: list[str] = []
+    requests: list[str] = []
+    url = (cycles_again / "report.html").as_uri()
+    with chromium.tab(complaints, requests) as page:
+        page.goto(url)
+        assert page.text_content(".word") == "identified"
+        assert page.evaluate("[...document.querySelectorAll('figure')].map(f => f.id)") == FIGURES
+        broken = "i => !i.complete || !i.naturalWidth || !i.alt"
+        assert page.evaluate(f"[...document.images].filter({broken}).length") == 0
         for name in FIGURES:
-            pixels = page.picture(f"#{name} img")
-            assert min(pixels.shape[:2]) > 200
-            ink = (abs(pixels[..., :3] - pixels[0, 0, :3]).max(axis=2) > 0.1).mean()
-            assert ink > 0.01, f"{name} is blank"
-        for width in (1100, 400):
-            page.call(
-                "Emulation.setDeviceMetricsOverride",
-                width=width, height=900, deviceScaleFactor=1, mobile=False,
-            )  # fmt: skip
-            assert page.evaluate("document.documentElement.scrollWidth") <= width
-        page.call("Emulation.setEmulatedMedia", media="print")
+            image = page.locator(f"#{name} img")
+            assert min(chromium.picture(image).shape[:2]) > 200
+            assert chromium.ink(image) > 0.01, f"{name} is blank"
+        for size in (chromium.WIDE, chromium.NARROW):
+            page.set_viewport_size(size)
+            assert page.evaluate("document.documentElement.scrollWidth") <= size["width"]
+        page.emulate_media(media="print")
         lost = "e => e.scrollHeight > e.clientHeight + 1 || e.scrollWidth > e.clientWidth + 1"
         assert page.evaluate(f"[...document.querySelectorAll('pre')].filter({lost}).length") == 0
         assert page.evaluate("document.querySelectorAll('pre').length") > 4
-        assert page.complaints == []
-        assert page.requests == []
+    assert complaints == []
+    assert requests == [url]
 
 
 def test_the_report_knows_the_record_that_lies_beside_it(cycles_run: Path) -> None:

@@ -8,6 +8,7 @@ from typing import Annotated
 
 from typer import Argument, Option
 
+import stepload.cli.curves as c
 from stepload.cli.options import Surface, TipRadius, quantity, run_path
 from stepload.errors import BadInputError
 from stepload.report.terminal import AsJson, Output
@@ -117,6 +118,16 @@ def compare(
     bounds: Annotated[
         Texts, Option(help='Position resolution and √MSDE of a curve, "[NAME=]1 um, 1.31 um".')
     ] = None,
+    columns: c.Columns = None,
+    units: c.Units = None,
+    sheet: c.Sheet = None,
+    decimal: c.Decimal = None,
+    encoding: c.Encoding = None,
+    specimen: c.Specimen = None,
+    mapping: Annotated[
+        Texts, Option(metavar="[NAME=]FILE", help="YAML with these, as --look prints it.")
+    ] = None,
+    look: c.Look = False,
     rough: Annotated[Texts, Option(metavar="NAME", help="Curve to multiply by (10).")] = None,
     plastic: Annotated[Texts, Option(metavar="NAME", help="Curve to multiply by (15).")] = None,
     payload: Annotated[
@@ -165,13 +176,27 @@ def compare(
     for flag, names in ("--rough", rough), ("--plastic", plastic):
         _by_curve(flag, [f"{name}=" for name in names or ()], files)
     body = None if payload is None else load_payload(payload)
+    kept = _by_curve("--mapping", mapping, files)
+    mappings = {
+        name: c.curve_mapping(
+            kept.get(name), columns=columns, units=units, sheet=sheet, decimal=decimal,
+            encoding=encoding, specimen=specimen,
+        )
+        for name in files
+    }  # fmt: skip
+    if look:
+        c.show_look(output, [(path, mappings[name]) for name, path in files.items()])
+        return
     groups = _groups(runs or [])
     saved = [saved_run(path) for group in groups for path in group]
     top_n = secant_force or min(map(reached_secant_force_n, saved), default=FIRST_N)
     given = []
     for name, path in files.items():
         of = load_payload(path) if path.suffix.lower() in SHAPES else None
-        made = predicted_curve(of, top_n) if of else deformation_curve(read_curve(path))
+        if of:
+            made = predicted_curve(of, top_n)
+        else:
+            made = deformation_curve(read_curve(path, mappings[name]))
         wanted = {"rough": name in (rough or ()), "plastic": name in (plastic or ())}
         if any(wanted.values()) or not (rough or plastic):
             factors = tip_factors(of or body, **wanted, surface=surface, radius_m=tip_radius)

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Annotated
 
 from typer import Option
 
+import stepload.cli.curves as c
 from stepload.cli.data import interval_cell, stiffness_cell
 from stepload.cli.options import Plastic, Rough, RunOrCurve, Surface, TipRadius, quantity
 from stepload.errors import BadInputError
-from stepload.report.terminal import AsJson, Output
+from stepload.report.terminal import AsJson, Output, wrapped
 
 if TYPE_CHECKING:
     from stepload.data.reevaluation import Again
@@ -68,6 +69,14 @@ def identify(
     branch: Annotated[
         str | None, Option(help="Chord that is the result: loading, unloading, reloading.")
     ] = None,
+    columns: c.Columns = None,
+    units: c.Units = None,
+    sheet: c.Sheet = None,
+    decimal: c.Decimal = None,
+    encoding: c.Encoding = None,
+    specimen: c.Specimen = None,
+    mapping: Annotated[Path | None, Option(help="YAML with these, as --look prints it.")] = None,
+    look: c.Look = False,
     kind: Annotated[str, Option(help="payload or system.")] = "payload",
     every: Annotated[
         bool, Option("--all", help="FILE is a directory: every record in it and below.")
@@ -83,6 +92,7 @@ def identify(
     Example: stepload identify runs/20260801-101500-demo --out again
     """
     from stepload.plan.load import load_payload
+    from stepload.record.curve_mapping import CurveMapping
     from stepload.report.conditions import Stated, with_payload
     from stepload.report.from_file import is_record, results_of_file, system_results_of_file
     from stepload.report.identified import identification_data
@@ -111,6 +121,15 @@ def identify(
     if payload is not None:
         stated = with_payload(payload, stated)
     output = Output(as_json=as_json)
+    wanted = c.curve_mapping(
+        mapping, columns=columns, units=units, sheet=sheet, decimal=decimal, encoding=encoding,
+        specimen=specimen,
+    )  # fmt: skip
+    if is_record(file) and (look or wanted != CurveMapping()):
+        raise BadInputError(f"{file}: a record of stepload", hint="these options are for curves")
+    if look:
+        c.show_look(output, [(file, wanted)])
+        return
     if factors is not None and (every or kind != "payload"):
         raise BadInputError("--rough and --plastic are for one curve of a payload")
     if every:
@@ -123,11 +142,12 @@ def identify(
     if processes is not None:
         raise BadInputError("--processes without --all", hint="one file is one process")
     if kind == "system":
-        fit, simulated = system_results_of_file(file)
+        fit, simulated, reading = system_results_of_file(file, wanted)
         document = system_document(fit, simulated=simulated)
         data = {"simulated": simulated, **system_data(fit)}
     elif kind == "payload":
-        told = results_of_file(file, stated, factors)
+        told = results_of_file(file, stated, factors, wanted)
+        reading = told.reading
         document = identification_document(told)
         data = {"simulated": told.simulated, **identification_data(told.found)}
         data |= {"notes": told.notes}
@@ -135,6 +155,9 @@ def identify(
             data["peak_force_n"] = told.peak_force_n
     else:
         raise BadInputError(f"--kind {kind!r}", hint="payload or system")
+    if reading is not None:
+        data["reading"] = asdict(reading)
+        output.line("\n".join(wrapped(line, 2) for line in (*reading.lines(), "")))
     output.show(document)
     if out is not None:
         from stepload.session.reevaluation import results_again, write_new

@@ -114,6 +114,10 @@ RunOrCurve = Annotated[
         parser=run_path, metavar="FILE", help="A run (directory, record, id), or a CSV curve."
     ),
 ]
+Certificate = Annotated[
+    Path | None, Option(help="Certificate (PEM) of an address that others reach.")
+]
+Key = Annotated[Path | None, Option(help="Its private key (PEM).")]
 Rough = Annotated[
     bool, Option("--rough", help="Multiply a curve's deformation by the factor of (10).")
 ]

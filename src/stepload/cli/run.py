@@ -13,7 +13,9 @@ from typer import Argument, Option
 
 from stepload.cli.hazards import HazardsRead, WiringChecked, ask_before_pressing
 from stepload.cli.options import (
+    Certificate,
     DryRun,
+    Key,
     OutDirectory,
     PayloadFile,
     PlanFile,
@@ -28,8 +30,10 @@ if TYPE_CHECKING:
     from stepload.engine.operator import Operator
     from stepload.engine.tick import Engine
     from stepload.feasibility.preflight import Preflight
+    from stepload.live.view import Address
     from stepload.session.experiment import Finished
 
+Follow = Callable[[Path], None]
 DEFAULT_ADDRESS = "127.0.0.1:8765"
 EXIT_OF_SIGNAL: dict[int, ExitCode] = {
     signal.SIGTERM: ExitCode.TERMINATED,
@@ -101,24 +105,24 @@ def _show_end(finished: Finished, out: Output, *, quiet: bool) -> None:
 
 
 @contextmanager
-def _shown_live(address: str, output: Output) -> Iterator[Callable[[Path], None] | None]:
-    """A view of the run at an address for the time of the block; "" for none.
+def _shown_live(address: Address | None, output: Output) -> Iterator[Follow | None]:
+    """A view of the run at an address for the time of the block.
 
     Raises:
-        BadInputError: the address is invalid, or the server cannot be started there.
+        BadInputError: the server cannot be started there.
     """
-    if not address:
+    if address is None:
         yield None
         return
-    from stepload.live.view import address_of, live_view
+    from stepload.live.view import live_view
 
-    with live_view(address_of(address)) as view:
+    with live_view(address) as view:
         output.line(
             f"live: {view.address.url} (Foxglove or Lichtblick: open a Foxglove WebSocket"
             " connection; `stepload layout FILE` writes a layout for it)"
         )
         if not view.address.loopback:
-            output.line("live: everybody on this network can watch; nobody can command")
+            output.line("live: no password: everybody on this network can watch, nobody command")
         yield view.follow
 
 
@@ -133,7 +137,7 @@ def press(
     quiet: bool,
     verbose: bool = False,
     resume: Path | None = None,
-    live: str = "",
+    live: Address | None = None,
     check: Callable[[Engine, Preflight], None] | None = None,
 ) -> Finished:
     """Run a plan with its preflight, progress and result shown; `operator` listens already.
@@ -212,6 +216,8 @@ def run(
     live_address: Annotated[
         str, Option(help="Where viewers connect; loopback unless you say so.")
     ] = DEFAULT_ADDRESS,
+    certificate: Certificate = None,
+    key: Key = None,
     hazards_read: HazardsRead = False,
     wiring_checked: WiringChecked = False,
     as_json: AsJson = False,
@@ -227,9 +233,13 @@ def run(
     from stepload.plan.load import in_world, load_plan
     from stepload.plan.tags import tagged
 
-    output, operator = Output(as_json=as_json), Operator()
+    output, operator, address = Output(as_json=as_json), Operator(), None
     if world and not dry_run:
         raise BadInputError("--world names a simulator", hint="add --dry-run")
+    if live:
+        from stepload.live.view import address_of
+
+        address = address_of(live_address, certificate, key)
     loaded = tagged(load_plan(plan, payload=payload), tag or ())
     preflight = preflight_of(in_world(loaded, world) if world else loaded)
     if not dry_run and ask_before_pressing(preflight, hazards_read, wiring_checked):
@@ -238,7 +248,7 @@ def run(
     with operator.listening():
         finished = press(
             preflight, operator, output, dry_run=dry_run, out=out, seed=seed, resume=resume,
-            quiet=quiet, verbose=verbose, live=live_address if live else "",
+            quiet=quiet, verbose=verbose, live=address,
         )  # fmt: skip
         output.result({**finished.data, "directory": finished.directory})
     raise typer.Exit(exit_code(finished))

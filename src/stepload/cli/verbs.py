@@ -27,6 +27,7 @@ LINES = {
     "setup.init": "Write the plan of a payload from answers. Exit 3: preflight refuses it.",
     "run.run": "Run a plan: preflight, press, record, identify, report.",
     "run.pause": "Pause a run after its step, unloaded; with --resume it goes on.",
+    "ui.ui": "Show runs, reports, the live run and preflight in a browser; it starts no motion.",
     "reference.layout": "Write a layout for Foxglove and Lichtblick.",
     "batch.batch": "Press specimen after specimen by a list; table and control chart of all.",
     "identify.identify": "Identify the contact law from a record or a CSV file; nothing is moved.",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -81,8 +81,20 @@ def runs_schema() -> dict[str, Any]:
     return schema_of(Runs, "runs")
 
 
-def rows(directory: str | Path) -> list[RunRow]:
+def row_of(record: Path) -> RunRow:
+    """A run by its record; `problem` says why it cannot be read."""
+    try:
+        with untrusted(record):
+            return _told(read_summary(record))
+    except BadInputError as error:
+        return _unread(record, error.message.removeprefix(f"{record}: "))
+
+
+def rows(directory: str | Path, read: Callable[[Path], RunRow] = row_of) -> list[RunRow]:
     """The runs in a directory and below, the oldest first.
+
+    Args:
+        read: in place of `row_of`, for one who keeps the rows.
 
     Raises:
         BadInputError: it is no directory.
@@ -94,7 +106,7 @@ def rows(directory: str | Path) -> list[RunRow]:
             hint="name the directory that holds the runs; `stepload run` makes runs/",
         )
     found = [
-        _unread(path, problem) if problem else _row(path)
+        _unread(path, problem) if problem else read(path)
         for path, problem in _records(root, MOST_DEEP)
     ]
     return sorted(found, key=lambda row: (row.started, row.path))
@@ -158,7 +170,7 @@ def find_run(text: str, directory: Path) -> Path:
 
 
 def _records(directory: Path, deep: int) -> Iterator[tuple[Path, str]]:
-    """Records in a directory and below; links are not followed.
+    """Records in a directory and below; links and hidden entries are left out.
 
     Other files next to a run's record belong to that run; subdirectories are searched. A directory
     that cannot be read is returned with the reason, a record with "".
@@ -172,21 +184,13 @@ def _records(directory: Path, deep: int) -> Iterator[tuple[Path, str]]:
     if record is not None:
         yield record, ""
     for entry in entries:
-        if entry.is_symlink():
+        if entry.is_symlink() or entry.name.startswith("."):
             continue
         if entry.is_dir():
             if deep:
                 yield from _records(entry, deep - 1)
         elif record is None and deep and entry.suffix == ".mcap":
             yield entry, ""
-
-
-def _row(record: Path) -> RunRow:
-    try:
-        with untrusted(record):
-            return _told(read_summary(record))
-    except BadInputError as error:
-        return _unread(record, error.message.removeprefix(f"{record}: "))
 
 
 def _unread(path: Path, problem: str) -> RunRow:

@@ -54,6 +54,11 @@ class Operator:
         """One more Ctrl+C."""
         self.stop_level = min(self.stop_level + 1, int(StopLevel.ARM_ONLY))
 
+    def unload(self) -> None:
+        """As one Ctrl+C; nothing where a stop was requested already."""
+        if not self.stop_level:
+            self._on_signal(signal.SIGINT, None)
+
     @contextmanager
     def listening(self) -> Iterator[None]:
         """Ctrl+C, SIGTERM, SIGHUP and SIGQUIT come here instead of ending the process.

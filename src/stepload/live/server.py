@@ -108,8 +108,11 @@ def _quiet() -> None:
     sys.stderr = os.fdopen(words, "w", buffering=1)
 
 
-def main(host: str, port: int) -> int:
-    """Serve until standard input ends; returns the exit code."""
+def main(host: str, port: int, *files: str) -> int:
+    """Serve until standard input ends, by TLS with the files of a certificate and its key.
+
+    Returns the exit code.
+    """
     for name in ("SIGINT", "SIGHUP", "SIGQUIT"):
         signal.signal(getattr(signal, name), signal.SIG_IGN)
     os.nice(NICE)
@@ -117,9 +120,11 @@ def main(host: str, port: int) -> int:
     try:
         import foxglove
 
+        certificate, key = [Path(file).read_bytes() for file in files] or (None, None)
         server = foxglove.start_server(
-            name="stepload", host=host, port=port, capabilities=[], supported_encodings=[]
-        )
+            name="stepload", host=host, port=port, capabilities=[], supported_encodings=[],
+            tls_cert=certificate, tls_key=key,
+        )  # fmt: skip
     except ImportError:
         print(FAILED, "foxglove-sdk is not installed: pip install 'stepload[live]'", flush=True)
         return 1
@@ -151,4 +156,4 @@ def _follow(path: Path) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1], int(sys.argv[2])))
+    sys.exit(main(sys.argv[1], int(sys.argv[2]), *sys.argv[3:]))

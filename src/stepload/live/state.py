@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import resources
 from typing import Any
 
@@ -16,7 +16,15 @@ from stepload.engine.rules import RULES, margins
 from stepload.engine.sequence import PHASES
 from stepload.engine.watch import wrench_axis
 from stepload.record.reader import Event
-from stepload.record.rows import ArmColumns, ForceColumns, Phase, TickColumns, TickRow, rows_of
+from stepload.record.rows import (
+    ArmColumns,
+    FloatArray,
+    ForceColumns,
+    Phase,
+    TickColumns,
+    TickRow,
+    rows_of,
+)
 from stepload.report.conditions import from_attachments
 from stepload.report.model import finite
 from stepload.report.press_data import LOADING, UNLOADING
@@ -75,7 +83,7 @@ def layout() -> str:
 class State:
     """Follows a run's rows and events; `told` is the state after the newest tick, for viewers.
 
-    `taken` says whether there was a tick in the last update.
+    `taken` are the ticks of the last update, each with the arm's position in m.
 
     Streams are written one after the other, so the samples of the newest ticks may come with the
     next ticks: they wait for those, or for the end.
@@ -103,7 +111,7 @@ class State:
         self._zero = (0.0,) * 6
         self._touch_m = math.nan
         self._rows: list[TickRow] = []
-        self.taken = False
+        self.taken: list[tuple[TickRow, float]] = []
         self._limits_seen = 0
         self._largest_n = 0.0
         self.row: TickRow | None = None
@@ -138,7 +146,7 @@ class State:
         else:
             rows, self._rows = (self._rows, new) if new else ([], self._rows)
         self._largest_n = max((row.force_n for row in rows), key=abs, default=self._largest_n)
-        self.taken = bool(rows)
+        self.taken = []
         left = list(self._force), list(self._arm), list(self._second)
         for tick in group_by_tick(rows, *left):
             self._replayer.judge(tick)
@@ -146,6 +154,7 @@ class State:
             self.force = tick.force[-1] if tick.force else self.force
             self.arm = tick.arm[-1] if tick.arm else self.arm
             self.row = tick.row
+            self.taken.append((tick.row, self._position_m))
             del self._force[: len(tick.force)]
             del self._arm[: len(tick.arm)]
             del self._second[: len(tick.second)]
@@ -179,6 +188,10 @@ class State:
             return None
         return tuple(a - b for a, b in zip(self.force.wrench, self._zero, strict=True))
 
+    @property
+    def _position_m(self) -> float:
+        return self.arm.position_m if self.arm is not None else math.nan
+
     def told(self) -> dict[str, Any] | None:
         """The newest tick for display; None before the first. Forces in N, lengths in µm."""
         row = self.row
@@ -201,14 +214,16 @@ class State:
             "elastic_limit_n": limits.elastic_limit_n,
             "used_limit_n": limits.used_limit_n,
             "target_um": finite(row.target_m * 1e6),
-            "deformation_um": self._deformation_um(row.force_n),
+            "deformation_um": finite(float(self.deformation_um([(row, self._position_m)])[0])),
             "margins": margins(self._replayer.supervisor, limits, row.time_s, row.phase),
         }
 
-    def _deformation_um(self, force_n: float) -> float | None:
-        """Deformation in µm since the first touch; None before it or if nothing is pressed."""
-        pressing = self.row is not None and self.row.phase in (*LOADING, *UNLOADING)
-        if self.arm is None or not pressing or self._touch_m != self._touch_m:
-            return None
-        bent_m = float(self._conditions.bend(np.array([force_n]))[0])
-        return finite((self.arm.position_m - self._touch_m - bent_m) * 1e6)
+    def deformation_um(self, ticks: Sequence[tuple[TickRow, float]]) -> FloatArray:
+        """Deformation in µm at `ticks` of `taken`; NaN before the touch or if nothing is pressed.
+
+        It counts from the first touch.
+        """
+        force_n = np.array([row.force_n for row, _ in ticks])
+        travel_m = np.array([position_m for _, position_m in ticks]) - self._touch_m
+        pressing = np.isin([row.phase for row, _ in ticks], [*LOADING, *UNLOADING])
+        return np.where(pressing, (travel_m - self._conditions.bend(force_n)) * 1e6, np.nan)

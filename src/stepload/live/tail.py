@@ -99,9 +99,9 @@ class Tail:
         """Close the file."""
         self._file.close()
 
-    def read(self) -> None:
-        """Read what has been completed."""
-        data = self._rest + self._file.read()
+    def read(self, most: int = -1) -> None:
+        """Read what has been completed, at most so many bytes of it."""
+        data = self._rest + self._file.read(most)
         at = 0
         if self._at == 0:
             if len(data) < len(MAGIC):

@@ -8,7 +8,7 @@ import select
 import subprocess
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO
 
@@ -18,30 +18,61 @@ START_TIMEOUT_S = 20.0
 END_TIMEOUT_S = 5.0
 
 
+def is_loopback(host: str) -> bool:
+    """Whether an address is reached from this computer only."""
+    try:
+        return host == "localhost" or ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def check_certificate(flag: str, host: str, certificate: Path | None, key: Path | None) -> None:
+    """Refuse an address on the network without TLS.
+
+    Args:
+        flag: the option that names the address, for the error.
+
+    Raises:
+        BadInputError: certificate or key lacks, or is no file.
+    """
+    if (certificate is None) != (key is None):
+        raise BadInputError("--certificate and --key go together", hint="name both files (PEM)")
+    if certificate is None and not is_loopback(host):
+        raise BadInputError(
+            f"{flag} {host}: others on the network reach it, and it has no TLS",
+            hint="name --certificate FILE and --key FILE (PEM), or use 127.0.0.1",
+        )
+    for path in (certificate, key):
+        if path is not None and not path.is_file():
+            raise BadInputError(f"{path}: no such file", hint="a PEM file")
+
+
 @dataclass(frozen=True, slots=True)
 class Address:
-    """Address at which viewers connect."""
+    """Address at which viewers connect; with a certificate and its key (PEM) only by TLS."""
 
     host: str
     port: int
+    certificate: Path | None = None
+    key: Path | None = None
 
     @property
     def url(self) -> str:
         """The address as a URL for viewers."""
         host = f"[{self.host}]" if ":" in self.host else self.host
-        return f"ws://{host}:{self.port}"
+        return f"{'wss' if self.certificate else 'ws'}://{host}:{self.port}"
 
     @property
     def loopback(self) -> bool:
         """Whether it can be reached from this machine only."""
-        return ipaddress.ip_address(self.host).is_loopback
+        return is_loopback(self.host)
 
 
-def address_of(text: str) -> Address:
+def address_of(text: str, certificate: Path | None = None, key: Path | None = None) -> Address:
     """An address such as "127.0.0.1:8765".
 
     Raises:
-        BadInputError: it is none.
+        BadInputError: it is none, or others on the network reach it and there is no certificate.
     """
     host, colon, port = text.rpartition(":")
     host = host.removeprefix("[").removesuffix("]")
@@ -55,7 +86,8 @@ def address_of(text: str) -> Address:
         raise BadInputError(
             f"--live-address {text!r}", hint="the numbers of an address and a port: 127.0.0.1:8765"
         ) from None
-    return Address(host, number)
+    check_certificate("--live-address", host, certificate, key)
+    return Address(host, number, certificate, key)
 
 
 class LiveView:
@@ -81,7 +113,15 @@ def live_view(address: Address) -> Iterator[LiveView]:
         BadInputError: it did not start: the port is taken, or foxglove-sdk is not installed.
     """
     process = subprocess.Popen(
-        [sys.executable, "-P", "-m", "stepload.live.server", address.host, str(address.port)],
+        [
+            sys.executable,
+            "-P",
+            "-m",
+            "stepload.live.server",
+            address.host,
+            str(address.port),
+            *(str(each.absolute()) for each in (address.certificate, address.key) if each),
+        ],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
@@ -111,4 +151,4 @@ def _bound(address: Address, answer: IO[str]) -> Address:
             f"the live view did not start at {address.url}: {told or 'no answer'}",
             hint="another port: --live-address 127.0.0.1:8766; or run without --live",
         )
-    return Address(address.host, int(told))
+    return replace(address, port=int(told))

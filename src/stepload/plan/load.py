@@ -19,7 +19,7 @@ from stepload.plan.problems import PlanError, Problem
 from stepload.plan.reader import read_section
 from stepload.plan.references import References, profiles
 from stepload.plan.schema import json_schema
-from stepload.plan.source import Disk, Kept
+from stepload.plan.source import Disk, Folder, Kept
 from stepload.plan.stiffness import settle_stiffness
 from stepload.plan.tree import Mapping, Node, Place, locate
 from stepload.rig.plugins import WORLDS
@@ -61,6 +61,19 @@ def in_world(plan: Plan, name: str) -> Plan:
     options = options_from_words(WORLDS, name, ())
     other = replace(simulation, world=name, world_options=options)
     return replace(plan, rig=replace(plan.rig, simulation=other))
+
+
+def load_text(text: str, path: Path, folder: Path) -> Plan:
+    """The plan of a text that is edited; it reads no file outside `folder`.
+
+    Args:
+        path: where the plan is, or would be saved: files that it names are found from there.
+        folder: resolved, around `path`.
+
+    Raises:
+        PlanError: every problem found, with file, line and column.
+    """
+    return _Loader(Folder(folder, path, text)).plan(path, None, date.today())
 
 
 def load_kept(

@@ -13,7 +13,7 @@ from stepload.errors import guess, printable
 from stepload.plan.compose import at, composed, problems_of, replaced, with_data_sheets
 from stepload.plan.model import Plan
 from stepload.plan.problems import PlanError, Problem
-from stepload.plan.source import PROFILES, SENSORS, Disk, Shelf, Source, read_source, shipped_names
+from stepload.plan.source import PROFILES, SENSORS, Disk, Shelf, Source, shipped_names
 from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar, Sequence, parse_tree
 
 _TABLE = ("geometry", "table")
@@ -187,24 +187,24 @@ def names_a_file(text: str) -> bool:
     return "/" in text or text.lower().endswith((".yaml", ".yml", ".json"))
 
 
-def tree_of(path: Path) -> Node | None:
+def tree_of(path: Path, shelf: Disk | None = None) -> Node | None:
     """The nodes of a plan file; None where it cannot be read."""
     with suppress(PlanError):
-        return parse_tree(read_source(path))[0]
+        return parse_tree((shelf or Disk()).file(path))[0]
     return None
 
 
-def place_of(plan: Plan, key: str) -> Place | None:
+def place_of(plan: Plan, key: str, shelf: Disk | None = None) -> Place | None:
     """The place of a key such as `procedure.top_force`, or of the last part of it that is written.
 
     None where nothing of it is written, or the plan has no file.
     """
     home, found = plan.path, None
-    node = tree_of(home)
+    node = tree_of(home, shelf)
     for name in key.split(".") if key else ():
         if isinstance(node, Scalar) and isinstance(node.value, str) and names_a_file(node.value):
             home = home.parent / node.value
-            node = tree_of(home)
+            node = tree_of(home, shelf)
         if not isinstance(node, Mapping) or name not in node.entries:
             break
         found = node.keys[name]

@@ -139,6 +139,41 @@ class Disk:
         return path.exists()
 
 
+class Folder(Disk):
+    """The files of one folder; the plan itself is a text that need not be saved there.
+
+    Args:
+        folder: resolved; no path outside it is opened, also not by a link.
+        path: of the plan, inside the folder.
+    """
+
+    def __init__(self, folder: Path, path: Path, text: str) -> None:
+        self._folder, self._path, self._text = folder, path, text
+
+    def file(self, path: Path) -> Source:
+        """The plan, or a file that it names.
+
+        Raises:
+            PlanError: the file is outside the folder, not there, or no text.
+        """
+        if path == self._path:
+            return Source(path.name, path, self._text, self._text.encode())
+        if not self._inside(path):
+            message = f"is outside {self._folder}"
+            raise PlanError((Problem(path.name, 0, 0, "", message, "only its files are read"),))
+        return read_source(path, str(path.relative_to(self._folder)))
+
+    def has(self, path: Path) -> bool:
+        """Whether the folder has such a file."""
+        return self._inside(path) and path.exists()
+
+    def _inside(self, path: Path) -> bool:
+        try:
+            return path.is_relative_to(self._folder) and path.resolve().is_relative_to(self._folder)
+        except (OSError, ValueError, RuntimeError):  # a null byte, a loop of links
+            return False
+
+
 class Kept:
     """The texts that a record has kept, whatever has become of the files since.
 

@@ -1,312 +1,430 @@
-"""Determines the role and the unit of every column of a table from its header, or refuses it.
-
-A name such as "Load On Sample (mN)", "displacement_um" or "Force / kN" contains a word for the
-quantity and a unit. The spelling of units counts: mN and MN differ by 1e9. A word without a unit is
-never read as SI; only the plain names `time_s`, `position_m`, `displacement_m`, `force_n`,
-`lateral_n` carry theirs in lower case.
-"""
+"""Finds the names of a table's columns, and determines the role and unit of each, or refuses it."""
 
 from __future__ import annotations
 
+import csv
 import difflib
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-COLUMNS = ("time_s", "position_m", "displacement_m", "force_n")
-LATERAL = "lateral_n"
-HINT = (
-    "the first line names the columns: `time_s, position_m, force_n` (travel of the arm), "
-    "or `displacement_m, force_n` (deformation, system stiffness already taken out); other names "
-    'with their units: "Force [mN]", "Depth (nm)"'
+import stepload.record.curve_words as w
+from stepload.record.curve_mapping import CALLED, NONE, ROLES, CurveMapping, Refusal
+
+MAX_PREAMBLE = 400
+"""Lines that an instrument may write before the names of the columns."""
+NUMBER = re.compile(
+    r"[+\-−]?(?:\d+(?:[,.'’ \u00a0\u2009\u202f]\d{3}(?!\d))*(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?",
+    re.ASCII,
 )
-
-_PREFIXES = {"p": 1e-12, "n": 1e-9, "µ": 1e-6, "μ": 1e-6, "u": 1e-6, "m": 1e-3, "": 1.0}
-_UNITS = {
-    "force": {p + "N": size for p, size in _PREFIXES.items()} | {"kN": 1e3, "MN": 1e6},
-    "length": {p + "m": size for p, size in _PREFIXES.items()} | {"cm": 1e-2},
-    "time": {p + "s": size for p, size in _PREFIXES.items() if p != "p"}
-    | {"sec": 1.0, "min": 60.0, "h": 3600.0},
-}
-_KIND = {unit: kind for kind, units in _UNITS.items() for unit in units}
-_SIZE = {unit: size for units in _UNITS.values() for unit, size in units.items()}
-_SPELT = {
-    "pico": "p", "nano": "n", "micro": "µ", "milli": "m", "kilo": "k", "mega": "M",
-}  # fmt: skip
-_WHOLE = {
-    "newton": "N", "newtons": "N", "meter": "m", "meters": "m", "metre": "m", "metres": "m",
-    "second": "s", "seconds": "s", "sec": "s", "micron": "µm", "microns": "µm",
-}  # fmt: skip
-
-_KIND_OF_ROLE = {
-    "time_s": "time", "position_m": "length", "displacement_m": "length", "force_n": "force",
-    LATERAL: "force",
-}  # fmt: skip
-_EXAMPLE = {"time": "[s]", "length": "[um]", "force": "[mN]"}
-_WORDS = {
-    LATERAL: {"lateral", "tangential", "shear", "friction", "transverse", "fx", "fy", "ft"},
-    "force_n": {"force", "load", "fz", "fn", "kraft"},
-    "displacement_m": {
-        "displacement", "disp", "deformation", "indentation", "indent", "depth", "penetration",
-        "compression", "separation",
-    },
-    "position_m": {
-        "position", "pos", "travel", "stroke", "crosshead", "height", "piezo", "z", "zsensor",
-    },
-    "time_s": {"time", "zeit"},
-}  # fmt: skip
-_ABOUT = frozenset(
-    {
-        "std", "sd", "sigma", "deviation", "amplitude", "amp", "rate", "speed", "velocity", "error",
-        "noise", "stiffness", "modulus", "hardness", "residual", "volt", "volts", "voltage",
-        "setpoint", "target", "command", "commanded", "demand", "area", "rms",
-    }
-)  # fmt: skip
-"""Words for quantities that are derived from a channel, and are not the channel itself."""
+CLOCK = re.compile(
+    r"(?P<date>\d{1,4}[-./]\d{1,2}[-./]\d{1,4}[T ]\s*)?(?P<h>\d{1,2}):(?P<m>[0-5]\d):"
+    r"(?P<s>[0-5]?\d(?:[.,]\d+)?)\s*(?P<half>[AaPp][Mm])?(?:Z|[+-]\d\d:?\d\d)?",
+    re.ASCII,
+)
+ERRORS = frozenset({"#n/a", "#ref!", "#div/0!", "#value!", "#name?", "#num!", "#null!"})
+"""What a spreadsheet writes in place of a number."""
+_EPOCH = {"s": 1e9, "ms": 1e12, "µs": 1e15, "ns": 1e18}
+"""Unit of a time since 1970 by the size of its first value, of the years 2001 to 2099."""
+_FIRST_ROWS = 3
 
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """One column: where it stands, its name in the file, what it is, and its unit in SI."""
+    """One column: its place, its name in the file, what it is, and its unit in SI.
+
+    `unit_place`: the column of its units, or its own where a unit is behind each number.
+    `unit_from`: what says the unit; `stated`: whether the user says which column it is.
+    """
 
     place: int
     name: str
     role: str
     unit: str
     scale: float
+    unit_place: int | None
+    unit_from: str
+    stated: bool
 
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """The columns that are used, the delimiter (None: spaces), and how many cells a row has."""
+    """The columns that are used, and the rows below.
+
+    `delimiter` None: spaces. `line`, `units_line`: of names and units, from 1; 0 where there are
+    none. `begin`: index of the first line below. `beside`: specimens beside each other.
+    """
 
     delimiter: str | None
     columns: tuple[Column, ...]
+    names: tuple[str, ...]
+    line: int
+    units_line: int
+    begin: int
     width: int
+    beside: int
 
 
 def may_be_machine(column: Column) -> bool:
     """Whether a column of displacement may hold the machine's own deflection as well.
 
     Testing machines use such names for their crosshead's travel; depth, indentation and deformation
-    are the payload's, and so is stepload's own name with any unit.
+    are the payload's, and so is what is stated, and stepload's own name with any unit.
     """
-    if column.role != "displacement_m" or re.fullmatch(r"displacement_\w+", column.name):
-        return False
-    return bool({"displacement", "disp", "compression"} & set(_words(column.name)))
-
-
-class HeaderError(Exception):
-    """A line that is no header; `known` says how much of one it looks like."""
-
-    def __init__(self, message: str, *, hint: str = HINT, known: int = 0) -> None:
-        super().__init__(message)
-        self.message, self.hint, self.known = message, hint, known
+    own = column.stated or re.fullmatch(r"displacement_\w+", column.name)
+    return (
+        column.role == "displacement_m" and not own and w.has_word(column.name, "perhaps_machine")
+    )
 
 
 def split(line: str, delimiter: str | None) -> list[str]:
     """The cells of a line, without quotes and spaces around them."""
-    return [cell.strip().strip('"').strip() for cell in line.split(delimiter)]
+    if delimiter is not None and '"' in line:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
+    return [cell.strip() for cell in line.split(delimiter)]
 
 
-def delimiter_of(line: str) -> str | None:
-    """Comma, semicolon or tab, whichever is there most often; None where there is none."""
-    delimiter = max("\t;,", key=line.count)
-    return delimiter if delimiter in line else None
+def is_comment(text: str) -> bool:
+    """Whether a line, not empty, is a comment: a # in it may be the error of a spreadsheet."""
+    return text[0] == "#" and re.split(r"[,;\t]", text, maxsplit=1)[0].lower() not in ERRORS
 
 
-def parse_header(line: str, units: str | None = None) -> Header:
-    """Read the names of the columns.
+def find_header(
+    lines: Sequence[str], mapping: CurveMapping, delimiter: str | None = None, start: int = 0
+) -> Header:
+    """The first line that names force and travel, among those that an instrument writes above.
 
-    Args:
-        line: the header, without its line end.
-        units: the line below it; where it holds nothing but units, they count to the names.
-
-    Raises:
-        HeaderError: a column that is needed is missing, there twice, or without a known unit.
-    """
-    delimiter = delimiter_of(line)
-    names = split(line, delimiter)
-    if delimiter is None and any(_unit_of(name) is None for name in names):
-        # Names of several words and no delimiter: one column, or prose.
-        names = [line.strip()]
-    if units is not None:
-        names = _with_units(names, split(units, delimiter))
-    try:
-        return Header(delimiter, tuple(_columns(names)), len(names))
-    except HeaderError as error:
-        error.known = error.known if len(names) > 1 else 0
-        raise
-
-
-def _with_units(names: list[str], units: list[str]) -> list[str]:
-    """Names with the units of the row below.
+    The line below it may hold the units. Where no line names them, the comment above the numbers,
+    cells with units, or the stated numbers of columns do.
 
     Raises:
-        HeaderError: that row is none of units.
+        Refusal: what looks most like a header, and what it lacks.
     """
-    bare = [unit.strip("[]() ") for unit in units]
-    if len(bare) != len(names) or not all(u in ("", "-") or _unit(u) for u in bare):
-        raise HeaderError("no row of units")
-    return [f"{n} [{u}]" if _unit(u) else n for n, u in zip(names, bare, strict=True)]
-
-
-def _columns(names: Sequence[str]) -> Iterable[Column]:
-    for name in (*COLUMNS, LATERAL):
-        if names.count(name) > 1:
-            raise HeaderError(f"the column {name!r} is there {names.count(name)} times", known=4)
-    found = {name: [names.index(name)] for name in (*COLUMNS, LATERAL) if name in names}
-    loose: dict[str, list[int]] = {}
-    for place, name in enumerate(names):
-        role = _role(name)
-        if role is not None and role not in found:
-            loose.setdefault(role, []).append(place)
-    chosen = {role: (names[places[0]], places) for role, places in found.items()}
-    known = len(found)
-    if found.keys() & {"position_m", "displacement_m"}:
-        loose = {r: p for r, p in loose.items() if r not in ("position_m", "displacement_m")}
-    refusal: HeaderError | None = None
-    for role, places in loose.items():
-        try:
-            usable = _usable(role, [(place, names[place]) for place in places])
-        except HeaderError as error:
-            known += 1
-            if refusal is None or role == "force_n":
-                refusal = error
+    stated = [_bare(text) for _, text in mapping.columns if text != NONE]
+    by_number = bool(stated) and all(text.isdigit() for text in stated)
+    end = min(len(lines), start + MAX_PREAMBLE)
+    names, comments, numbers, first = list[int](), list[int](), 0, 0
+    for at in range(start, end):
+        if not (text := lines[at].strip()):
             continue
-        if usable:
-            known += 1
-            chosen[role] = (names[usable[0]], usable)
-    if refusal is not None:
-        refusal.known = known
+        if is_comment(text):
+            comments.append(at)
+        elif not _all_numbers(lines[at], delimiter):
+            names.append(at)
+        else:
+            numbers, first = numbers + 1, first or at + 1
+            if numbers >= _FIRST_ROWS:
+                end = at
+                break
+    best = Refusal("the file is empty", max(len(lines), 1), known=-1)
+    for at in [] if by_number else [*names, *reversed(comments)]:
+        try:
+            return header_at(lines, at, mapping, delimiter)
+        except Refusal as error:
+            best = error if error.known > best.known else best
+    for at in range(start, min(len(lines), end + 1)):
+        try:
+            if found := _without_names(lines, at, mapping, delimiter, by_number):
+                return found
+        except Refusal as error:
+            error.line = at + 1
+            best = error if error.known > best.known or by_number else best
+            if by_number:
+                break
+    if first and best.known <= 0 and _all_numbers(lines[first - 1], delimiter) > 1:
+        both = ("force", "?"), ("position", "?")
+        raise Refusal("the columns have no names", first, columns=both, units=both,
+                      hint="numbers from 1, units such as N, mm, s")  # fmt: skip
+    raise best
+
+
+def _bare(text: str) -> str:
+    """A text without the unit in brackets at its end."""
+    return re.sub(r"\s*[\[(][^\[\]()]*[\])]$", "", text.strip())
+
+
+def _delimiters(line: str, given: str | None) -> list[str | None]:
+    return [given] if given else [*(mark for mark in "\t;," if mark in line), None]
+
+
+def _all_numbers(line: str, given: str | None) -> int:
+    """How many cells a line of numbers has; 0 where it holds anything else."""
+    for delimiter in _delimiters(line, given):
+        cells = [cell for cell in split(line, delimiter) if cell]
+        if cells and all(map(NUMBER.fullmatch, cells)):
+            return len(cells)
+    return 0
+
+
+def _next(lines: Sequence[str], at: int, step: int = 1) -> int:
+    """The next line that is neither empty nor a comment; beyond all where there is none."""
+    at += step
+    while 0 <= at < len(lines) and (not (text := lines[at].strip()) or is_comment(text)):
+        at += step
+    return at if at >= 0 else len(lines)
+
+
+def header_at(lines: Sequence[str], at: int, mapping: CurveMapping, given: str | None) -> Header:
+    """The header whose names are in this line; raises Refusal."""
+    text = lines[at].strip()
+    text = text.lstrip("# ") if is_comment(text) else text
+    refusal: Refusal | None = None
+    found: Header | None = None
+    for delimiter in _delimiters(text, given):
+        names, below = split(text, delimiter), _next(lines, at)
+        first, begin = below, at + 1
+        units_at = below
+        if units := _row_of_units(lines, below, delimiter, len(names)):
+            first, begin = _next(lines, below), below + 1
+        else:
+            units_at = _next(lines, at, -1)
+            units = _row_of_units(lines, units_at, delimiter, len(names))
+        cells = split(lines[first], delimiter) if first < len(lines) else []
+        fits = len(cells) == len(names) or (len(cells) == len(names) + 1 and not cells[-1])
+        if delimiter is None and not (fits or all(w.unit_of(name) for name in names)):
+            names = [text]  # several words and no delimiter: one column, or prose
+        try:
+            columns, beside = _Names(names, units, cells, mapping).columns()
+        except Refusal as error:
+            error.line, error.known = at + 1, error.known if len(names) > 1 else 0
+            refusal = error if refusal is None or error.known > refusal.known else refusal
+            continue
+        header = Header(
+            delimiter, columns, tuple(names), at + 1, units_at + 1 if units else 0, begin,
+            len(cells) if fits else len(names), beside,
+        )  # fmt: skip
+        if fits:
+            return header
+        found = found or header
+    if found is None and refusal is not None:
         raise refusal
-    _complete(chosen, names, known)
-    for role, (_, places) in chosen.items():
-        for place in places:
-            unit = "" if names[place] == role else _unit_of(names[place]) or ""
-            yield Column(place, names[place], role, unit, _SIZE.get(unit, 1.0))
+    assert found is not None
+    return found
 
 
-def _usable(role: str, candidates: Sequence[tuple[int, str]]) -> list[int]:
-    """The indices of a role's columns: one, or several of a lateral force.
-
-    Raises:
-        HeaderError: several could be meant, or none has a unit of its kind.
-    """
-    kind = _KIND_OF_ROLE[role]
-    units = {place: _unit_of(name) for place, name in candidates}
-    good = [place for place, unit in units.items() if unit and _KIND[unit] == kind]
-    names = dict(candidates)
-    if len(good) > 1 and role != LATERAL:
-        listed = ", ".join(repr(names[place]) for place in good)
-        raise HeaderError(
-            f"{len(good)} columns could be the {_called(role)}: {listed[:200]}",
-            hint=f"call the one that is meant {role!r}, if it is in SI, or take out the others",
-        )
-    if good or role == LATERAL:
-        return good
-    place, name = candidates[0]
-    unit = units[place]
-    if unit:
-        message = f"the column {name[:60]!r} is in {unit}, no unit of a {kind}"
-    else:
-        message = f"the column {name[:60]!r} has no unit that is known"
-    near = _near(name, kind)
-    word = re.split(r"[\[(/]", name)[0].strip(" _:,") or _called(role)
-    hint = f'write its unit: "{word} {_EXAMPLE[kind]}"; known are {", ".join(_listed(kind))}'
-    raise HeaderError(message + (f"; is {near!r} meant?" if near else ""), hint=hint)
+def _row_of_units(lines: Sequence[str], at: int, delimiter: str | None, width: int) -> list[str]:
+    """The units in a line; none where it holds anything else."""
+    cells = split(lines[at], delimiter) if at < len(lines) else []
+    found = [w.unit(cell) or cell.strip("[]() ") for cell in cells]
+    short = all(len(each) <= 5 and not NUMBER.match(each) for each in found)
+    return found if len(cells) == width and short and any(map(w.kind_of, found)) else []
 
 
-def _complete(chosen: dict[str, tuple[str, list[int]]], names: Sequence[str], known: int) -> None:
-    """Refuse a header without force, without travel, or with two travels."""
-    if {"position_m", "displacement_m"} <= chosen.keys():
-        one, other = chosen["position_m"][0], chosen["displacement_m"][0]
-        raise HeaderError(
-            f"both {one!r} and {other!r}: which one is meant?",
-            hint="take one out: travel of the machine, or deformation of the payload alone",
-            known=known,
-        )
-    needed = ["force_n"] if "displacement_m" in chosen else ["force_n", "position_m"]
-    for role in needed:
-        if role not in chosen:
-            others = [name for name in names if name not in COLUMNS]
-            near = difflib.get_close_matches(role, others, 1, 0.5)
-            found = f"; is {near[0]!r} meant?" if near else f" among {', '.join(names)[:200]}"
-            raise HeaderError(f"no column {role!r}{found}", known=known)
-
-
-def _called(role: str) -> str:
-    return {"time_s": "time", "force_n": "force", LATERAL: "lateral force"}.get(role, "travel")
-
-
-def _listed(kind: str) -> list[str]:
-    return [unit for unit in _UNITS[kind] if not unit.startswith(("u", "μ")) and unit != "sec"]
-
-
-def _near(name: str, kind: str) -> str | None:
-    """A unit of this kind that differs from the last word of the name by its case only."""
-    last = re.split(r"[\s_\[\](),:/]+", name.strip(" ])_:,"))[-1]
-    near = [unit for unit in _UNITS[kind] if unit.lower() == last.lower()]
-    return " or ".join(near) if near else None
-
-
-def _words(name: str) -> list[str]:
-    apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", re.sub(r"[\[(][^\])]*[\])]", " ", name))
-    return [word for word in re.split(r"[^A-Za-zµμ]+", apart.lower()) if word]
-
-
-def _role(name: str) -> str | None:
-    """The role that a name stands for; None for everything that is not used."""
-    words = _words(name)
-    if not words or _ABOUT & set(words):
-        return None
-    if words[:2] == ["contact", "depth"]:
-        return None
-    unit = _unit_of(name)
-    if unit is not None and len(words) > 1 and words[-1] == unit.lower():
-        words = words[:-1]
-    bag = set(words)
-    forces = bag & _WORDS["force_n"]
-    if bag & _WORDS[LATERAL] or (forces and bag & {"x", "y"}):
-        return LATERAL
-    if forces:
-        return "force_n"
-    if {"tip", "position"} <= bag:
-        return "displacement_m"
-    for role in ("displacement_m", "position_m", "time_s"):
-        if bag & _WORDS[role]:
-            return role
+def _without_names(
+    lines: Sequence[str], at: int, mapping: CurveMapping, given: str | None, by_number: bool
+) -> Header | None:
+    """A table whose first row is this line: stated numbers of columns, or units in the cells."""
+    places = [int(_bare(t)) - 1 for _, t in mapping.columns if t != NONE] if by_number else [0]
+    for delimiter in _delimiters(lines[at], given):
+        cells = split(lines[at], delimiter)
+        used = [cells[place] if 0 <= place < len(cells) else "" for place in places]
+        if len(cells) < 2 or not all(NUMBER.match(x) or CLOCK.fullmatch(x) for x in used):
+            continue
+        width, names_at = len(cells), _next(lines, at, -1)
+        if not by_number and not any(_unit_in(cells, x, [""] * width)[1] for x in range(width)):
+            continue
+        units = _row_of_units(lines, names_at, delimiter, width)
+        names_at = _next(lines, names_at, -1) if units else names_at
+        names = split(lines[names_at], delimiter) if names_at < at else []
+        if len(names) != width or _all_numbers(lines[names_at], given):
+            names, names_at = [""] * width, -1
+        columns, beside = _Names(names, units, cells, mapping).columns()
+        return Header(delimiter, columns, tuple(names), names_at + 1, 0, at, width, beside)
     return None
 
 
-def _unit(text: str) -> str | None:
-    """The symbol of a unit as it is spelt, or in words."""
-    text = text.strip()
-    if text in _KIND:
-        return text
-    word = text.lower()
-    for prefix, short in _SPELT.items():
-        if word.startswith(prefix):
-            rest = text[len(prefix) :].strip(" _-")
-            symbol = short + _WHOLE.get(rest.lower(), rest)
-            if symbol in _KIND:
-                return symbol
-    return _WHOLE.get(word)
+def _unit_in(cells: Sequence[str], place: int, names: Sequence[str]) -> tuple[int, str]:
+    """The column of the units of a column, and the first of them; "" where there is none.
+
+    The next column holds them where it has no name, or is called so.
+    """
+    cell = cells[place] if place < len(cells) else ""
+    if match := NUMBER.match(cell):
+        if rest := cell[match.end() :].strip():
+            return place, w.unit(rest) or ""
+        beside = names[place + 1] if place + 1 < min(len(cells), len(names)) else "none"
+        if not beside or w.has_word(beside, "unit"):
+            return place + 1, w.unit(cells[place + 1]) or ""
+    return place, ""
 
 
-def _unit_of(name: str) -> str | None:
-    """The unit in a name: in brackets, behind a slash or at its end."""
-    if name in _KIND_OF_ROLE:
-        return {"time": "s", "length": "m", "force": "N"}[_KIND_OF_ROLE[name]]
-    bracketed = [_unit(text) for text in re.findall(r"[\[(]([^\[\]()]*)[\])]", name)]
-    units = {unit for unit in bracketed if unit}
-    if bracketed:
-        return units.pop() if len(units) == 1 else None
-    parts = [part for part in re.split(r"\s*/\s*|[\s_,:]+", name.strip()) if part]
-    if len(parts) < 2 or (unit := _unit(parts[-1])) is None:
+class _Names:
+    """The columns of a table by names, row of units and cells of the first row (empty: none)."""
+
+    def __init__(
+        self, names: Sequence[str], units: Sequence[str], cells: Sequence[str],
+        mapping: CurveMapping,
+    ) -> None:  # fmt: skip
+        self.names, self.cells, self.mapping = names, cells, mapping
+        self.units = units or [""] * len(names)
+        self.told: dict[int, str] = {}
+        """Units in brackets behind the columns that are stated."""
+
+    def columns(self) -> tuple[tuple[Column, ...], int]:
+        """The columns that are used, and how many specimens are beside each other.
+
+        Raises:
+            Refusal: a column that is needed is missing, there twice, or without a known unit.
+        """
+        places = self.places()
+        chosen: dict[str, list[Column]] = {}
+        refusal: Refusal | None = None
+        beside = 1
+        for each, candidates in places.items():
+            try:
+                found = [c for place in candidates if (c := self.column(place, each))]
+                if not found and each != w.LATERAL:
+                    raise self.no_unit(candidates[0], each)
+                if len(found) > 1 and each != w.LATERAL:
+                    same = len({column.name for column in found}) == 1
+                    beside = max(beside, len(found)) if same else beside
+                    found = [self.one_of(found, each)]
+            except Refusal as error:
+                refusal = error if refusal is None or each == "force_n" else refusal
+            else:
+                if found:
+                    chosen[each] = found
+        if refusal is None:
+            refusal = self.incomplete(chosen)
+        if refusal is not None:
+            refusal.known += len(places)
+            raise refusal
+        return tuple(column for found in chosen.values() for column in found), beside
+
+    def places(self) -> dict[str, list[int]]:
+        """The columns that could have each role."""
+        places: dict[str, list[int]] = {}
+        stated = {ROLES[name] for name, _ in self.mapping.columns}
+        for name, text in self.mapping.columns:
+            if text != NONE:
+                place, self.told[place] = self.place(text, name)
+                places.setdefault(ROLES[name], []).append(place)
+        exact = {each for each in w.KIND_OF_ROLE if each in self.names} - stated
+        travels = stated & w.TRAVELS or exact & w.TRAVELS or w.TRAVELS
+        for place, name in enumerate(self.names):
+            kind = w.kind_of(_unit_in(self.cells, place, self.names)[1])
+            of_cell = {"force": "force_n", "length": "position_m", "time": "time_s"}.get(kind)
+            each = w.role(name) if name else of_cell
+            if each is None or each in stated or place in self.told:
+                continue
+            if each in w.TRAVELS - travels or (each in exact and name != each):
+                continue
+            places.setdefault(each, []).append(place)
+        return places
+
+    def place(self, text: str, name: str) -> tuple[int, str]:
+        """The column that a text states, and the unit in its brackets; raises Refusal."""
+        lower = [each.lower() for each in self.names]
+        for sought, told in ((text, ""), (_bare(text), w.unit(w.bracketed(text)) or "")):
+            same = [at for at, each in enumerate(self.names) if each == sought]
+            same = same or [at for at, each in enumerate(lower) if each == sought.lower()]
+            if len(same) > 1:
+                break
+            if same:
+                return same[0], told
+            if sought.isdigit() and 1 <= int(sought) <= len(self.names):
+                return int(sought) - 1, told
+        many = len(same) or "no"
+        raise Refusal(f"{many} columns are called {text!r}; {self.all()}", hint="its number",
+                      columns=((name, "?"),), known=len(same) or len(self.names) > 1)  # fmt: skip
+
+    def all(self) -> str:
+        return "columns: " + ", ".join(f"{at} {x!r}" for at, x in enumerate(self.names, 1))[:300]
+
+    def column(self, place: int, each: str) -> Column | None:
+        """The column at a place in a role; None where no unit of its kind is known."""
+        name, kind, stated = self.names[place], w.KIND_OF_ROLE[each], place in self.told
+        first = self.cells[place] if place < len(self.cells) else ""
+        if kind == "time" and CLOCK.fullmatch(first):
+            return Column(place, name, each, "clock", 1.0, None, "cells", stated)
+        unit_place, in_cells = _unit_in(self.cells, place, self.names)
+        wanted = dict(self.mapping.units).get(CALLED[each], "") or self.told.get(place, "")
+        in_name, in_row = w.unit_of(name) or "", self.units[place]
+        others = {each for each in (in_name, in_row, in_cells) if w.kind_of(each)}
+        if len(others) > 1 and not wanted and not (in_cells and w.kind_of(in_cells) != kind):
+            told = " and ".join(sorted(others))
+            raise Refusal(f"the column {name[:60]!r} is in {told}", known=4,
+                          units=((CALLED[each], in_cells or in_row),))  # fmt: skip
+        sources = {
+            "cells": in_cells, "stated": w.unit(wanted) or "", "name": in_name,
+            "row of units": in_row, "size": _epoch(first) if kind == "time" else "",
+        }  # fmt: skip
+        for source, symbol in sources.items():
+            if w.kind_of(symbol) == kind:
+                at = unit_place if source == "cells" else None
+                return Column(place, name, each, symbol, w.scale_of(symbol), at, source, stated)
+            if symbol and source == "name":
+                return None
         return None
-    prefix = _SPELT.get(parts[-2].lower())
-    if prefix is None:
-        return unit
-    joined = prefix + unit
-    return joined if joined in _KIND else None
+
+    def one_of(self, found: Sequence[Column], each: str) -> Column:
+        """The one column of several in a role that is meant; raises Refusal."""
+        many, specimen, column = len(found), self.mapping.specimen, found[0]
+        if len({column.name for column in found}) == 1 and column.name:
+            if specimen.isdigit() and int(specimen) <= many:
+                return found[int(specimen) - 1]
+            raise Refusal(f"{many} specimens beside each other, with {column.name!r} each",
+                          hint=f"1 to {many}", specimen="1")  # fmt: skip
+        if each == "time_s" and (stamp := [c for c in found if c.name.endswith("header.stamp")]):
+            return stamp[0]
+        along = [column for column in found if not {"x", "y"} & set(w.words(column.name))]
+        if each == "position_m" and len(along) == 1 and "z" in w.words(along[0].name):
+            return along[0]
+        told = ", ".join(f"{column.place + 1} {column.name!r}" for column in found)
+        text = column.name
+        if self.names.count(text) > 1 or not text:
+            text = f"{column.place + 1} ({column.unit})"
+        raise Refusal(f"{many} columns could be the {_called(each)}: {told[:200]}",
+                      hint="or another of them", columns=((CALLED[each], text),))  # fmt: skip
+
+    def no_unit(self, place: int, each: str) -> Refusal:
+        """The refusal of a column whose unit is not known."""
+        name, kind = self.names[place], w.KIND_OF_ROLE[each]
+        written = w.unit_of(name) or self.units[place] or w.bracketed(name)
+        mass = w.MASSES.get(written.lower()) if kind == "force" else None
+        meant = mass or w.near(written or name, kind) or "?"
+        message = f"the column {name[:60]!r} has no unit that is known"
+        if mass or w.kind_of(written):
+            what = "a mass" if mass else f"no unit of a {kind}"
+            message = f"the column {name[:60]!r} is in {written}, {what}"
+        elif meant != "?":
+            message += f"; is {meant!r} meant?"
+        text = meant if w.kind_of(meant) else "?"
+        return Refusal(message, units=((CALLED[each], text),), hint=f"known: {w.listed(kind)}")
+
+    def incomplete(self, chosen: dict[str, list[Column]]) -> Refusal | None:
+        """The refusal of a header without force, without travel, or with two travels."""
+        if chosen.keys() >= w.TRAVELS:
+            one, other = (chosen[each][0] for each in ("position_m", "displacement_m"))
+            return Refusal(
+                f"both {one.name!r} and {other.name!r}: which one is meant?",
+                columns=(("position", one.name or str(one.place + 1)),),
+                hint="travel of the machine; or displacement=, deformation of the payload alone",
+            )  # fmt: skip
+        roles = {CALLED[each] for each in chosen}
+        if chosen and (idle := [name for name, _ in self.mapping.units if name not in roles]):
+            return Refusal(f"--units {idle[0]}: no column is the {idle[0]}; there are "
+                           f"{', '.join(sorted(roles))}", known=5)  # fmt: skip
+        missing = [] if "force_n" in chosen else ["force"]
+        missing += [] if chosen.keys() & w.TRAVELS else ["position"]
+        if not missing:
+            return None
+        needed = ROLES[missing[0]]
+        close = difflib.get_close_matches(needed, self.names, 1, 0.5)
+        meant = f"is {close[0]!r} meant?" if close else self.all()
+        return Refusal(
+            f"no column for the {_called(needed)} ({needed}); {meant}",
+            columns=tuple((each, close[0] if close and each == missing[0] else "?") 
+                          for each in missing),
+            hint="names or numbers, units in brackets: 'force=3 (kN)'",
+        )  # fmt: skip
+
+
+def _epoch(text: str) -> str:
+    """The unit of a time since 1970; "" where it is none."""
+    value = float(text) if re.fullmatch(r"[0-9]+(?:\.[0-9]*)?", text) else 0.0
+    return next((each for each, size in _EPOCH.items() if size <= value < 4.1 * size), "")
+
+
+def _called(each: str) -> str:
+    return {"time_s": "time", "force_n": "force", w.LATERAL: "lateral force"}.get(each, "travel")

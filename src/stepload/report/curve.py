@@ -53,12 +53,12 @@ def check_stiffness(curve: Curve, stated: Stated) -> None:
         raise BadInputError(
             "--system-stiffness with a column displacement_m: that column is the payload's "
             "deformation, K_s is out of it already",
-            hint="call the column position_m if it is the travel of the arm",
+            hint="--columns position=… if it is the travel of the machine",
         )
     if not compensated and stated.system_stiffness_n_per_m is None:
         raise BadInputError(
             "a column position_m holds the deflection of the system too",
-            hint='give --system-stiffness "3.49e6 N/m", or a column displacement_m',
+            hint='give --system-stiffness "3.49e6 N/m", or --columns displacement=… if it is out',
         )
 
 
@@ -87,8 +87,8 @@ def machine_doubts(curve: Curve) -> Iterator[str]:
     """Doubt about a travel that may include the machine's own deflection."""
     if curve.perhaps_machine:
         yield (
-            f"the column {curve.perhaps_machine!r} may hold the machine's own deflection: call it "
-            "displacement_m if that is out of it, or give --system-stiffness"
+            f"the column {curve.perhaps_machine!r} may hold the machine's own deflection: give "
+            "--system-stiffness, or --columns displacement=… if that is out of it"
         )
 
 
@@ -288,7 +288,7 @@ def deformation_curve(curve: Curve) -> Curve:
     if curve.displacement_m is None:
         raise BadInputError(
             "the curve has no column displacement_m",
-            hint="its system stiffness must be out of it: columns displacement_m, force_n",
+            hint="its system stiffness must be out of it: --columns displacement=…",
         )
     zeroed = zero(curve, keep_zero=True)
     loading, _, notes = first_loading(zeroed)

@@ -12,7 +12,8 @@ from stepload.identification.curve_channels import quantum
 from stepload.identification.identify import Identification, identify
 from stepload.identification.run_in import RunIn
 from stepload.identification.system_stiffness import SystemStiffnessFit, fit_system_stiffness
-from stepload.record.curves import Curve, read_curve
+from stepload.record.curve_mapping import CurveMapping
+from stepload.record.curves import Curve, Reading, read_curve
 from stepload.record.untrusted import untrusted
 from stepload.report.analyse import (
     cycles_of_run,
@@ -35,14 +36,16 @@ def is_record(path: Path) -> bool:
 
 
 class FromFile(NamedTuple):
-    """Result of a file: the identification, the assumptions, and for a record its cycles, whether a
-    simulated rig made it, and the largest force of the whole run, None where it is not stored."""
+    """Result of a file: the identification, the assumptions, and of a record its cycles, whether a
+    simulated rig made it, and the largest force of the whole run, None where it is not stored; of a
+    curve how it was read."""
 
     found: Identification
     notes: tuple[str, ...]
     run_in: RunIn | None = None
     simulated: bool = False
     peak_force_n: float | None = None
+    reading: Reading | None = None
 
 
 def identify_file(path: Path, stated: Stated) -> tuple[Identification, tuple[str, ...]]:
@@ -54,18 +57,25 @@ def identify_file(path: Path, stated: Stated) -> tuple[Identification, tuple[str
     return results_of_file(path, stated)[:2]
 
 
-def results_of_file(path: Path, stated: Stated, factors: TipFactors | None = None) -> FromFile:
-    """The same with the cycles of a record; `factors` are those of a curve of deformation.
+def results_of_file(
+    path: Path,
+    stated: Stated,
+    factors: TipFactors | None = None,
+    mapping: CurveMapping | None = None,
+) -> FromFile:
+    """The same with the cycles of a record; `factors` are those of a curve of deformation,
+    `mapping` says how to read it.
 
     Raises:
         BadInputError: the file is invalid, or has nothing to identify.
     """
     with untrusted(path):
         if not is_record(path):
-            curve = read_curve(path)
+            curve = read_curve(path, mapping)
+            reading = curve.reading
             if factors is not None:
                 curve = with_factors(deformation_curve(curve), factors)
-            return FromFile(*identify_curve(curve, stated))
+            return FromFile(*identify_curve(curve, stated), reading=reading)
         if factors is not None:
             raise BadInputError(
                 f"{path}: a factor on the record of a run",
@@ -94,8 +104,11 @@ def _identify_record(run: SavedRun, stated: Stated) -> tuple[Identification, tup
     return found, (*notes, until.text) if until is not None else notes
 
 
-def system_results_of_file(path: Path) -> tuple[SystemStiffnessFit, bool]:
-    """System stiffness from a record or a CSV curve with positions; whether it was simulated.
+def system_results_of_file(
+    path: Path, mapping: CurveMapping | None = None
+) -> tuple[SystemStiffnessFit, bool, Reading | None]:
+    """System stiffness from a record or a curve with positions; whether it was simulated, and how
+    a curve was read.
 
     Raises:
         BadInputError: the file is invalid, or has nothing to identify.
@@ -103,8 +116,8 @@ def system_results_of_file(path: Path) -> tuple[SystemStiffnessFit, bool]:
     with untrusted(path):
         if is_record(path):
             run = saved_run(path)
-            return identify_system(run.data, run.conditions), run.simulated
-        curve = read_curve(path)
+            return identify_system(run.data, run.conditions), run.simulated, None
+        curve = read_curve(path, mapping)
         if curve.position_m is None or curve.time_s is None:
             raise BadInputError(
                 f"{path}: system stiffness needs the columns time_s, position_m, force_n"
@@ -115,7 +128,7 @@ def system_results_of_file(path: Path) -> tuple[SystemStiffnessFit, bool]:
             pressed.time_s, pressed.travel_m, pressed.force_n,
             resolution_m=quantum(pressed.travel_m),
         )  # fmt: skip
-        return fit, False
+        return fit, False, curve.reading
 
 
 def identify_curve(curve: Curve, stated: Stated) -> tuple[Identification, tuple[str, ...]]:

@@ -90,7 +90,7 @@ def short_path(name: str) -> str:
 
 def figure_lines(preflight: Preflight) -> list[str]:
     """The figures of a plan, at most a dozen rows."""
-    return [_row(*row) for row in _figures(preflight)]
+    return [_row(*row) for row in figures(preflight)]
 
 
 def last_lines(preflight: Preflight) -> list[str]:
@@ -107,7 +107,8 @@ def last_lines(preflight: Preflight) -> list[str]:
     return [line, more]
 
 
-def _figures(preflight: Preflight) -> Iterator[tuple[str, str, str]]:
+def figures(preflight: Preflight) -> Iterator[tuple[str, str, str]]:
+    """Label, value and note of each figure."""
     plan, theory = preflight.plan, preflight.theory
     top_n, refused = plan.procedure.top_force_n, preflight.verdict is PlanVerdict.REFUSED
     yield "top force", f(top_n, "N"), _of_limit(preflight)

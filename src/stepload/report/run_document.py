@@ -49,6 +49,7 @@ def identification_document(told: FromFile) -> Document:
         tables.append(run_in_table(told.run_in))
     return Document(
         title="Identification",
+        subtitle=" · ".join(told.reading.lines()) if told.reading is not None else "",
         verdict=_identified(told.found),
         reasons=(*told.found.reasons, *(f"note: {note}" for note in told.notes)),
         brief=brief_lines(told.found),

@@ -40,8 +40,8 @@ NARROW = 80
 MOST_REASONS = 3
 LONGEST_WORD = 20
 """Words longer than this are broken in a table: paths, identifiers."""
-_OF_A_FILE = re.compile(r" *\d* \| ")
-"""A line of a user's file, with its number."""
+_WHOLE = re.compile(r" *\d* \| |  -> stepload ")
+"""A line of a user's file with its number, or a command to copy."""
 BESIDE = 2
 """Characters between two columns of a table."""
 
@@ -229,7 +229,7 @@ class Output:
         if sys.stderr.isatty():
             columns = shutil.get_terminal_size().columns
             shown = "\n".join(
-                line if _OF_A_FILE.match(line) else wrapped(line, 5, columns)
+                line if _WHOLE.match(line) else wrapped(line, 5, columns)
                 for line in shown.split("\n")
             )
         with _perhaps_gone(sys.stderr):

@@ -1,4 +1,4 @@
-"""Pause and resume from another terminal: a Unix socket in the run's directory.
+"""Pause, resume and stop from another process: a Unix socket in the run's directory.
 
 A socket answers only while the process that bound it lives, so nobody can reach another process by
 a number that was used again. Only the run's own user (and root) is listened to.
@@ -105,13 +105,15 @@ def _answer(client: socket.socket, operator: Operator, status: Status) -> dict[s
     request = client.recv(MAX_REQUEST_BYTES).strip()
     if request in (b"pause", b"resume"):
         operator.paused = request == b"pause"
+    elif request == b"stop":
+        operator.unload()
     elif request != b"status":
-        return {"error": "not pause, resume or status"}
-    return {"paused": operator.paused, **status()}
+        return {"error": "not pause, resume, stop or status"}
+    return {"paused": operator.paused, "stops": operator.stop_level > 0, **status()}
 
 
 def ask(directory: Path, request: str) -> dict[str, Any]:
-    """Send "pause", "resume" or "status" to the run in `directory`; its answer.
+    """Send "pause", "resume", "stop" or "status" to the run in `directory`; its answer.
 
     Raises:
         BadInputError: no run is going on there, or it refuses.

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from stepload.record.curve_header import HeaderError, parse_header
+from stepload.record.curve_header import find_header
+from stepload.record.curve_mapping import CurveMapping, Refusal
 
 
 def read(*names: str) -> dict[str, tuple[str, float]]:
     """Role to name and scale."""
-    return {c.role: (c.name, c.scale) for c in parse_header("\t".join(names)).columns}
+    lines = ["\t".join(names), "\t".join("1" for _ in names)]
+    return {c.role: (c.name, c.scale) for c in find_header(lines, CurveMapping()).columns}
 
 
 @pytest.mark.parametrize(
@@ -46,18 +48,20 @@ def test_units_of_travel(name: str, role: str, scale: float) -> None:
         (("displacement_m", "force_kn"), "no unit that is known; is 'kN' meant?"),
         (("displacement_m", "force_mn"), "is 'mN or MN' meant?"),
         (("displacement_m", "Force_n"), "is 'nN or N' meant?|is 'N' meant?"),
-        (("displacement_m", "Force (lbf)"), "'Force (lbf)' has no unit that is known"),
+        (("displacement_m", "Force (lb)"), "'Force (lb)' is in lb, a mass"),
+        (("displacement_m", "Force (%)"), "'Force (%)' has no unit that is known"),
+        (("Strain (%)", "Force (N)"), "no column for the travel"),
         (("displacement_m", "Force (V)"), "'Force (V)' has no unit that is known"),
         (("displacement_m", "Force [mm]"), "is in mm, no unit of a force"),
         (("displacement", "force_n"), "'displacement' has no unit that is known"),
         (("Depth (nm)", "Position (nm)", "force_n"), "both 'Position (nm)' and 'Depth (nm)'"),
         (("Depth (nm)", "Raw load (mN)", "Load (mN)"), "2 columns could be the force"),
         (("Depth (nm)", "Time", "force_n"), "'Time' has no unit that is known"),
-        (("Depth (nm)", "Force rate (N)"), "no column 'force_n'"),
+        (("Depth (nm)", "Force rate (N)"), "no column for the force"),
     ],
 )
 def test_what_is_not_told_is_refused(names: tuple[str, ...], message: str) -> None:
-    with pytest.raises(HeaderError) as caught:
+    with pytest.raises(Refusal) as caught:
         read(*names)
     assert any(part in caught.value.message for part in message.split("|"))
-    assert caught.value.hint
+    assert caught.value.remedy

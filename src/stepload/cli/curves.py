@@ -1,0 +1,65 @@
+"""Options of every verb that reads a curve of another machine, and how it shows what it read."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from typer import Option
+
+if TYPE_CHECKING:
+    from stepload.record.curve_mapping import CurveMapping
+    from stepload.report.terminal import Output
+
+PAIRS = ("columns", "units")
+SI = {"time_s": "s", "position_m": "m", "displacement_m": "m", "force_n": "N", "lateral_n": "N"}
+
+Columns = Annotated[
+    str | None, Option(help='Columns by name or number: "force=Fn (µN), position=3".')
+]
+Units = Annotated[str | None, Option(help='Their units: "force=kN, position=mm".')]
+Sheet = Annotated[str | None, Option(help="Sheet of a workbook (.xlsx).")]
+Decimal = Annotated[str | None, Option(help="Decimal mark: . or ,")]
+Encoding = Annotated[str | None, Option(help="Encoding of the text, cp1252.")]
+Specimen = Annotated[str | None, Option(help="Which of several tests in one file: 1, 2, … or all.")]
+Look = Annotated[bool, Option("--look", help="Only show how the file is read.")]
+
+
+def curve_mapping(file: Path | str | None, **options: str | None) -> CurveMapping:
+    """What the options of a command line state; each replaces what the mapping file says."""
+    from stepload.record.curve_mapping import CurveMapping, parse_pairs
+    from stepload.report.curve_mapping import load_mapping
+
+    found = CurveMapping() if file is None else load_mapping(Path(file))
+    given: dict[str, Any] = {key: text for key, text in options.items() if text is not None}
+    given |= {key: parse_pairs(f"--{key}", given[key]) for key in PAIRS if key in given}
+    return found.joined(**given)
+
+
+def show_look(output: Output, files: Sequence[tuple[Path, CurveMapping]]) -> None:
+    """How files are read, and the mapping to keep for the next ones."""
+    from stepload.record.curves import read_curve
+    from stepload.record.untrusted import untrusted
+    from stepload.report.curve_mapping import mapping_yaml
+    from stepload.report.terminal import wrapped
+    from stepload.units import format_quantity
+
+    data = []
+    for path, mapping in files:
+        with untrusted(path):
+            reading = read_curve(path, mapping).reading
+        assert reading is not None
+        data.append({"file": str(path), **asdict(reading)})
+        rows = [
+            (each.role, f"{each.number} {each.name!r}", each.unit, each.unit_from,
+             *(format_quantity(x, SI[each.role], 4) for x in (each.first, each.last)))
+            for each in reading.columns
+        ]  # fmt: skip
+        heads = ("used as", "column", "unit", "unit from", "first", "last")
+        output.table(str(path), heads, rows)
+        for line in reading.about():
+            output.line(wrapped(line, 2))
+        output.line(f"\nto keep for --mapping FILE.yaml:\n{mapping_yaml(reading.mapping)}")
+    output.result({"curves": data})
