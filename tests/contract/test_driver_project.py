@@ -67,6 +67,7 @@ def checked(directory, kind, name, checks, edit=None):
         }
 
 
+@pytest.mark.realtime(tolerates_s=0.02)
 @pytest.mark.parametrize(
     ("kind", "checks"),
     [
@@ -81,6 +82,7 @@ def test_what_is_written_keeps_the_contract(tmp_path, kind, checks):
     assert set(results) == checks
 
 
+@pytest.mark.realtime(tolerates_s=0.02)
 @pytest.mark.parametrize(("kind", "check", "edit"), BROKEN)
 def test_what_breaks_it_is_seen(tmp_path, kind, check, edit):
     name = f"broken_{BROKEN.index((kind, check, edit))}"
@@ -91,7 +93,9 @@ def test_what_breaks_it_is_seen(tmp_path, kind, check, edit):
 def test_it_is_clean_and_installs_as_a_driver(tmp_path, kind):
     write_project("new_device", kind, tmp_path / "new")
     for verb in (["check"], ["format", "--check"]):
-        done = subprocess.run(["ruff", *verb, "--no-cache", "."], cwd=tmp_path / "new")
+        done = subprocess.run(
+            [sys.executable, "-m", "ruff", *verb, "--no-cache", "."], cwd=tmp_path / "new"
+        )
         assert done.returncode == 0
     project = tomllib.loads((tmp_path / "new" / "pyproject.toml").read_text())["project"]
     points = project["entry-points"]
