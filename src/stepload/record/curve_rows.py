@@ -35,6 +35,8 @@ _FORM = r"([+-]?)([1-9]\d{{0,2}}(?:([{0}'’ \u00a0\u2009\u202f])\d{{3}})(?:\3\d
 _VALUE = {mark: re.compile(_FORM.format(group, mark), re.ASCII) for mark, group in (".,", ",.")}
 _OTHER = {".": ",", ",": "."}
 _PLAIN = b"0123456789+-.,eE \t\n;"
+_ODD = re.compile(r"^[\s,;]*[^\d\s+\-.,;]|[^\x01-\x7f]|[\"#_]", re.MULTILINE)
+"""A line that does not begin with a number, or anything but numbers and words."""
 DAY_S = 86400.0
 
 
@@ -143,7 +145,9 @@ class Table:
     def plain(self, block: Sequence[str]) -> FloatArray | None:
         """The values of a block that holds nothing but rows of numbers; None where it may not."""
         text, delimiter = "\n".join(block), self.header.delimiter
-        if not self.simple or STATISTICS in self.left_out or text.encode().translate(None, _PLAIN):
+        if not self.simple or STATISTICS in self.left_out:
+            return None
+        if text.encode().translate(None, _PLAIN) and (not self.numbers_first or _ODD.search(text)):
             return None
         if self.decimal == ",":
             if "." in text or delimiter == ",":
