@@ -20,17 +20,15 @@ from stepload.identification.smooth import NORMAL_95
 from stepload.plan.model import Acceptance
 from stepload.report import batch_statistics as stats
 from stepload.report.comparison_runs import ComparedRun, chords, compared_run
-from stepload.report.identified import Line, Pair
+from stepload.report.identified import Pair
 from stepload.report.model import Mood
-from stepload.report.rows import Cell, Row, figure, in_one_unit, schema_of
+from stepload.report.rows import Row, figure, in_one_unit, schema_of
 from stepload.report.run_record import SavedRun, labelled
 from stepload.units import format_quantity as f
 from stepload.units import percent
 
 FEWEST = 8
 """Specimens from which a control chart may say that nothing stands out."""
-TRIAL = "trial="
-"""Begin of the tag that says which repeat of a specimen a run is."""
 MOODS: dict[str, Mood] = {
     "outside limits": "bad", "out of control": "bad", "few specimens": "doubt",
     "in control": "good",
@@ -44,13 +42,10 @@ class Specimen(Row):
     number: int = figure("In the order of pressing, from 1.", "no")
     name: str = figure("Which piece.", "specimen")
     runs: int = figure("Runs of it that count.", "runs")
-    value_n_per_m: Annotated[
-        float, Cell(lambda row: in_one_unit(row.interval_n_per_m, "N/m", row.value_n_per_m)[0])
-    ] = figure("Its chord stiffness.", "chord")
-    interval_n_per_m: Annotated[
-        Pair, Cell(lambda row: in_one_unit(row.interval_n_per_m, "N/m", row.value_n_per_m)[1])
-    ] = figure("95 %, with what all specimens share; mean of the ends of its runs.", "95 %")
-    touch_m: float | None = figure("Travel of the arm at its first touch.", "touch")
+    value_n_per_m: float = figure("Its chord stiffness.", "chord stiffness")
+    interval_n_per_m: Pair = figure(
+        "95 %, with what all specimens share; mean of the ends of its runs.", "its 95 %"
+    )
     broken: Annotated[tuple[str, ...], ", ".join] = figure(
         "What it breaks: WE1 to WE4 (control chart), ESD (outlier).", "stands out by"
     )
@@ -67,13 +62,12 @@ class Mean(Row):
     """The mean over specimens, those that stand out too; half widths as shares of it."""
 
     value_n_per_m: Annotated[float, lambda k: f(k, "N/m", 4)] = figure("The mean.", "mean")
-    sigma_n_per_m: float = figure("Between specimens.", "standard deviation")
+    sigma_n_per_m: float = figure("Between specimens.", "standard deviation between specimens")
     scatter: Annotated[float, _half] = figure("95 % by that, Student's t.", "mean, 95 % by scatter")
     common: Annotated[float, _half] = figure(
         "95 % by what all share; more specimens do not narrow it.", "mean, 95 % by what all share"
     )
     half_width: Annotated[float, _half] = figure("95 % by both.", "mean, 95 % by both")
-    lines: tuple[Line, ...] = figure("What all specimens share, by source.")
 
 
 class Batch(Row):
@@ -111,16 +105,10 @@ def batch_schema() -> dict[str, Any]:
     return schema_of(Batch, "batch")
 
 
-def trial_of(tags: str) -> str:
-    """The repeat that a run is, by the tags in its metadata; "" where they do not say."""
-    found = (tag.removeprefix(TRIAL) for tag in tags.split("\n") if tag.startswith(TRIAL))
-    return next(found, "")
-
-
 def batch_of(
-    name: str, saved: Sequence[SavedRun], acceptance: Acceptance | None, notes: Sequence[str] = ()
+    name: str, saved: Sequence[SavedRun], acceptance: Acceptance | None, left: Sequence[str] = ()
 ) -> Batch:
-    """Evaluate the runs of a batch, each press once.
+    """Evaluate the runs of a batch, each press once; `left` are still to be pressed.
 
     Raises:
         BadInputError: the runs have no chord between common forces, or their payloads differ.
@@ -139,14 +127,13 @@ def batch_of(
     place = np.array([pieces.index(each) for each in names])
     ends = np.array([(each.value_n_per_m, *each.interval_n_per_m) for each in found])
     means = np.array([ends[place == at].mean(axis=0) for at in range(len(pieces))])
-    touches = [next((t.position_m for t in each.run.data.touches), None) for each in runs]
     values, chart = means[:, 0], stats.chart(means[:, 0])
     out, limits = stats.outliers(values), acceptance or Acceptance()
     least, most = limits.chord_min_n_per_m, limits.chord_max_n_per_m
     specimens = tuple(
         Specimen(
             number=at + 1, name=piece, runs=names.count(piece), value_n_per_m=value,
-            interval_n_per_m=(low, high), touch_m=touches[names.index(piece)],
+            interval_n_per_m=(low, high), 
             broken=(*(chart.broken[at] if chart else ()), *(["ESD"] if at in out else ())),
             limits=_against(low, high, least, most) if acceptance else "",
         )
@@ -159,10 +146,10 @@ def batch_of(
     )
     return Batch(
         simulated=any(run.simulated for run in ordered), name=name, payload=payloads.pop(),
-        verdict=_verdict(specimens, chart, trend), from_n=found[0].from_n, to_n=found[0].to_n,
+        verdict=_verdict(specimens, trend), from_n=found[0].from_n, to_n=found[0].to_n,
         specimens=specimens, mean=_mean(runs, found, place, values), trend=trend, chart=chart,
         gauge=gauge, chord_min_n_per_m=least, chord_max_n_per_m=most, capability=capable,
-        notes=(*filter(None, [told]), *notes, *_left_out(compared)),
+        notes=(*filter(None, [told]), *_notes(compared, left)),
     )  # fmt: skip
 
 
@@ -174,23 +161,28 @@ def _against(low: float, high: float, least: float | None, most: float | None) -
     return "outside" if high < least or low > most else "unclear"
 
 
-def _left_out(runs: Sequence[ComparedRun]) -> Iterator[str]:
-    """Runs without a chord, and those whose chord is not identified."""
-    known = [each for each in runs if each.found.headline is not None]
-    without = [each.run.name for each in runs if each.found.headline is None]
-    doubtful = [each.run.name for each in known if each.found.verdict != "identified"]
-    for word, names in ("no chord stiffness, left out", without), ("not identified", doubtful):
-        if names:
-            yield f"{word}: {', '.join(names)}"
+def _notes(runs: Sequence[ComparedRun], left: Sequence[str]) -> Iterator[str]:
+    sums: dict[tuple[str, str], set[str]] = {}
+    for told in (each.run.metadata for each in runs):
+        for key in told:
+            if key.startswith("sha256 plan"):
+                sums.setdefault((told["plan"], key.split()[1]), set()).add(told[key])
+    lists = {
+        "still to be pressed": left,
+        "no chord stiffness, left out": [e.run.name for e in runs if e.found.headline is None],
+        "not identified": [e.run.name for e in runs if e.found.verdict != "identified"
+                           and e.found.headline is not None],
+        "changed between the runs": [f"{plan}: {name}" for (plan, name), found in sums.items()
+                                     if len(found) > 1],
+    }  # fmt: skip
+    yield from (f"{word}: {', '.join(names)}" for word, names in lists.items() if names)
 
 
-def _verdict(
-    specimens: Sequence[Specimen], chart: stats.Chart | None, trend: stats.Trend | None
-) -> str:
+def _verdict(specimens: Sequence[Specimen], trend: stats.Trend | None) -> str:
     if any(each.limits == "outside" for each in specimens):
         return "outside limits"
     drifts = trend is not None and trend.rank_p < stats.ALPHA
-    if drifts or any(each.broken for each in specimens) or (chart and chart.jumps):
+    if drifts or any(each.broken for each in specimens):
         return "out of control"
     return "few specimens" if len(specimens) < FEWEST else "in control"
 
@@ -209,28 +201,19 @@ def _mean(
     if values.size < 2:
         return None
     measured = [each.measured(chord) for each, chord in zip(runs, found, strict=True)]
-    apart, lines = place[:, None] != place, []
-    sizes = {line.source: line.size for line in found[0].lines}
+    apart, shared = place[:, None] != place, 0.0
     for source, correlation in correlations(measured).items():
-        relative = np.array([each.lines.get(source, 0.0) for each in measured])
-        shared = float((np.outer(relative, relative) * correlation.most)[apart].mean())
-        if shared > 0.0:
-            lines.append(
-                Line(source=source, size=sizes.get(source, ""), relative=math.sqrt(shared))
-            )
-    lines.sort(key=lambda line: -(line.relative or 0.0))
+        own = np.array([each.lines.get(source, 0.0) for each in measured])
+        shared += float((np.outer(own, own) * correlation.most)[apart].mean())
     value, sigma = float(values.mean()), float(values.std(ddof=1))
     scatter = stats.student(values.size - 1) * sigma / math.sqrt(values.size) / value
-    common = NORMAL_95 * math.hypot(*(line.relative or 0.0 for line in lines))
+    common = NORMAL_95 * math.sqrt(shared)
     return Mean(value_n_per_m=value, sigma_n_per_m=sigma, scatter=scatter, common=common,
-                half_width=math.hypot(scatter, common), lines=tuple(lines))  # fmt: skip
+                half_width=math.hypot(scatter, common))  # fmt: skip
 
 
 def _gauge(
-    names: Sequence[str],
-    runs: Sequence[ComparedRun],
-    values: FloatArray,
-    tolerance: float | None,
+    names: Sequence[str], runs: Sequence[ComparedRun], values: FloatArray, tolerance: float | None
 ) -> tuple[stats.Gauge | None, str]:
     """Gauge R&R, or why there is none though specimens were pressed again."""
     cells: dict[tuple[str, str], list[float]] = {}
@@ -239,8 +222,8 @@ def _gauge(
     parts, operators = (dict.fromkeys(each) for each in zip(*cells, strict=True))
     if len(names) == len(parts):
         return None, ""
-    counts = {len(cells.get((part, who), ())) for part in parts for who in operators}
+    study = [[cells.get((part, who), []) for who in operators] for part in parts]
+    counts = {len(cell) for row in study for cell in row}
     if len(counts) > 1 or min(counts) < 2 or len(parts) < 2:
         return None, "no gauge R&R: each operator must press each specimen twice or more, alike"
-    study = np.array([[cells[part, who] for who in operators] for part in parts])
-    return stats.gauge(study, tolerance), ""
+    return stats.gauge(np.array(study), tolerance), ""

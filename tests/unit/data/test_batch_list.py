@@ -2,29 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from run_plans import stvf_plan
 
-from stepload.data.batch import Piece, changed, first_looks, read_list
-from stepload.plan.model import SourceFile
+from stepload.data.batch import Piece, first_looks, read_list
 from stepload.plan.problems import PlanError
 from stepload.record.summary import Summary
 
 PLAN = Path("plan.yaml")
 
 
-def _list(tmp_path: Path, text: str, *, plan: Path | None = PLAN, dry: bool = True) -> list[Piece]:
+def _list(tmp_path: Path, text: str, *, dry: bool = True) -> list[Piece]:
     path = tmp_path / "specimens.csv"
     path.write_text(text)
-    return read_list(path, plan, dry_run=dry)
+    return read_list(path, PLAN, dry_run=dry)
 
 
 @pytest.mark.parametrize("mark", [",", ";", "\t"])
 def test_rows(tmp_path: Path, mark: str) -> None:
-    text = 'Specimen,operator,repeat,plan,notes\n07,Ann,1,,\n\n07,Ann,2,b.yaml,"soft, wet"\n'
+    text = 'Specimen,operator,trial,plan,notes\n07,Ann,1,,\n\n07,Ann,2,b.yaml,"soft, wet"\n'
     text = text.replace(",", mark).replace(f"soft{mark} wet", "soft, wet")
     first, second = _list(tmp_path, text)
     assert (first.plan, first.specimen, first.operator, first.trial) == (PLAN, "07", "Ann", "1")
@@ -49,7 +47,7 @@ def test_the_truth_of_a_rehearsal(tmp_path: Path) -> None:
     [
         ("", [(1, 1)]),
         ("specimen\n", [(1, 1)]),
-        ("specimen,trial,repeat\n1,1,1\n", [(1, 1)]),
+        ("specimen,trial,trial\n1,1,1\n", [(1, 1)]),
         ("name,notes\n1,\n", [(1, 1), (1, 1)]),
         ("specimen,colour\n1,red\n", [(1, 10)]),
         ("specimen,notes\n1,a,b\n2,\n", [(2, 5)]),
@@ -74,22 +72,8 @@ def test_a_truth_belongs_to_a_rehearsal(tmp_path: Path) -> None:
     assert (caught.value.problems[0].line, caught.value.problems[0].column) == (1, 10)
 
 
-def test_a_row_needs_a_plan(tmp_path: Path) -> None:
-    with pytest.raises(PlanError):
-        _list(tmp_path, "specimen\n1\n", plan=None)
-
-
 def _summary(results: dict[str, object] | None) -> Summary:
     return Summary(Path("run.mcap"), {}, {}, results, False)
-
-
-def test_files_that_have_changed() -> None:
-    plan = replace(stvf_plan(), sources=(SourceFile("plan.yaml", "abc", ""),))
-    abc = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
-    same = _summary({"run": {"files": {"plan.yaml": abc}}})
-    other = _summary({"run": {"files": {"plan.yaml": abc[::-1]}}})
-    assert changed(plan, [same, _summary(None)]) == set()
-    assert changed(plan, [same, other]) == {"plan.yaml"}
 
 
 def test_first_looks_of_records_that_lack_them() -> None:
