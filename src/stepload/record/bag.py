@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import io
+import json
 from pathlib import Path
 
 from mcap.reader import SeekingReader
@@ -13,28 +13,26 @@ METADATA = "metadata.yaml"
 def bag_metadata(record: Path) -> str:
     """The text of metadata.yaml, in version 5 of its format, for a record of ours that is whole.
 
+    It is written as JSON, which is YAML too.
+
     Raises:
         OSError: it cannot be read.
     """
-    from ruamel.yaml import YAML
-
     with record.open("rb") as file:
         summary = SeekingReader(file).get_summary()
     assert summary is not None
-    assert summary.statistics is not None
     about = summary.statistics
+    assert about is not None
     topics = [
         {
             "topic_metadata": {
-                "name": channel.topic,
-                "type": summary.schemas[channel.schema_id].name,
-                "serialization_format": channel.message_encoding,
-                "offered_qos_profiles": "",
+                "name": channel.topic, "type": summary.schemas[channel.schema_id].name,
+                "serialization_format": channel.message_encoding, "offered_qos_profiles": "",
             },
             "message_count": about.channel_message_counts.get(channel.id, 0),
         }
         for channel in summary.channels.values()
-    ]
+    ]  # fmt: skip
     span = {
         "starting_time": {"nanoseconds_since_epoch": about.message_start_time},
         "duration": {"nanoseconds": about.message_end_time - about.message_start_time},
@@ -45,8 +43,4 @@ def bag_metadata(record: Path) -> str:
         "topics_with_message_count": topics, "compression_format": "", "compression_mode": "",
         "files": [{"path": record.name, **span}],
     }  # fmt: skip
-    yaml, text = YAML(typ="safe", pure=True), io.StringIO()
-    yaml.default_flow_style = False
-    yaml.representer.ignore_aliases = lambda _: True
-    yaml.dump({"rosbag2_bagfile_information": bag}, text)
-    return text.getvalue()
+    return json.dumps({"rosbag2_bagfile_information": bag}, indent=1) + "\n"
