@@ -6,7 +6,6 @@ import contextlib
 import signal
 import sys
 import termios
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from typer import Argument, Option
 
-from stepload.cli.options import DryRun, PlanFile, Seed
+from stepload.cli.options import DryRun, PlanFile
 from stepload.errors import BadInputError, ExitCode
 from stepload.report.terminal import AsJson, Output
 
@@ -33,9 +32,7 @@ def batch(
         Path, Argument(metavar="LIST", help="CSV: specimen, operator, trial, plan, notes.")
     ],
     dry_run: DryRun = False,
-    yes: Annotated[bool, Option("--yes", help="Ask nothing; only with --dry-run.")] = False,
     out: Annotated[Path | None, Option(help="Directory of the batch; default: runs/LIST.")] = None,
-    seed: Seed = None,
     quiet: Annotated[bool, Option("--quiet", help="Two lines for each specimen.")] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -46,23 +43,20 @@ def batch(
     Example: stepload batch foot.yaml specimens.csv
     """
     from stepload.cli.hazards import ask_before_pressing
-    from stepload.data.batch import Key, first_looks, pressed, read_list
+    from stepload.data.batch import Key, pressed, read_list
     from stepload.feasibility.preflight import preflight_of
     from stepload.plan.load import load_plan
     from stepload.record.plain import json_text
-    from stepload.report.batch import batch_of
-    from stepload.report.batch_document import batch_document
+    from stepload.report.batch import batch_document, batch_of
     from stepload.report.page import render
     from stepload.report.run_record import saved_run
     from stepload.session.experiment import refuse_what_may_not_run
     from stepload.session.files import write_file
 
     output, name = Output(as_json=as_json), out.name if out else specimens.stem
-    if yes and not dry_run:
-        raise BadInputError("--yes: nobody would mount the specimens", hint="add --dry-run")
     if not (dry_run or (sys.stdin and sys.stdin.isatty())):
         raise BadInputError("a batch asks for each specimen: it needs a terminal")
-    pieces = read_list(specimens, plan, dry_run=dry_run)
+    pieces = read_list(specimens, plan)
     plans = {piece.plan: load_plan(piece.plan) for piece in pieces}
     listed = {piece.key(plans[piece.plan]): piece for piece in pieces}
     directory = out or plans[pieces[0].plan].record.directory / name
@@ -81,20 +75,16 @@ def batch(
                 plans = {each: load_plan(each) for each in plans}  # the rig file may have changed
                 continue
         output.line(f"\n{number + 1} of {len(listed)}: {piece.name}")
-        answer = "" if yes else _ask("Mount it, then Enter (a: unchecked; s: skip; q: end): ")
+        answer = "" if dry_run else _ask("Mount it, then Enter (s: skip; q: end): ")
         if answer == "q":
             break
-        if yes or answer == "s":
+        if dry_run or answer == "s":
             skipped.add(key)
         if answer == "s":
             continue
         made = replace(made, record=replace(made.record, directory=directory))
-        drawn = (made.rig.simulation.seed if seed is None else seed) + number
-        looks = first_looks([run for other, run in done.items() if other[0] == key[0]])
-        codes[key], ends = _press(
-            made, None if answer == "a" else looks, drawn if dry_run else None, output, quiet
-        )
-        if ends or (yes and codes[key] is ExitCode.INTERRUPTED):
+        codes[key], ends = _press(made, made.rig.simulation.seed + number, output, dry_run, quiet)
+        if ends or (dry_run and codes[key] is ExitCode.INTERRUPTED):
             raise typer.Exit(codes[key])
     names, runs = [listed[key].name for key in left], [done[k] for k in listed if k in done]
     if runs:
@@ -125,26 +115,19 @@ def _ask(text: str) -> str:
 
 
 def _press(
-    plan: Plan,
-    looks: Sequence[tuple[float, float]] | None,
-    seed: int | None,
-    output: Output,
-    quiet: bool,
+    plan: Plan, seed: int, output: Output, dry_run: bool, quiet: bool
 ) -> tuple[ExitCode, bool]:
-    """Press a specimen as `run` does, dry with a seed; exit code, and whether the batch ends.
-
-    `looks` are those at the specimens before it; None: it is not checked.
-    """
+    """Press a specimen as `run` does; exit code, and whether the batch ends."""
     from stepload.cli.run import exit_code, press
     from stepload.engine.operator import Operator
     from stepload.feasibility.preflight import preflight_of
     from stepload.session.specimen import SpecimenCheck
 
-    preflight, operator = preflight_of(plan), Operator()
+    operator = Operator()
     with operator.listening():
         finished = press(
-            preflight, operator, output, dry_run=seed is not None, out=None, seed=seed,
-            quiet=quiet, check=None if looks is None else SpecimenCheck(looks),
+            preflight_of(plan), operator, output, dry_run=dry_run, out=None,
+            seed=seed if dry_run else None, quiet=quiet, check=SpecimenCheck(),
         )  # fmt: skip
     outcome = finished.outcome
     of_rig = outcome.cause is not None and outcome.cause.rule not in OF_THE_SPECIMEN

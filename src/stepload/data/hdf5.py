@@ -31,15 +31,10 @@ CURVE = {
 }
 SIGNALS = {"arm": "position_m", "displacement": "displacement_m", "second_force": "force_z_n"}
 """The column to plot, where it is not the force."""
-DEVICES = {
-    "force": "force_sensor", "second_force": "second_force_sensor", "arm": "arm",
-    "displacement": "displacement_sensor",
-}  # fmt: skip
-"""Metadata that identify the device of each stream."""
 
 
 def write_hdf5(run: Run, parts: Mapping[str, Table], path: Path, about: Mapping[str, str]) -> None:
-    """Write tables, results and plan of a run to an HDF5 file; raises as `library`."""
+    """Write tables and results of a run to an HDF5 file; raises as `library`."""
     h5py = library("h5py", "HDF5")
     told = {key: value.replace("\0", "") for key, value in {**run.metadata, **about}.items()}
     with h5py.File(path, "w", track_order=True) as file:
@@ -51,25 +46,16 @@ def write_hdf5(run: Run, parts: Mapping[str, Table], path: Path, about: Mapping[
         entry.attrs.update({key: told[key] for key in about})
         entry.attrs["default"] = "curve" if "curve" in parts else "force"
         _group(entry, "user", "NXuser", name=told.get("operator", ""))
-        specimen = told.get("specimen", "")
-        _group(entry, "sample", "NXsample", name=told["payload"], description=specimen)
-        instrument = _group(entry, "instrument", "NXinstrument", name=told["rig"])
+        told_of = {"name": told["payload"], "description": told.get("specimen", "")}
+        _group(entry, "sample", "NXsample", **told_of)
+        _group(entry, "instrument", "NXinstrument", name=told["rig"])
         axis = told.get("force_axis", "")[-1:] or "z"
         for name, table in parts.items():
             signal = f"force_{axis}_n" if name == "force" else SIGNALS.get(name, "force_n")
             _fill(_group(entry, name, "NXdata"), table, signal, _meanings(name), h5py)
-            if name in DEVICES:
-                sensor = _group(instrument, name, "NXsensor", model=told.get(DEVICES[name], ""))
-                sensor["data"] = h5py.SoftLink(f"/entry/{name}")
         if run.results is not None:
-            text = json_text(run.results)
             kind = {"type": "application/json", "description": SCHEMA_ID}
-            _group(entry, "results", "NXnote", data=text, **kind)
-        plans = [(name, data) for name, data in run.files.items() if name.startswith("plan")]
-        for number, (name, data) in enumerate(plans):
-            kind = {"type": "application/yaml", "file_name": name}
-            named, text = f"plan_{number}" if number else "plan", data.decode(errors="replace")
-            _group(entry, named, "NXnote", data=text.replace("\0", ""), **kind)
+            _group(entry, "results", "NXnote", data=json_text(run.results), **kind)
 
 
 def _group(parent: Any, name: str, kind: str, /, **texts: str) -> Any:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
@@ -19,10 +20,12 @@ from stepload.identification.quantity import Quantity
 from stepload.identification.smooth import NORMAL_95
 from stepload.plan.model import Acceptance
 from stepload.report import batch_statistics as stats
+from stepload.report import figures
 from stepload.report.comparison_runs import ComparedRun, chords, compared_run
 from stepload.report.identified import Pair
-from stepload.report.model import Mood
-from stepload.report.rows import Row, figure, in_one_unit, schema_of
+from stepload.report.model import Document, Figure, Mood, Table, Verdict
+from stepload.report.provenance import runs_table
+from stepload.report.rows import Row, cells, figure, in_one_unit, schema_of, table
 from stepload.report.run_record import SavedRun, labelled
 from stepload.units import format_quantity as f
 from stepload.units import percent
@@ -34,6 +37,15 @@ MOODS: dict[str, Mood] = {
     "in control": "good",
 }  # fmt: skip
 """The verdicts on a batch."""
+MEANINGS = {
+    "outside": "outside the limits",
+    "unclear": "the interval crosses a limit",
+    "WE1": "WE1, beyond 3 σ",
+    "WE2": "WE2, two of three beyond 2 σ on one side",
+    "WE3": "WE3, four of five beyond 1 σ on one side",
+    "WE4": "WE4, eight in a row on one side",
+    "ESD": "ESD, outlier by the generalised ESD test at 5 %",
+}
 
 
 class Specimen(Row):
@@ -133,7 +145,7 @@ def batch_of(
     specimens = tuple(
         Specimen(
             number=at + 1, name=piece, runs=names.count(piece), value_n_per_m=value,
-            interval_n_per_m=(low, high), 
+            interval_n_per_m=(low, high),
             broken=(*(chart.broken[at] if chart else ()), *(["ESD"] if at in out else ())),
             limits=_against(low, high, least, most) if acceptance else "",
         )
@@ -166,7 +178,7 @@ def _notes(runs: Sequence[ComparedRun], left: Sequence[str]) -> Iterator[str]:
     for told in (each.run.metadata for each in runs):
         for key in told:
             if key.startswith("sha256 plan"):
-                sums.setdefault((told["plan"], key.split()[1]), set()).add(told[key])
+                sums.setdefault((told.get("plan", ""), key[7:]), set()).add(told[key])
     lists = {
         "still to be pressed": left,
         "no chord stiffness, left out": [e.run.name for e in runs if e.found.headline is None],
@@ -227,3 +239,62 @@ def _gauge(
     if len(counts) > 1 or min(counts) < 2 or len(parts) < 2:
         return None, "no gauge R&R: each operator must press each specimen twice or more, alike"
     return stats.gauge(np.array(study), tolerance), ""
+
+
+def batch_document(found: Batch, runs: Sequence[SavedRun]) -> Document:
+    """A batch for people; `runs` are its runs."""
+    title, text = "Control chart", "chord stiffness of every specimen with its limits"
+    drawn = [
+        Figure("chart", title, "", text, partial(_draw, found, chart))
+        for chart in (found.chart,) if chart
+    ]  # fmt: skip
+    return Document(
+        title=found.name,
+        subtitle=found.payload,
+        verdict=Verdict(MOODS[found.verdict], found.verdict, found.headline),
+        reasons=[*_reasons(found), *found.notes],
+        tables=[*_tables(found), runs_table(runs)],
+        figures=drawn,
+        simulated=found.simulated,
+    )
+
+
+def _reasons(found: Batch) -> Iterator[str]:
+    """Which specimens are outside, which stand out and by what; a trend."""
+    for word, meaning in MEANINGS.items():
+        if names := [e.name for e in found.specimens if word in (e.limits, *e.broken)]:
+            yield f"{meaning}: {', '.join(names)}"
+    if (trend := found.trend) and trend.rank_p < stats.ALPHA:
+        yield f"trend of {f(trend.slope_n_per_m, 'N/m')} a specimen, p = {trend.rank_p:.2g}"
+
+
+def _tables(found: Batch) -> Iterator[Table]:
+    title = f"Chord stiffness, {f(found.from_n, 'N')} to {f(found.to_n, 'N')}"
+    yield table(title, Specimen, found.specimens)
+    parts = (found.mean, found.trend, found.chart, found.capability)
+    rows = [line for part in parts if part is not None for line in cells(type(part), part)]
+    yield Table(f"{title}, all specimens", ("figure", "value"), rows)
+    if (gauge := found.gauge) is not None:
+        pooled = "INT counts as EV" if gauge.pooled else "INT is kept apart"
+        note = f"{gauge.operators} operators, {gauge.trials} trials; {pooled}; ndc {gauge.ndc}."
+        yield table("Gauge R&R of the chord stiffness", stats.GaugeLine, gauge.lines, [note])
+
+
+def _draw(found: Batch, chart: stats.Chart) -> str:
+    at = np.array([each.number for each in found.specimens])
+    values = np.array([each.value_n_per_m for each in found.specimens]) * 1e-6
+    out = np.array([bool(each.broken) for each in found.specimens])
+    limits = [each for each in (found.chord_min_n_per_m, found.chord_max_n_per_m) if each]
+    curves: list[figures.Line] = [
+        (np.tile([1.0, at[-1], np.nan], len(ends)), np.repeat(ends, 3) * 1e-6, form,
+         {"color": colour, "label": label})
+        for ends, form, colour, label in (
+            ((chart.centre_n_per_m,), "-", figures.GREY, "centre of the chart"),
+            (chart.limits_n_per_m, "--", figures.INK, "limits of the chart"),
+            (limits, ":", figures.GREEN, "limits of the plan"),
+        ) if ends
+    ]  # fmt: skip
+    curves.append((at, values, "o-", {"color": figures.BLUE}))
+    curves.append((at[out], values[out], "o", {"color": figures.RED, "label": "stands out"}))
+    x, y = "specimen, in the order of pressing", "chord stiffness [N/µm]"
+    return figures.lines(curves, x, y)
