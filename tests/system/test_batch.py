@@ -23,7 +23,8 @@ from stepload.data.batch import pressed
 from stepload.errors import BadInputError
 from stepload.plan.model import Acceptance
 from stepload.record.outcome import RunStatus
-from stepload.report.batch import Batch, batch_document, batch_of, batch_schema
+from stepload.report.batch import Batch, batch_document, batch_of
+from stepload.report.rows import schema_of
 from stepload.report.run_record import SavedRun, saved_run
 
 Stage = Callable[..., Staged]
@@ -68,7 +69,7 @@ def test_two_of_sixteen_stand_out(pressed_again: Callable[..., list[SavedRun]]) 
     assert found.verdict == "out of control"
     assert found.capability is not None
     assert found.capability.cp is None
-    jsonschema.validate(json.loads(found.model_dump_json()), batch_schema())
+    jsonschema.validate(json.loads(found.model_dump_json()), schema_of(Batch, "batch"))
     document = batch_document(found, runs)
     assert "stands out" in document.figures[0].draw()
 
@@ -184,6 +185,10 @@ def test_what_ends_a_batch(
 def test_nobody_is_asked_in_vain(quick: Path, tmp_path: Path) -> None:
     (tmp_path / "b.csv").write_text("specimen\nS1\n")
     assert in_process("batch", quick, tmp_path / "b.csv").returncode == 2
+    (tmp_path / "same").mkdir()
+    (tmp_path / "same" / quick.name).write_bytes(quick.read_bytes())
+    (tmp_path / "b.csv").write_text(f"specimen,plan\nS1,\nS1,same/{quick.name}\n")
+    assert in_process("batch", quick, tmp_path / "b.csv", "--dry-run").returncode == 2
 
 
 def test_an_early_enter_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:

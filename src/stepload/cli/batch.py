@@ -8,7 +8,7 @@ import sys
 import termios
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 from typer import Argument, Option
@@ -16,9 +16,6 @@ from typer import Argument, Option
 from stepload.cli.options import DryRun, PlanFile
 from stepload.errors import BadInputError, ExitCode
 from stepload.report.terminal import AsJson, Output
-
-if TYPE_CHECKING:
-    from stepload.plan.model import Plan
 
 OF_THE_SPECIMEN = {
     "R1", "R2", "R6", "R8", "R12", "R14", "not_free", "tilted", "uneven", "until", "specimen",
@@ -43,7 +40,9 @@ def batch(
     Example: stepload batch foot.yaml specimens.csv
     """
     from stepload.cli.hazards import ask_before_pressing
+    from stepload.cli.run import exit_code, press
     from stepload.data.batch import Key, pressed, read_list
+    from stepload.engine.operator import Operator
     from stepload.feasibility.preflight import preflight_of
     from stepload.plan.load import load_plan
     from stepload.record.plain import json_text
@@ -52,6 +51,7 @@ def batch(
     from stepload.report.run_record import saved_run
     from stepload.session.experiment import refuse_what_may_not_run
     from stepload.session.files import write_file
+    from stepload.session.specimen import SpecimenCheck
 
     output, name = Output(as_json=as_json), out.name if out else specimens.stem
     if not (dry_run or (sys.stdin and sys.stdin.isatty())):
@@ -59,6 +59,8 @@ def batch(
     pieces = read_list(specimens, plan)
     plans = {piece.plan: load_plan(piece.plan) for piece in pieces}
     listed = {piece.key(plans[piece.plan]): piece for piece in pieces}
+    if len(listed) < len(pieces):
+        raise BadInputError("two rows are one press", hint="tell repeats apart: column `trial`")
     directory = out or plans[pieces[0].plan].record.directory / name
     skipped, codes, asked = set[Key](), dict[Key, ExitCode](), False
     while True:  # the disk alone knows what is pressed
@@ -83,13 +85,29 @@ def batch(
         if answer == "s":
             continue
         made = replace(made, record=replace(made.record, directory=directory))
-        codes[key], ends = _press(made, made.rig.simulation.seed + number, output, dry_run, quiet)
+        operator, preflight = Operator(), preflight_of(made)
+        seed = made.rig.simulation.seed + number if dry_run else None
+        with operator.listening():
+            finished = press(
+                preflight, operator, output, dry_run=dry_run, out=None, seed=seed,
+                quiet=quiet, check=SpecimenCheck(),
+            )  # fmt: skip
+        outcome, codes[key] = finished.outcome, exit_code(finished)
+        of_rig = outcome.cause is not None and outcome.cause.rule not in OF_THE_SPECIMEN
+        ends = of_rig or outcome.safing_failed or outcome.signal_number not in (0, signal.SIGINT)
+        if ends:
+            output.line("the batch ends here: mend the rig; the same command goes on")
         if ends or (dry_run and codes[key] is ExitCode.INTERRUPTED):
             raise typer.Exit(codes[key])
     names, runs = [listed[key].name for key in left], [done[k] for k in listed if k in done]
     if runs:
         saved, limits = [saved_run(each.path) for each in runs], plans[pieces[0].plan].identify
-        found = batch_of(directory.name, saved, limits.acceptance, names)
+        found = batch_of(
+            directory.name,
+            saved,
+            limits.acceptance,
+            [f"still to be pressed: {', '.join(names)}"] if names else [],
+        )
         document, page = batch_document(found, saved), directory / "batch.html"
         output.show(document)
         write_file(page, render(document))
@@ -112,26 +130,3 @@ def _ask(text: str) -> str:
     print(text, end="", file=sys.stderr, flush=True)
     line = sys.stdin.readline() if sys.stdin else ""
     return line.strip()[:1].lower() if line else "q"
-
-
-def _press(
-    plan: Plan, seed: int, output: Output, dry_run: bool, quiet: bool
-) -> tuple[ExitCode, bool]:
-    """Press a specimen as `run` does; exit code, and whether the batch ends."""
-    from stepload.cli.run import exit_code, press
-    from stepload.engine.operator import Operator
-    from stepload.feasibility.preflight import preflight_of
-    from stepload.session.specimen import SpecimenCheck
-
-    operator = Operator()
-    with operator.listening():
-        finished = press(
-            preflight_of(plan), operator, output, dry_run=dry_run, out=None,
-            seed=seed if dry_run else None, quiet=quiet, check=SpecimenCheck(),
-        )  # fmt: skip
-    outcome = finished.outcome
-    of_rig = outcome.cause is not None and outcome.cause.rule not in OF_THE_SPECIMEN
-    ends = of_rig or outcome.safing_failed or outcome.signal_number not in (0, signal.SIGINT)
-    if ends:
-        output.line("the batch ends here: mend the rig; the same command goes on")
-    return exit_code(finished), ends

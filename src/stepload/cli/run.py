@@ -126,7 +126,7 @@ def press(
     verbose: bool = False,
     resume: Path | None = None,
     live: str = "",
-    check: Callable[[Engine, Preflight], None] | None = None,
+    check: Callable[[Engine, Preflight], None] = lambda engine, preflight: None,
 ) -> Finished:
     """Run a plan with its preflight, progress and result shown; `operator` listens already.
 
@@ -151,9 +151,8 @@ def press(
             show_figures(preflight, output)
 
     def look(engine: Engine, preflight: Preflight) -> None:
-        for each in (check, display.show):
-            if each is not None:
-                each(engine, preflight)
+        check(engine, preflight)
+        display.show(engine, preflight)
 
     with (
         progress(quiet=quiet) as display,

@@ -122,6 +122,6 @@ def pressed(directory: Path, *, dry_run: bool) -> dict[Key, Summary]:
         if row.status == RunStatus.COMPLETED and row.simulated == dry_run:
             run = read_summary(Path(row.path))
             tags = run.metadata.get("tags", "").split("\n")
-            trial = next((tag[len(TRIAL) :] for tag in tags if tag.startswith(TRIAL)), "")
+            trial = next((tag[len(TRIAL) :] for tag in reversed(tags) if tag.startswith(TRIAL)), "")
             found[row.plan, row.specimen, row.operator, trial] = run
     return found

@@ -9,14 +9,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from functools import partial
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 
 from stepload.errors import BadInputError
-from stepload.identification.difference import correlations
+from stepload.identification.difference import Measured, correlations
 from stepload.identification.fit import FloatArray
-from stepload.identification.quantity import Quantity
 from stepload.identification.smooth import NORMAL_95
 from stepload.plan.model import Acceptance
 from stepload.report import batch_statistics as stats
@@ -25,7 +24,7 @@ from stepload.report.comparison_runs import ComparedRun, chords, compared_run
 from stepload.report.identified import Pair
 from stepload.report.model import Document, Figure, Mood, Table, Verdict
 from stepload.report.provenance import runs_table
-from stepload.report.rows import Row, cells, figure, in_one_unit, schema_of, table
+from stepload.report.rows import Row, cells, figure, in_one_unit, table
 from stepload.report.run_record import SavedRun, labelled
 from stepload.units import format_quantity as f
 from stepload.units import percent
@@ -37,15 +36,8 @@ MOODS: dict[str, Mood] = {
     "in control": "good",
 }  # fmt: skip
 """The verdicts on a batch."""
-MEANINGS = {
-    "outside": "outside the limits",
-    "unclear": "the interval crosses a limit",
-    "WE1": "WE1, beyond 3 σ",
-    "WE2": "WE2, two of three beyond 2 σ on one side",
-    "WE3": "WE3, four of five beyond 1 σ on one side",
-    "WE4": "WE4, eight in a row on one side",
-    "ESD": "ESD, outlier by the generalised ESD test at 5 %",
-}
+RULES = """Western Electric rules: WE1 beyond 3 σ; on one side WE2 two of three beyond 2 σ, WE3 four
+of five beyond 1 σ, WE4 eight in a row. ESD: outlier by the generalised ESD test at 5 %."""
 
 
 class Specimen(Row):
@@ -112,11 +104,6 @@ class Batch(Row):
         return f"Mean chord stiffness {shown}, 95 % {ends}, {len(self.specimens)} specimens, {span}"
 
 
-def batch_schema() -> dict[str, Any]:
-    """The JSON Schema of a batch."""
-    return schema_of(Batch, "batch")
-
-
 def batch_of(
     name: str, saved: Sequence[SavedRun], acceptance: Acceptance | None, left: Sequence[str] = ()
 ) -> Batch:
@@ -134,6 +121,7 @@ def batch_of(
         raise BadInputError(told, hint="make each a batch of its own: --out DIR")
     if not (found := chords(runs)):
         raise BadInputError("the runs have no chord stiffness between common forces")
+    measured = [each.measured(chord) for each, chord in zip(runs, found, strict=True)]
     names = [each.run.metadata.get("specimen") or each.run.place for each in runs]
     pieces = list(dict.fromkeys(names))
     place = np.array([pieces.index(each) for each in names])
@@ -159,9 +147,9 @@ def batch_of(
     return Batch(
         simulated=any(run.simulated for run in ordered), name=name, payload=payloads.pop(),
         verdict=_verdict(specimens, trend), from_n=found[0].from_n, to_n=found[0].to_n,
-        specimens=specimens, mean=_mean(runs, found, place, values), trend=trend, chart=chart,
+        specimens=specimens, mean=_mean(measured, place, values), trend=trend, chart=chart,
         gauge=gauge, chord_min_n_per_m=least, chord_max_n_per_m=most, capability=capable,
-        notes=(*filter(None, [told]), *_notes(compared, left)),
+        notes=(*_notes(compared, specimens, trend, left), *filter(None, [told])),
     )  # fmt: skip
 
 
@@ -173,21 +161,28 @@ def _against(low: float, high: float, least: float | None, most: float | None) -
     return "outside" if high < least or low > most else "unclear"
 
 
-def _notes(runs: Sequence[ComparedRun], left: Sequence[str]) -> Iterator[str]:
+def _notes(
+    runs: Sequence[ComparedRun], pieces: Sequence[Specimen], trend: stats.Trend | None,
+    left: Sequence[str],
+) -> Iterator[str]:  # fmt: skip
+    known = [each for each in runs if each.found.headline is not None]
     sums: dict[tuple[str, str], set[str]] = {}
-    for told in (each.run.metadata for each in runs):
+    for told in (each.run.metadata for each in known):
         for key in told:
             if key.startswith("sha256 plan"):
                 sums.setdefault((told.get("plan", ""), key[7:]), set()).add(told[key])
     lists = {
         "still to be pressed": left,
+        "outside the limits": [e.name for e in pieces if e.limits == "outside"],
+        "the interval crosses a limit": [e.name for e in pieces if e.limits == "unclear"],
+        "stands out": [f"{e.name} by {', '.join(e.broken)}" for e in pieces if e.broken],
         "no chord stiffness, left out": [e.run.name for e in runs if e.found.headline is None],
-        "not identified": [e.run.name for e in runs if e.found.verdict != "identified"
-                           and e.found.headline is not None],
-        "changed between the runs": [f"{plan}: {name}" for (plan, name), found in sums.items()
-                                     if len(found) > 1],
-    }  # fmt: skip
-    yield from (f"{word}: {', '.join(names)}" for word, names in lists.items() if names)
+        "not identified": [e.run.name for e in known if e.found.verdict != "identified"],
+        "changed between the runs": [": ".join(of) for of, found in sums.items() if len(found) > 1],
+    }
+    yield from (f"{word}: {'; '.join(names)}" for word, names in lists.items() if names)
+    if trend and trend.rank_p < stats.ALPHA:
+        yield f"trend of {f(trend.slope_n_per_m, 'N/m')} a specimen, p = {trend.rank_p:.2g}"
 
 
 def _verdict(specimens: Sequence[Specimen], trend: stats.Trend | None) -> str:
@@ -199,12 +194,7 @@ def _verdict(specimens: Sequence[Specimen], trend: stats.Trend | None) -> str:
     return "few specimens" if len(specimens) < FEWEST else "in control"
 
 
-def _mean(
-    runs: Sequence[ComparedRun],
-    found: Sequence[Quantity],
-    place: stats.IntArray,
-    values: FloatArray,
-) -> Mean | None:
+def _mean(measured: Sequence[Measured], place: stats.IntArray, values: FloatArray) -> Mean | None:
     """The mean over specimens; None for a single one.
 
     The variance between specimens holds what differs. What two of them share on average, the mean
@@ -212,7 +202,6 @@ def _mean(
     """
     if values.size < 2:
         return None
-    measured = [each.measured(chord) for each, chord in zip(runs, found, strict=True)]
     apart, shared = place[:, None] != place, 0.0
     for source, correlation in correlations(measured).items():
         own = np.array([each.lines.get(source, 0.0) for each in measured])
@@ -252,25 +241,16 @@ def batch_document(found: Batch, runs: Sequence[SavedRun]) -> Document:
         title=found.name,
         subtitle=found.payload,
         verdict=Verdict(MOODS[found.verdict], found.verdict, found.headline),
-        reasons=[*_reasons(found), *found.notes],
+        reasons=found.notes,
         tables=[*_tables(found), runs_table(runs)],
         figures=drawn,
         simulated=found.simulated,
     )
 
 
-def _reasons(found: Batch) -> Iterator[str]:
-    """Which specimens are outside, which stand out and by what; a trend."""
-    for word, meaning in MEANINGS.items():
-        if names := [e.name for e in found.specimens if word in (e.limits, *e.broken)]:
-            yield f"{meaning}: {', '.join(names)}"
-    if (trend := found.trend) and trend.rank_p < stats.ALPHA:
-        yield f"trend of {f(trend.slope_n_per_m, 'N/m')} a specimen, p = {trend.rank_p:.2g}"
-
-
 def _tables(found: Batch) -> Iterator[Table]:
     title = f"Chord stiffness, {f(found.from_n, 'N')} to {f(found.to_n, 'N')}"
-    yield table(title, Specimen, found.specimens)
+    yield table(title, Specimen, found.specimens, [RULES.replace("\n", " ")])
     parts = (found.mean, found.trend, found.chart, found.capability)
     rows = [line for part in parts if part is not None for line in cells(type(part), part)]
     yield Table(f"{title}, all specimens", ("figure", "value"), rows)
