@@ -71,7 +71,7 @@ def test_two_of_sixteen_stand_out(pressed_again: Callable[..., list[SavedRun]]) 
     assert found.capability.cp is None
     jsonschema.validate(json.loads(found.model_dump_json()), schema_of(Batch, "batch"))
     document = batch_document(found, runs)
-    assert "stands out" in document.figures[0].draw()
+    assert "#b3261e" in document.figures[0].draw()
 
 
 def test_what_all_share_does_not_shrink(pressed_again: Callable[..., list[SavedRun]]) -> None:

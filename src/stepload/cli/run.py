@@ -126,7 +126,7 @@ def press(
     verbose: bool = False,
     resume: Path | None = None,
     live: str = "",
-    check: Callable[[Engine, Preflight], None] = lambda engine, preflight: None,
+    check: Callable[[Engine, Preflight], None] | None = None,
 ) -> Finished:
     """Run a plan with its preflight, progress and result shown; `operator` listens already.
 
@@ -151,8 +151,8 @@ def press(
             show_figures(preflight, output)
 
     def look(engine: Engine, preflight: Preflight) -> None:
-        check(engine, preflight)
-        display.show(engine, preflight)
+        for each in filter(None, (check, display.show)):
+            each(engine, preflight)
 
     with (
         progress(quiet=quiet) as display,

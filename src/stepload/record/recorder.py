@@ -249,13 +249,8 @@ class Recorder:
         return self.path
 
     def rescue(self, places: Iterable[Path]) -> Recovered | None:
-        """Write all that there is, from the file and from memory, into the first place possible.
-
-        Nothing can be recorded after that.
-
-        Args:
-            places: directories that exist.
-        """
+        """Write all that there is, from the file and from memory, into the first directory that
+        takes it; nothing can be recorded after that."""
         self._end_writer()
         fcntl.flock(self._file_fd, fcntl.LOCK_UN)
         for place in places:
@@ -308,7 +303,7 @@ class Recorder:
         while not done():
             waited_s = time.monotonic() - begun_s
             if (over := waited_s > limit_s) or (waited_s > SILENT_S and not said):
-                said, told = True, f"nothing was written for {waited_s:.0f} s: {self._standing()}"
+                said, told = True, f"waited {waited_s:.0f} s for {self._standing()}"
                 if over:
                     self._stalled, self._problem = True, self._problem or told
                     return False

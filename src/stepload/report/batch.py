@@ -29,15 +29,17 @@ from stepload.report.run_record import SavedRun, labelled
 from stepload.units import format_quantity as f
 from stepload.units import percent
 
-FEWEST = 8
-"""Specimens from which a control chart may say that nothing stands out."""
+FEW, FEWEST = 4, 8
+"""Specimens from which there is a trend or a chart, and may say that nothing stands out."""
 MOODS: dict[str, Mood] = {
     "outside limits": "bad", "out of control": "bad", "few specimens": "doubt",
     "in control": "good",
 }  # fmt: skip
 """The verdicts on a batch."""
-RULES = """Western Electric rules: WE1 beyond 3 σ; on one side WE2 two of three beyond 2 σ, WE3 four
-of five beyond 1 σ, WE4 eight in a row. ESD: outlier by the generalised ESD test at 5 %."""
+RULES = (
+    "WE, Western Electric rules: 1 beyond 3 σ; on one side 2 two of three beyond",
+    "2 σ, 3 four of five beyond 1 σ, 4 eight in a row. ESD: outlier, ESD test, 5 %.",
+)
 
 
 class Specimen(Row):
@@ -127,9 +129,13 @@ def batch_of(
     place = np.array([pieces.index(each) for each in names])
     ends = np.array([(each.value_n_per_m, *each.interval_n_per_m) for each in found])
     means = np.array([ends[place == at].mean(axis=0) for at in range(len(pieces))])
-    values, chart = means[:, 0], stats.chart(means[:, 0])
+    values, chart, trend, capable = means[:, 0], None, None, None
     out, limits = stats.outliers(values), acceptance or Acceptance()
     least, most = limits.chord_min_n_per_m, limits.chord_max_n_per_m
+    if values.size >= FEW and np.ptp(values) > 0.0:
+        chart, trend = stats.chart(values), stats.trend(values)
+        if acceptance:
+            capable = stats.capability(values, least, most, chart.sigma_n_per_m)
     specimens = tuple(
         Specimen(
             number=at + 1, name=piece, runs=names.count(piece), value_n_per_m=value,
@@ -140,10 +146,7 @@ def batch_of(
         for at, (piece, (value, low, high)) in enumerate(zip(pieces, means.tolist(), strict=True))
     )  # fmt: skip
     width = most - least if least and most else None
-    trend, (gauge, told) = stats.trend(values), _gauge(names, runs, ends[:, 0], width)
-    capable = (
-        stats.capability(values, least, most, chart.sigma_n_per_m) if chart and acceptance else None
-    )
+    gauge, told = _gauge(names, runs, ends[:, 0], width)
     return Batch(
         simulated=any(run.simulated for run in ordered), name=name, payload=payloads.pop(),
         verdict=_verdict(specimens, trend), from_n=found[0].from_n, to_n=found[0].to_n,
@@ -232,25 +235,23 @@ def _gauge(
 
 def batch_document(found: Batch, runs: Sequence[SavedRun]) -> Document:
     """A batch for people; `runs` are its runs."""
-    title, text = "Control chart", "chord stiffness of every specimen with its limits"
-    drawn = [
-        Figure("chart", title, "", text, partial(_draw, found, chart))
-        for chart in (found.chart,) if chart
-    ]  # fmt: skip
+    drawn = Figure(
+        "chart", "Control chart",
+        "Chord stiffness by specimen. Dashed: limits of the chart. Dotted: limits of the plan."
+        " Red: what stands out.",
+        "chord stiffness of every specimen with its limits", partial(_draw, found),
+    )  # fmt: skip
     return Document(
-        title=found.name,
-        subtitle=found.payload,
+        title=found.name, subtitle=found.payload,
         verdict=Verdict(MOODS[found.verdict], found.verdict, found.headline),
-        reasons=found.notes,
-        tables=[*_tables(found), runs_table(runs)],
-        figures=drawn,
-        simulated=found.simulated,
-    )
+        reasons=found.notes, tables=[*_tables(found), runs_table(runs)],
+        figures=[drawn] if found.chart else [], simulated=found.simulated,
+    )  # fmt: skip
 
 
 def _tables(found: Batch) -> Iterator[Table]:
     title = f"Chord stiffness, {f(found.from_n, 'N')} to {f(found.to_n, 'N')}"
-    yield table(title, Specimen, found.specimens, [RULES.replace("\n", " ")])
+    yield table(title, Specimen, found.specimens, RULES)
     parts = (found.mean, found.trend, found.chart, found.capability)
     rows = [line for part in parts if part is not None for line in cells(type(part), part)]
     yield Table(f"{title}, all specimens", ("figure", "value"), rows)
@@ -260,21 +261,18 @@ def _tables(found: Batch) -> Iterator[Table]:
         yield table("Gauge R&R of the chord stiffness", stats.GaugeLine, gauge.lines, [note])
 
 
-def _draw(found: Batch, chart: stats.Chart) -> str:
+def _draw(found: Batch) -> str:
+    assert found.chart is not None
     at = np.array([each.number for each in found.specimens])
     values = np.array([each.value_n_per_m for each in found.specimens]) * 1e-6
     out = np.array([bool(each.broken) for each in found.specimens])
-    limits = [each for each in (found.chord_min_n_per_m, found.chord_max_n_per_m) if each]
-    curves: list[figures.Line] = [
-        (np.tile([1.0, at[-1], np.nan], len(ends)), np.repeat(ends, 3) * 1e-6, form,
-         {"color": colour, "label": label})
-        for ends, form, colour, label in (
-            ((chart.centre_n_per_m,), "-", figures.GREY, "centre of the chart"),
-            (chart.limits_n_per_m, "--", figures.INK, "limits of the chart"),
-            (limits, ":", figures.GREEN, "limits of the plan"),
-        ) if ends
-    ]  # fmt: skip
-    curves.append((at, values, "o-", {"color": figures.BLUE}))
-    curves.append((at[out], values[out], "o", {"color": figures.RED, "label": "stands out"}))
-    x, y = "specimen, in the order of pressing", "chord stiffness [N/µm]"
-    return figures.lines(curves, x, y)
+    stated = (found.chord_min_n_per_m, found.chord_max_n_per_m)
+    levels = (found.chart.centre_n_per_m, *found.chart.limits_n_per_m, *stated)
+    known = [each * 1e-6 if each else math.nan for each in levels]
+    colours = [figures.GREY, *[figures.INK] * 2, *[figures.GREEN] * 2]
+    with figures.figure_of(3.0) as (drawn, (axes,)):
+        axes.hlines(known, 1, at[-1], colours, ["-", "--", "--", ":", ":"])
+        axes.plot(at, values, "o-", color=figures.BLUE)
+        axes.plot(at[out], values[out], "o", color=figures.RED)
+        axes.set(xlabel="specimen, in the order of pressing", ylabel="chord stiffness [N/µm]")
+        return figures.svg_of(drawn)

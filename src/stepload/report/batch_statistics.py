@@ -26,8 +26,6 @@ D2 = 1.128
 """Mean of the range of two values over their σ."""
 ZONES = {"WE1": (3.0, 1, 1), "WE2": (2.0, 2, 3), "WE3": (1.0, 4, 5), "WE4": (0.0, 8, 8)}
 """Western Electric rules: beyond so many σ on one side, so many of so many successive points."""
-FEW = 4
-"""Values from which there is a trend or a chart."""
 MANY = 15
 """Values from which the ESD test may look for several outliers; with fewer it is Grubbs' test."""
 POOLED_FROM = 0.25
@@ -51,13 +49,11 @@ class Trend(Row):
     )
 
 
-def trend(values: FloatArray) -> Trend | None:
-    """None for fewer than four values, or if all are equal."""
+def trend(values: FloatArray) -> Trend:
+    """The trend of three values or more that are not all equal."""
     from scipy.stats import kendalltau, linregress
 
     at = np.arange(values.size)
-    if at.size < FEW or not np.ptp(values) > 0.0:
-        return None
     line, rank_p = linregress(at, values), float(kendalltau(at, values).pvalue)
     slope, half = float(line.slope), student(at.size - 2) * float(line.stderr)
     ends = (slope - half, slope + half)
@@ -76,10 +72,8 @@ class Chart(Row):
     broken: tuple[tuple[str, ...], ...] = figure("Western Electric rules that each point breaks.")
 
 
-def chart(values: FloatArray) -> Chart | None:
-    """None for fewer than four values, or if all are equal."""
-    if values.size < FEW or not np.ptp(values) > 0.0:
-        return None
+def chart(values: FloatArray) -> Chart:
+    """The control chart of values that are not all equal."""
     centre, mean_range = float(values.mean()), float(np.abs(np.diff(values)).mean())
     sigma = mean_range / D2
     z = (values - centre) / sigma

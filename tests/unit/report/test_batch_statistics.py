@@ -83,7 +83,6 @@ def test_one_operator_has_no_reproducibility() -> None:
 
 def test_individuals_chart_of_the_nist_handbook() -> None:
     found = chart(FLOW)
-    assert found is not None
     assert found.centre_n_per_m == pytest.approx(50.81)
     assert found.mean_range_n_per_m == pytest.approx(1.8778, abs=5e-5)
     assert found.limits_n_per_m == pytest.approx((45.8159, 55.8041), abs=5e-5)
@@ -104,7 +103,6 @@ def test_rules_of_the_chart(tail: list[float], rules: set[str]) -> None:
     """In units of σ, behind 200 values that alternate with the moving range of σ = 1."""
     quiet = np.tile([0.564, -0.564], 100)
     found = chart(np.array([*quiet, *tail]))
-    assert found is not None
     assert not any(found.broken[:200])
     assert set(found.broken[-1]) == rules
 
@@ -129,11 +127,9 @@ def test_capability_of_the_nist_handbook() -> None:
 
 def test_trend() -> None:
     line = trend(FLOW)
-    assert line is not None
     assert line.slope_n_per_m == pytest.approx(np.polyfit(np.arange(10), FLOW, 1)[0])
     assert line.rank_p < 0.05
     assert line.slope_interval_n_per_m[0] > 0.0
     assert student(9) == pytest.approx(2.262, abs=5e-4)
     level = trend(np.tile([1.0, 2.0, 0.0], 5))
-    assert level is not None
     assert level.rank_p > 0.5
