@@ -26,7 +26,7 @@ OF_THE_SPECIMEN = {
 def batch(
     plan: PlanFile,
     specimens: Annotated[
-        Path, Argument(metavar="LIST", help="CSV: specimen, operator, trial, plan, notes.")
+        Path, Argument(metavar="LIST", help="CSV: specimen, operator, trial, plan.")
     ],
     dry_run: DryRun = False,
     out: Annotated[Path | None, Option(help="Directory of the batch; default: runs/LIST.")] = None,

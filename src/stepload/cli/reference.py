@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from typer import Argument, Context, Typer
 
@@ -116,7 +117,7 @@ def schema(
     from stepload.report.rows import schema_of
     from stepload.report.run_results import results_schema
 
-    made = {
+    made: dict[Documents, Callable[[], dict[str, Any]]] = {
         Documents.PLAN: json_schema,
         Documents.RESULTS: results_schema,
         Documents.COMPARISON: comparison_schema,

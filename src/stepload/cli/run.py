@@ -151,8 +151,9 @@ def press(
             show_figures(preflight, output)
 
     def look(engine: Engine, preflight: Preflight) -> None:
-        for each in filter(None, (check, display.show)):
-            each(engine, preflight)
+        for each in (check, display.show):
+            if each is not None:
+                each(engine, preflight)
 
     with (
         progress(quiet=quiet) as display,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from stepload.data.catalog import rows
-from stepload.declaration.quantities import Name, Note
+from stepload.declaration.quantities import Name
 from stepload.errors import BadInputError, guess
 from stepload.plan.model import Plan
 from stepload.plan.problems import PlanError, Problem
@@ -19,8 +19,7 @@ from stepload.plan.tags import tagged
 from stepload.record.outcome import RunStatus
 from stepload.record.summary import Summary, read_summary
 
-COLUMNS = {**dict.fromkeys(("specimen", "operator", "trial", "plan"), Name), "notes": Note}
-"""Type of each column."""
+COLUMNS = ("specimen", "operator", "trial", "plan")
 TRIAL = "trial="
 """Begin of the tag that says which repeat of a specimen a run is."""
 Key = tuple[str, str, str, str]
@@ -35,7 +34,6 @@ class Piece:
     specimen: str
     operator: str = ""
     trial: str = ""
-    notes: str = ""
 
     @property
     def name(self) -> str:
@@ -47,9 +45,7 @@ class Piece:
         """The plan of this press, from the plan that it names."""
         told = {"specimen": self.specimen, "operator": self.operator, "batch": batch}
         told |= {"trial": self.trial}
-        plan = tagged(plan, [f"{key}={value}" for key, value in told.items() if value])
-        notes = "\n".join(filter(None, (plan.record.notes, self.notes)))
-        return replace(plan, record=replace(plan.record, notes=notes))
+        return tagged(plan, [f"{key}={value}" for key, value in told.items() if value])
 
     def key(self, plan: Plan) -> Key:
         """What its record is found by; `plan` is the one that it names."""
@@ -87,7 +83,7 @@ def read_list(path: Path, plan: Path) -> list[Piece]:
             wrong(line, cells[len(head)][1], "more cells than the header has", "quote the text")
         for name, (value, column) in zip(names, cells, strict=False):
             try:
-                told |= {name: checked(COLUMNS[name], value)} if value else {}
+                told |= {name: checked(Name, value)} if value else {}
             except BadInputError as error:
                 wrong(line, column, f"{name}: {error.message}", error.hint)
         if "specimen" not in told:

@@ -46,10 +46,7 @@ _WRITER_ENVIRONMENT = {
 """glibc keeps the memory of a chunk for the next one: getting it anew is a fifth of the writing."""
 _LOOK_S = 0.1
 """How often the writer process itself is looked at (a system call)."""
-_STANDS = {
-    "T": "it was stopped by a signal (kill -CONT {pid})", "t": "a debugger holds it",
-    "D": "it waits for the disk",
-}  # fmt: skip
+_STANDS = {"T": "it was stopped by a signal (kill -CONT {pid})", "D": "it waits for the disk"}
 """What a state in /proc/PID/stat means."""
 
 

@@ -60,20 +60,18 @@ class Specimen(Row):
     )
 
 
-def _half(share: float) -> str:
-    return f"±{percent(share, 2)}"
-
-
 class Mean(Row):
     """The mean over specimens, those that stand out too; half widths as shares of it."""
 
     value_n_per_m: Annotated[float, lambda k: f(k, "N/m", 4)] = figure("The mean.", "mean")
     sigma_n_per_m: float = figure("Between specimens.", "standard deviation between specimens")
-    scatter: Annotated[float, _half] = figure("95 % by that, Student's t.", "mean, 95 % by scatter")
-    common: Annotated[float, _half] = figure(
-        "95 % by what all share; more specimens do not narrow it.", "mean, 95 % by what all share"
+    scatter: Annotated[float, percent] = figure(
+        "95 % by that, Student's t.", "its 95 % by scatter, ±"
     )
-    half_width: Annotated[float, _half] = figure("95 % by both.", "mean, 95 % by both")
+    common: Annotated[float, percent] = figure(
+        "95 % by what all share; more specimens do not narrow it.", "its 95 % by what all share, ±"
+    )
+    half_width: Annotated[float, percent] = figure("95 % by both.", "its 95 % by both, ±")
 
 
 class Batch(Row):
@@ -266,13 +264,18 @@ def _draw(found: Batch) -> str:
     at = np.array([each.number for each in found.specimens])
     values = np.array([each.value_n_per_m for each in found.specimens]) * 1e-6
     out = np.array([bool(each.broken) for each in found.specimens])
-    stated = (found.chord_min_n_per_m, found.chord_max_n_per_m)
-    levels = (found.chart.centre_n_per_m, *found.chart.limits_n_per_m, *stated)
-    known = [each * 1e-6 if each else math.nan for each in levels]
-    colours = [figures.GREY, *[figures.INK] * 2, *[figures.GREEN] * 2]
+    low, high = found.chart.limits_n_per_m
+    levels = (
+        (found.chart.centre_n_per_m, figures.GREY, "-"), (low, figures.INK, "--"),
+        (high, figures.INK, "--"), (found.chord_min_n_per_m, figures.GREEN, ":"),
+        (found.chord_max_n_per_m, figures.GREEN, ":"),
+    )  # fmt: skip
     with figures.figure_of(3.0) as (drawn, (axes,)):
-        axes.hlines(known, 1, at[-1], colours, ["-", "--", "--", ":", ":"])
+        for level, colour, style in levels:
+            if level:
+                axes.axhline(level * 1e-6, color=colour, ls=style)
         axes.plot(at, values, "o-", color=figures.BLUE)
         axes.plot(at[out], values[out], "o", color=figures.RED)
+        axes.locator_params(axis="x", integer=True)
         axes.set(xlabel="specimen, in the order of pressing", ylabel="chord stiffness [N/µm]")
         return figures.svg_of(drawn)

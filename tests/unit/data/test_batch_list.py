@@ -21,20 +21,18 @@ def _list(tmp_path: Path, text: str) -> list[Piece]:
 
 @pytest.mark.parametrize("mark", [",", ";", "\t"])
 def test_rows(tmp_path: Path, mark: str) -> None:
-    text = 'Specimen,operator,trial,plan,notes\n07,Ann,1,,\n\n07,Ann,2,b.yaml,"soft, wet"\n'
+    text = 'Specimen,operator,trial,plan\n"07",Ann,1,\n\n07,"soft, wet",2,b.yaml\n'
     text = text.replace(",", mark).replace(f"soft{mark} wet", "soft, wet")
     first, second = _list(tmp_path, text)
     assert (first.plan, first.specimen, first.operator, first.trial) == (PLAN, "07", "Ann", "1")
-    assert (second.plan, second.trial) == (tmp_path / "b.yaml", "2")
-    assert second.notes == "soft, wet"
-    assert second.key(stvf_plan())[1:] == ("07", "Ann", "2")
+    assert second.plan == tmp_path / "b.yaml"
+    assert second.key(stvf_plan())[1:] == ("07", "soft, wet", "2")
 
 
 def test_what_a_press_is_called(tmp_path: Path) -> None:
-    made = _list(tmp_path, "specimen,trial,notes\n1,2,wet\n")[0].of(stvf_plan(), "B7")
+    made = _list(tmp_path, "specimen,trial\n1,2\n")[0].of(stvf_plan(), "B7")
     assert (made.record.batch, made.record.specimen) == ("B7", "1")
     assert "trial=2" in made.record.tags
-    assert made.record.notes.endswith("wet")
 
 
 @pytest.mark.parametrize(
@@ -43,13 +41,13 @@ def test_what_a_press_is_called(tmp_path: Path) -> None:
         ("", [(1, 1)]),
         ("specimen\n", [(1, 1)]),
         ("specimen,trial,trial\n1,1,1\n", [(1, 1)]),
-        ("name,notes\n1,\n", [(1, 1), (1, 1)]),
+        ("name,operator\n1,\n", [(1, 1), (1, 1)]),
         ("specimen,colour\n1,red\n", [(1, 10)]),
-        ("specimen,notes\n1,a,b\n2,\n", [(2, 5)]),
+        ("specimen,operator\n1,a,b\n2,\n", [(2, 5)]),
         ("specimen,operator\n,Ann\n", [(2, 1)]),
         ("specimen,trial\n1,1\n1,1\n", [(3, 1)]),
-        (f"specimen,notes\n{'x' * 101},\na\x07,\n", [(2, 1), (2, 1), (3, 1), (3, 1)]),
-        ('specimen,notes,plan\n1,"a, ""b""",\x07\n', [(2, 14)]),
+        (f"specimen,operator\n{'x' * 101},\na\x07,\n", [(2, 1), (2, 1), (3, 1), (3, 1)]),
+        ('specimen,operator,plan\n1,"a, ""b""",\x07\n', [(2, 14)]),
     ],
 )
 def test_what_is_wrong_has_its_place(
