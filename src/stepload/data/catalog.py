@@ -14,7 +14,7 @@ from stepload.errors import BadInputError
 from stepload.record.summary import Summary, read_summary
 from stepload.record.untrusted import untrusted
 from stepload.report.model import number_or_nan
-from stepload.report.rows import OrNan, Row, figure, schema_of
+from stepload.report.rows import OrNan, Row, figure
 
 if TYPE_CHECKING:
     import pandas
@@ -74,11 +74,6 @@ class Runs(Row):
         alias="$schema", description="`$id` of this schema."
     )
     runs: tuple[RunRow, ...] = figure("One row each.")
-
-
-def runs_schema() -> dict[str, Any]:
-    """The JSON Schema of `stepload runs --json`."""
-    return schema_of(Runs, "runs")
 
 
 def row_of(record: Path) -> RunRow:

@@ -12,13 +12,13 @@ from stepload.record.layout import EVENTS, Stream, Topic, row_dtype, string_reco
 from stepload.rig.clockmap import ClockMap
 
 Group = tuple[int, NDArray[np.void], bytes | bytearray]
-_MAX_NS = 2.0**62
+MAX_NS = 1 << 62
 
 
 def to_ns(time_s: NDArray[np.float64], offset_ns: int) -> NDArray[np.int64]:
     """Nanoseconds on the record's time axis; what is not a time becomes the axis' start."""
     ns = np.rint(time_s * 1e9)
-    bad = ~(np.abs(ns) < _MAX_NS)
+    bad = ~(np.abs(ns) < MAX_NS)
     if bad.any():
         ns = np.where(bad, -float(offset_ns), ns)
     whole: NDArray[np.int64] = ns.astype(np.int64) + offset_ns
@@ -77,16 +77,16 @@ class Channel:
             [_Encoder(topic, row_dtype(stream.row)) for topic in stream.topics] if stream else []
         )
         self._offset_ns = offset_ns
-        self._last_ns = 0
+        self._last_ns, self._latest_ns = 0, MAX_NS
         self._count = count
         self._clock = ClockMap()
 
-    def not_before(self, ns: int) -> None:
-        """Log nothing before this time: chunks do not overlap."""
-        self._last_ns = max(self._last_ns, ns)
+    def within(self, earliest_ns: int, latest_ns: int) -> None:
+        """Log nothing outside of these times from now on: chunks do not overlap."""
+        self._last_ns, self._latest_ns = max(self._last_ns, earliest_ns), latest_ns
 
     def _log_ns(self, time_s: NDArray[np.float64]) -> NDArray[np.int64]:
-        ns = to_ns(time_s, self._offset_ns)
+        ns = np.minimum(to_ns(time_s, self._offset_ns), self._latest_ns)
         ns = np.maximum(np.maximum.accumulate(ns), self._last_ns)
         self._last_ns = int(ns[-1])
         return ns

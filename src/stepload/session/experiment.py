@@ -368,11 +368,9 @@ def _given_up(finished: Finished, recorder: Recorder, error: Exception) -> Recor
         files.write_results(place, {**finished.data, "reasons": [reason]}, None)
         if kept:
             files.write_bag_metadata(kept.path)
-    hint = (
-        f"all of the record is in {kept.path}: stepload identify {place}"
-        if kept
-        else "what was in memory is lost; `stepload recover` repairs what is on the disk"
-    )
+    hint = "what was in memory is lost; `stepload recover` repairs what is on the disk"
+    if kept:
+        hint = f"the record is in {kept.path}: stepload identify {place}"
     why = finished.outcome.why
     return RecordingFailedError(why if reason in why else f"{why}\n{reason}", hint=hint)
 
