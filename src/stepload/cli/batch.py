@@ -140,7 +140,11 @@ def _ask(text: str) -> str:
         with contextlib.suppress(termios.error, OSError, ValueError, AttributeError):
             termios.tcflush(sys.stdin, termios.TCIFLUSH)
         print(text, end="", file=sys.stderr, flush=True)
-        line = sys.stdin.readline() if sys.stdin else ""
+        try:
+            line = sys.stdin.readline() if sys.stdin else ""
+        except KeyboardInterrupt:
+            print(file=sys.stderr)
+            return "q"
         answer = line.strip().lower()
         if not line or answer in ("", "a", "s", "q"):
             return answer if line else "q"
