@@ -17,7 +17,7 @@ from stepload.engine.operator import Operator
 from stepload.errors import BadInputError
 from stepload.feasibility.preflight import Preflight, preflight_of
 from stepload.identification.identify import Identification
-from stepload.plan.load import load_plan
+from stepload.plan.load import in_world, load_plan
 from stepload.plan.model import Plan
 from stepload.plan.tags import tagged
 from stepload.record.curves import MIN_ROWS, Curve
@@ -62,6 +62,7 @@ def run(
     out: str | Path | None = None,
     seed: int | None = None,
     tags: Sequence[str] = (),
+    world: str = "",
 ) -> Run:
     """Run a plan as `stepload run` does, and open its record.
 
@@ -73,6 +74,7 @@ def run(
         out: the run's directory; below the plan's own `record.directory` when None.
         seed: of the simulated rig.
         tags: words to find the run by; "specimen=S7", "batch=…" and "operator=…" set those.
+        world: simulator of a dry run in place of the plan's.
 
     Raises:
         PlanError: the plan cannot be read.
@@ -81,11 +83,12 @@ def run(
         DeviceError: a device did not open; nothing moved.
         RecordingFailedError: the record could not be kept; the arm was made safe first.
     """
-    operator = Operator()
+    operator, loaded = Operator(), tagged(_plan(plan), tags)
+    loaded = in_world(loaded, world) if world else loaded
     main = threading.current_thread() is threading.main_thread()
     with operator.listening() if main else nullcontext():
         finished = run_plan(
-            preflight_of(tagged(_plan(plan), tags)),
+            preflight_of(loaded),
             dry_run=dry_run,
             out=None if out is None else Path(out),
             seed=seed,

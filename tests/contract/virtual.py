@@ -9,9 +9,8 @@ from dataclasses import replace
 from stepload.rig.contract import Trial
 from stepload.rig.device import Device
 from stepload.rig.mount import Mount, SensorMount
-from stepload.rig.world import SimulatedRig, WorldFault, WorldSpec
+from stepload.rig.world import DEFAULT_SPEC, SimulatedRig, WorldFault, WorldSpec
 from stepload_drivers.sim.faults import ARM, Schedule
-from stepload_drivers.sim.live import DEFAULT_SPEC
 from stepload_drivers.sim.world import open_world
 
 SPEC = replace(DEFAULT_SPEC, gauge_rate_hz=100.0)

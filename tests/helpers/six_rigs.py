@@ -6,8 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from stepload.rig.mount import Matrix3, Mount
-from stepload.rig.world import WorldSpec
-from stepload_drivers.sim.live import DEFAULT_SPEC
+from stepload.rig.world import DEFAULT_SPEC, WorldSpec
 from stepload_drivers.sim.six_plant import SixPlant
 from stepload_drivers.sim.springs import times
 

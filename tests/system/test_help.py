@@ -1,4 +1,4 @@
-"""The help of every verb: an example that can be typed, and completion."""
+"""The help of every verb: an example that can be typed."""
 
 from __future__ import annotations
 

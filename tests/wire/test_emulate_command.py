@@ -9,9 +9,9 @@ from dataclasses import replace
 import pytest
 from processes import python
 
+from stepload.rig.world import DEFAULT_SPEC
 from stepload_drivers.bota.sensor import BotaSerial
 from stepload_drivers.gauge.sensor import GaugeSerial
-from stepload_drivers.sim.live import DEFAULT_SPEC
 from stepload_verify.emulators.faults import FaultBoard
 from stepload_verify.emulators.live_rig import LiveRig, dump_spec, load_spec
 from stepload_verify.emulators.service import obey

@@ -42,6 +42,9 @@ def campaign(
     axes: Annotated[
         str, typer.Option("--axes", help="one: along the press alone; six: the whole wrench; both.")
     ] = "both",
+    world: Annotated[
+        str, typer.Option("--world", help="Simulator in place of sim; servo has one axis.")
+    ] = "sim",
     out: Annotated[
         Path | None, typer.Option("--out", help="Directory of results; the campaign goes on there.")
     ] = None,
@@ -68,6 +71,7 @@ def campaign(
     from stepload.data.columns import library, write_columns
     from stepload.jobs.pool import Pool
     from stepload.plan.load import load_plan
+    from stepload.rig.world import load_world
     from stepload_verify.campaign.ablation import LAYERS, Ablation
     from stepload_verify.campaign.campaign import jobs_for
     from stepload_verify.campaign.result import Result
@@ -77,7 +81,8 @@ def campaign(
     output = Output(as_json=as_json)
     series = series_from(axes)
     kinds = () if faults == "none" else kinds_from(faults)
-    work = Work(load_plan(plan), seed, kinds, count)
+    load_world(world)  # an unknown one is refused here
+    work = Work(load_plan(plan), seed, kinds, count, world=world)
     layers = list(LAYERS) if ablation else [Ablation(name).name for name in ablate or ()]
     if replay is not None:
         if len(layers) > 1:

@@ -15,7 +15,7 @@ from stepload.rig.clock import MonotonicClock
 from stepload.rig.faults import FaultCode
 from stepload.rig.mount import ZERO, Vector3
 from stepload.rig.samples import SixFloats
-from stepload.rig.world import PayloadTruth, WorldSpec
+from stepload.rig.world import DEFAULT_SPEC, WorldSpec
 from stepload_drivers.sim.force_channels import SensorLoad
 from stepload_drivers.sim.simulation import World
 from stepload_drivers.sim.six_plant import SixPlant
@@ -24,34 +24,6 @@ from stepload_drivers.sim.six_plant import SixPlant
 def damping(stiffness_n_per_m: float, mass_kg: float) -> float:
     """Critical damping C_s of mass and K_s, in N·s/m."""
     return 2.0 * math.sqrt(stiffness_n_per_m * mass_kg)
-
-
-DEFAULT_SPEC = WorldSpec(
-    seed=0,
-    payload=PayloadTruth("smooth", k=6.57e8, n=1.5),
-    surface_m=2e-3,
-    arm_rate_hz=500.0,
-    system_stiffness_n_per_m=3.49e6,
-    system_damping_n_s_per_m=damping(3.49e6, 20.0),
-    effective_mass_kg=20.0,
-    command_delay_s=0.002,
-    lag_s=0.004,
-    max_speed_m_s=0.25,
-    max_acceleration_m_s2=2.0,
-    max_push_n=1000.0,
-    position_quantum_m=2e-6,
-    position_noise_m=0.5e-6,
-    arm_has_force=True,
-    arm_force_noise_n=3.0,
-    force_rate_hz=1000.0,
-    force_axis="+fz",
-    force_noise_n=0.1,
-    force_quantum_n=0.05,
-    force_delay_s=0.002,
-    force_range_n=1000.0,
-    start_force_bias_n=5.0,
-)
-"""A stiff one-axis machine with the paper's plastic sphere, 2 mm above it."""
 
 
 _HISTORY_S = 2.0

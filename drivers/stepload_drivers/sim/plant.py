@@ -114,6 +114,7 @@ class Plant(BasePlant):
         self.tip_m = self.tip_speed = self._tangent = 0.0
         self._resting = False
         self.sub_steps = 0
+        self.spec = spec
         self._evaluate = self._law.evaluate
         self._slow = self._creep is not None or self._moves
         self._moving_m = 0.0
@@ -201,6 +202,24 @@ class Plant(BasePlant):
         self.time_s = steps * h
         if self._slow:
             self.surface_m -= self._moving_m  # the tip is apart: nothing was pressed on the way
+
+    def advance_drive(self) -> float:
+        """Let the drive follow its commands for a base step; where it is then."""
+        axis = self._axis
+        axis.take_commands(self.time_s)
+        if self.braked and not axis.there:
+            axis.hold()
+        else:
+            axis.advance(self.force_n)
+        return axis.position_m
+
+    def finish(self, tip_m: float, force_n: float) -> None:
+        """End a base step of other mechanics than these, in their `step`: where the tip is then."""
+        self.tip_speed, self.tip_m = (tip_m - self.tip_m) / self.step_s, tip_m
+        self.last_force_n, self.force_n = self.force_n, force_n
+        self.peak_n = max(self.peak_n, force_n)
+        self._steps += 1
+        self.time_s = self._steps * self.step_s
 
     def _go_slowly(self) -> None:
         """Let the payload creep and the load path drift over a base step."""

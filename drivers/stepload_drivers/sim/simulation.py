@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -24,6 +25,11 @@ from stepload_drivers.sim.six_plant import Mechanics, SixPlant
 _EARLY_S = 1e-9
 _LONGEST_STEP_S = 1e-3
 _GAUGE_ZERO_M = 20e-6
+SENSED = (
+    "faults", "gauge_rate_hz", "second_force_rate_hz", "lost_motion_m", "kinematic_error_m",
+    "force_drift_n_per_s", "slip_m", "lateral", "cross_talk", "sensor_quadratic", "sensor_cubic",
+)  # fmt: skip
+"""`stepload.rig.world.EFFECTS` that drive and channels have, whatever the mechanics."""
 _POSITIVE = (
     "arm_rate_hz",
     "force_rate_hz",
@@ -41,12 +47,16 @@ class World:
 
     Base steps divide the arm's period and are at most 1 ms long.
 
+    Args:
+        spec: the truth.
+        one_axis: makes the mechanics of a rig with one axis, given spec and `step_s`.
+
     Raises:
         BadInputError: an unknown fault.
         DomainError: a number that no rig or payload has.
     """
 
-    def __init__(self, spec: WorldSpec) -> None:
+    def __init__(self, spec: WorldSpec, one_axis: Callable[..., Plant] = Plant) -> None:
         check_kinds(spec.faults)
         for name in _POSITIVE:
             value = getattr(spec, name)
@@ -60,7 +70,7 @@ class World:
         if spec.mount is not None:
             self.plant = SixPlant(spec, spec.mount, step_s=step_s)
         else:
-            self.plant = Plant(spec, step_s=step_s)
+            self.plant = one_axis(spec, step_s=step_s)
         chance = np.random.default_rng([spec.seed, 0])
         arm_offset_n = float(chance.normal()) * spec.arm_force_noise_n
         gauge_zero_m = float(chance.uniform(-_GAUGE_ZERO_M, _GAUGE_ZERO_M))

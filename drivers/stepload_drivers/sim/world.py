@@ -48,6 +48,19 @@ class VirtualHost:
         return self._now_s
 
 
+def virtual_rig(world: World) -> SimulatedRig:
+    """The devices of a world in virtual time."""
+    host = VirtualHost(world)
+    return SimulatedRig(
+        arm=WorldArm(host),
+        force=WorldForceSensor(host),
+        displacement=WorldDisplacementSensor(host) if world.gauge else None,
+        second_force=WorldForceSensor(host, second=True) if world.second_force else None,
+        clock=host,
+        world=world,
+    )
+
+
 class _OpenWorld:
     """A simulated rig of `spec` in virtual time; entry point of group `stepload.worlds`.
 
@@ -59,16 +72,7 @@ class _OpenWorld:
     faults = FAULTS
 
     def __call__(self, spec: WorldSpec) -> SimulatedRig:
-        world = World(spec)
-        host = VirtualHost(world)
-        return SimulatedRig(
-            arm=WorldArm(host),
-            force=WorldForceSensor(host),
-            displacement=WorldDisplacementSensor(host) if world.gauge else None,
-            second_force=WorldForceSensor(host, second=True) if world.second_force else None,
-            clock=host,
-            world=world,
-        )
+        return virtual_rig(World(spec))
 
 
 open_world = _OpenWorld()

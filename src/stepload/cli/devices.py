@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -9,7 +10,7 @@ from typer import Argument, Option
 from typer.core import TyperGroup
 
 from stepload.cli.hazards import HazardsRead, ask_hazards, refuse_unread_driver
-from stepload.cli.options import DryRun, PlanFile, quantity
+from stepload.cli.options import DryRun, PlanFile, names_of, quantity
 from stepload.errors import BadInputError, ExitCode
 from stepload.report.terminal import AsJson, Output
 
@@ -20,8 +21,9 @@ KEYS = {
     "stepload.arms": "arm",
     "stepload.force_sensors": "force",
     "stepload.displacement_sensors": "displacement",
+    "stepload.worlds": "simulation",
 }
-"""Key of a plan under which a driver of each group is named."""
+"""Key of a plan's rig under which a driver of each group, or a world, is named."""
 
 
 class DriverNames(TyperGroup):
@@ -67,23 +69,28 @@ def _groups(name: str, kind: str) -> list[str]:
     found = [g for g in KEYS if name in driver_names(g) and kind in ("", _kind(g))]
     if not found:
         raise BadInputError(
-            f"no driver named {name!r} is installed", hint=f"installed: {', '.join(_names(''))}"
+            f"no driver named {name!r} is installed",
+            hint=f"installed: {', '.join(names_of(KEYS, ''))}",
         )
     return found
 
 
-def _names(incomplete: str) -> list[str]:
-    """Drivers whose names begin with a text, for the shell's completion."""
-    from stepload.rig.plugins import driver_names
-
-    names = {name for group in KEYS for name in driver_names(group)}
-    return sorted(name for name in names if name.startswith(incomplete))
+def _kinds(incomplete: str) -> list[str]:
+    """Kinds of driver that begin with a text, for the shell's completion."""
+    return [kind for kind in map(_kind, KEYS) if kind.startswith(incomplete)]
 
 
 DriverName = Annotated[
-    str, Argument(help="Driver, as `stepload drivers` lists it.", autocompletion=_names)
+    str,
+    Argument(
+        help="Driver, as `stepload drivers` lists it.",
+        autocompletion=lambda incomplete: names_of(KEYS, incomplete),
+    ),
 ]
-Kind = Annotated[str, Option(help="arms, force_sensors or displacement_sensors.")]
+Kind = Annotated[
+    str,
+    Option(help="arms, force_sensors, displacement_sensors or worlds.", autocompletion=_kinds),
+]
 
 
 @drivers.command("show")
@@ -93,19 +100,19 @@ def show(name: DriverName, kind: Kind = "", as_json: AsJson = False) -> None:
     Example: stepload drivers ur
     """
     from stepload.declaration.sections import keys, schema_of
-    from stepload.rig.plugins import load_driver
+    from stepload.rig.plugins import WORLDS, load_plugin, options_of
 
     out, shown = Output(as_json=as_json), {}
     for group in _groups(name, kind):
-        driver = load_driver(group, name)
-        about = (driver.__doc__ or "").strip().split("\n\n")[0]
+        about = (load_plugin(group, name).__doc__ or "").strip().split("\n\n")[0]
         out.line(f"{name} ({KEYS[group]}): {' '.join(about.split())}")
-        options = keys(driver.OPTIONS)
+        options = keys(options_of(group, name))
         rows = [(key.name, key.expected, _default(key), key.meaning) for key in options]
         out.table("Options", ("key", "value", "default", "meaning"), rows)
         needed = ", ".join(f"{key.name}: …" for key in options if key.required)
-        inside = f", options: {{{needed}}}" if needed else ""
-        out.line(f"in a plan: rig: {{{KEYS[group]}: {{driver: {name}{inside}}}}}")
+        named, given = ("world", "world_options") if group == WORLDS else ("driver", "options")
+        inside = f", {given}: {{{needed}}}" if needed else ""
+        out.line(f"in a plan: rig: {{{KEYS[group]}: {{{named}: {name}{inside}}}}}")
         shown[group] = {
             key.name: {
                 "help": key.meaning,
@@ -143,6 +150,9 @@ def try_driver(
     load: Annotated[
         str, Option(help='Ask for a known load, "9.81 N"; for a gauge a way, "1 mm".')
     ] = "",
+    load_axis: Annotated[
+        str, Option(help="Force component that the load makes larger, +fz: its sign is checked.")
+    ] = "",
     noise: Annotated[str, Option(help='Standard deviation of readings at rest, "0.1 N".')] = "",
     resolution: Annotated[str, Option(help='Smallest step between readings, "0.05 N".')] = "",
     seconds: Annotated[float, Option(help="How long to watch the data.")] = 1.0,
@@ -150,7 +160,7 @@ def try_driver(
     open_timeout: Annotated[float, Option(help="Deadline of `open`, in s.")] = 15.0,
     as_json: AsJson = False,
 ) -> None:
-    """Run the contract on a driver and its device. Exit 0: kept; 4: broken.
+    """Run the contract on a driver and its device, or on a world. Exit 0: kept; 4: broken.
 
     Works for any installed driver, one of your own package too. The device is opened several times.
     Nothing is moved without --move, nor before somebody has read the hazards; do that in free air
@@ -162,10 +172,13 @@ def try_driver(
     from dataclasses import asdict
     from functools import partial
 
+    from stepload.declaration.quantities import Axis
     from stepload.plan.compose import SIMULATED
     from stepload.plan.driver_options import options_from_words
+    from stepload.plan.reader import checked
     from stepload.rig.contract import CheckStatus, Trial, run_trial, trial_of
-    from stepload.rig.plugins import load_driver
+    from stepload.rig.contract_world import run_world
+    from stepload.rig.plugins import WORLDS, load_plugin
     from stepload.units import parse_named
 
     group, *others = _groups(name, kind)
@@ -176,7 +189,9 @@ def try_driver(
         )
     given = options_from_words(group, name, options or [])
     unit = "m" if group == "stepload.displacement_sensors" else "N"
-    make, make_with = trial_of(load_driver(group, name), given)
+    make, make_with = trial_of(load_plugin(group, name), given)
+    if load_axis and not (load and group == "stepload.force_sensors"):
+        raise BadInputError("--load-axis is of a force sensor under --load")
     if move is not None and not move > 0.0:
         raise BadInputError(f"--move: {move:g} m is not above 0", hint="how far towards the plate")
     size = parse_named("--load", load, unit) if load else 0.0
@@ -197,13 +212,15 @@ def try_driver(
         silence=partial(ask, "Pull the data cable of the device") if unplug else None,
         restore=partial(ask, "Plug the cable in again"),
         load=put_on if load else None,
+        load_axis=checked(Axis, load_axis) if load_axis else "",
         noise=parse_named("--noise", noise, unit) if noise else None,
         resolution=parse_named("--resolution", resolution, unit) if resolution else 0.0,
         move_m=move or 0.0,
     )
     if move and group == "stepload.arms" and name != SIMULATED:
         refuse_unread_driver(name, hazards_read)
-    results = run_trial(trial)
+    world = group == WORLDS
+    results = run_world(load_plugin(group, name), given) if world else run_trial(trial)
     out = Output(as_json=as_json)
     rows = [(r.name, r.status.value, f"{r.seconds:.1f} s", r.message) for r in results]
     out.table(f"Contract of {name}", ("check", "status", "took", ""), rows)
@@ -217,6 +234,35 @@ def try_driver(
     out.result({"driver": name, "kind": group, "kept": not broken, "checks": checks})
     if broken:
         raise typer.Exit(ExitCode.STOPPED)
+
+
+@drivers.command("new")
+def new(
+    name: Annotated[str, Argument(help="Name of the driver and its package.", show_default=False)],
+    arm: Annotated[bool, Option("--arm", help="For an arm.")] = False,
+    force: Annotated[bool, Option("--force", help="For a force sensor.")] = False,
+    displacement: Annotated[
+        bool, Option("--displacement", help="For a displacement gauge.")
+    ] = False,
+    out: Annotated[Path | None, Option("--out", help="A new directory; default: NAME.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Write the project of a new driver: package, emulator, contract test.
+
+    As written it keeps the contract on its emulator; what is yours to change is marked HERE.
+
+    Example: stepload drivers new acme_cell --force
+    """
+    from stepload.setup.driver_project import KINDS, write_project
+
+    asked = [kind for kind, on in zip(KINDS, (arm, force, displacement), strict=True) if on]
+    if len(asked) != 1:
+        raise BadInputError("say the kind of device", hint="--arm, --force or --displacement")
+    output, directory = Output(as_json=as_json), out or Path(name)
+    files = write_project(name, asked[0], directory)
+    output.line("\n".join(map(str, files)))
+    output.line(f"next: cd {directory} && pip install -e '.[dev]' && pytest")
+    output.result({"name": name, "kind": asked[0], "directory": directory, "files": files})
 
 
 def doctor(

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from stepload.cli.options import rig_names
 from stepload.report.terminal import AsJson, Output
 
 if TYPE_CHECKING:
@@ -29,7 +30,12 @@ WiringChecked = Annotated[
 
 def hazards(
     rig: Annotated[
-        str, typer.Argument(help="Rig profile, rig file or plan (YAML).", show_default=False)
+        str,
+        typer.Argument(
+            help="Rig profile, rig file or plan (YAML).",
+            show_default=False,
+            autocompletion=rig_names,
+        ),
     ],
     as_json: AsJson = False,
 ) -> None:

@@ -34,16 +34,30 @@ app = typer.Typer(
 @app.callback(invoke_without_command=True)
 def _root(
     context: typer.Context,
-    version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version; -v: all that a bug report needs.")
+    ] = False,
     verbose: Annotated[
-        int, typer.Option("-v", count=True, help="Show the log: -v states, -vv every exchange.")
+        int,
+        typer.Option(
+            "-v", "--verbose", count=True, help="Show the log: -v states, -vv every exchange."
+        ),
     ] = 0,
     log_file: Annotated[
         Path | None, typer.Option("--log-file", help="Add the whole log to a file, for a report.")
     ] = None,
+    as_json: Annotated[bool, typer.Option("--json", hidden=True)] = False,
 ) -> None:
+    if as_json and not version:
+        raise BadInputError("--json stands behind the verb", hint="stepload VERB … --json")
     if version:
-        print(__version__)
+        if not (verbose or as_json):
+            print(__version__)
+            raise typer.Exit
+        from stepload.cli.version import show_version
+        from stepload.report.terminal import Output
+
+        show_version(Output(as_json=as_json))
         raise typer.Exit
     if verbose or log_file:
         from stepload.cli.log import start_log
@@ -103,7 +117,7 @@ def _log_failure(error: Exception) -> None:
 def _exit_code(log: ExitStack) -> int:
     """Run the verb of the command line; what is started for a log ends with `log`."""
     try:
-        return int(app(standalone_mode=False, obj=log) or 0)
+        return int(app(standalone_mode=False, obj=log, prog_name="stepload") or 0)
     except LeftEarlyError as error:
         return 128 + error.signal_number
     except (KeyboardInterrupt, typer.Abort):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -49,6 +50,21 @@ def run_ids(incomplete: str) -> list[str]:
     return [row.run_id for row in rows(runs_directory()) if row.run_id.startswith(incomplete)]
 
 
+def names_of(groups: Iterable[str], incomplete: str) -> list[str]:
+    """Drivers or worlds whose names begin with a text, for the shell's completion."""
+    from stepload.rig.plugins import driver_names
+
+    names = {name for group in groups for name in driver_names(group)}
+    return sorted(name for name in names if name.startswith(incomplete))
+
+
+def rig_names(incomplete: str) -> list[str]:
+    """Rig profiles whose names begin with a text, for the shell's completion."""
+    from stepload.plan.references import profiles
+
+    return [name for name in profiles() if name.startswith(incomplete)]
+
+
 def quantity(flag: str, unit: str, help: str, **how: Any) -> Any:
     """An option whose text with a unit becomes a float in `unit`; its errors name the flag."""
 
@@ -61,13 +77,26 @@ def quantity(flag: str, unit: str, help: str, **how: Any) -> Any:
 
 
 PlanFile = Annotated[Path, Argument(help="Plan (YAML).", show_default=False)]
-RigName = Annotated[str, Argument(help="Rig profile, or a rig file (YAML).", show_default=False)]
+RigName = Annotated[
+    str,
+    Argument(
+        help="Rig profile, or a rig file (YAML).", show_default=False,
+        autocompletion=rig_names,
+    ),
+]  # fmt: skip
 PayloadFile = Annotated[
     Path | None, Option("--payload", help="Another payload file than the plan's.")
 ]
 DryRun = Annotated[
     bool, Option("--dry-run", help="On the simulated rig, in virtual time; moves nothing.")
 ]
+World = Annotated[
+    str,
+    Option(
+        "--world", help="Simulator of a dry run, in place of the plan's.",
+        autocompletion=lambda incomplete: names_of(("stepload.worlds",), incomplete),
+    ),
+]  # fmt: skip
 OutDirectory = Annotated[
     Path | None, Option("--out", help="Directory for the run's files (a new one).")
 ]

@@ -9,6 +9,7 @@ from typing import Annotated
 
 from typer import Argument, Context, Typer
 
+from stepload.cli.options import rig_names
 from stepload.errors import BadInputError
 from stepload.report.terminal import AsJson, Output
 
@@ -28,9 +29,18 @@ def list_plans(context: Context, as_json: AsJson = False) -> None:
     out.result({"plans": found})
 
 
+def plan_names(incomplete: str) -> list[str]:
+    """Plans whose names begin with a text, for the shell's completion."""
+    from stepload.plan.shipped import names
+
+    return [name for name in names() if name.startswith(incomplete)]
+
+
 @plans.command("copy")
 def copy(
-    name: Annotated[str, Argument(help="Plan, as `stepload plans` lists it.")],
+    name: Annotated[
+        str, Argument(help="Plan, as `stepload plans` lists it.", autocompletion=plan_names)
+    ],
     directory: Annotated[Path, Argument(help="Where to; made where missing.")] = Path(),
     as_json: AsJson = False,
 ) -> None:
@@ -46,8 +56,18 @@ def copy(
     out.result({"written": written})
 
 
+def profile_names(incomplete: str) -> list[str]:
+    """Rig profiles and data sheets whose names begin with a text, for the shell's completion."""
+    from stepload.plan.references import data_sheets
+
+    sheets = [name for name in data_sheets() if name.startswith(incomplete)]
+    return rig_names(incomplete) + sheets
+
+
 def profiles(
-    name: Annotated[str, Argument(help="Print the text of this one.")] = "",
+    name: Annotated[
+        str, Argument(help="Print the text of this one.", autocompletion=profile_names)
+    ] = "",
     as_json: AsJson = False,
 ) -> None:
     """List the rig profiles and data sheets that come with stepload.

@@ -20,9 +20,10 @@ from stepload.cli.options import (
     PayloadFile,
     PlanFile,
     Seed,
+    World,
     run_directory,
 )
-from stepload.errors import ExitCode
+from stepload.errors import BadInputError, ExitCode
 from stepload.report.terminal import AsJson, Output
 
 if TYPE_CHECKING:
@@ -192,6 +193,7 @@ def run(
     out: OutDirectory = None,
     payload: PayloadFile = None,
     seed: Seed = None,
+    world: World = "",
     resume: Annotated[
         Path | None,
         Option(
@@ -228,15 +230,18 @@ def run(
     """
     from stepload.engine.operator import Operator
     from stepload.feasibility.preflight import preflight_of
-    from stepload.plan.load import load_plan
+    from stepload.plan.load import in_world, load_plan
     from stepload.plan.tags import tagged
 
     output, operator, address = Output(as_json=as_json), Operator(), None
+    if world and not dry_run:
+        raise BadInputError("--world names a simulator", hint="add --dry-run")
     if live:
         from stepload.live.view import address_of
 
         address = address_of(live_address, certificate, key)
-    preflight = preflight_of(tagged(load_plan(plan, payload=payload), tag or ()))
+    loaded = tagged(load_plan(plan, payload=payload), tag or ())
+    preflight = preflight_of(in_world(loaded, world) if world else loaded)
     if not dry_run and ask_before_pressing(preflight, hazards_read, wiring_checked):
         # the rig file may have changed
         preflight = preflight_of(tagged(load_plan(plan, payload=payload), tag or ()))

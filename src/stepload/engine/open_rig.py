@@ -138,7 +138,8 @@ def opened(preflight: Preflight, *, dry_run: bool, seed: int | None = None) -> I
     world: WorldView | None = None
     clock: Clock = MonotonicClock()
     if dry_run:
-        simulated = load_world()(world_for(preflight, seed=seed))
+        told = plan.rig.simulation
+        simulated = load_world(told.world)(world_for(preflight, seed=seed), **told.world_options)
         arm, force = simulated.arm, simulated.force
         gauge, second = simulated.displacement, simulated.second_force
         clock, world = simulated.clock, simulated.world

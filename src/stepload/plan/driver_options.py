@@ -12,7 +12,7 @@ from stepload.plan.problems import PlanError, Problem
 from stepload.plan.reader import expected, in_words, validated
 from stepload.plan.source import Source, read_source
 from stepload.plan.tree import Mapping, Node, Place, parse_tree
-from stepload.rig.plugins import load_driver
+from stepload.rig.plugins import WORLDS, options_of
 
 
 def read_options(
@@ -24,20 +24,21 @@ def read_options(
     device: str = "",
     missing: list[Problem] | None = None,
 ) -> dict[str, object]:
-    """Options of driver `name` of `group` in SI, the driver's defaults filled in.
+    """Options of driver or world `name` of `group` in SI, the driver's defaults filled in.
 
     `at` is where the driver is named; `given` the `options` mapping of the plan, if it has one,
     `device` what errors call the device, such as "rig.arm"; `missing` takes the problems of
     required options that are not given, None: `problems` does.
     """
     try:
-        declared = load_driver(group, name).OPTIONS
+        declared = options_of(group, name)
     except BadInputError as error:
         problems.append(at.problem(error.message, error.hint))
         return {}
     node = given if isinstance(given, Mapping) else Mapping(at)
     place = at if node.place.source.path is None else node.place
-    called = f"{device}: driver {name!r}" if device else f"driver {name!r}"
+    called = f"{'world' if group == WORLDS else 'driver'} {name!r}"
+    called = f"{device}: {called}" if device else called
     told = {option.name: option for option in keys(declared)}
     section, errors = validated(declared, node, problems)
     absent = [str(each["loc"][-1]) for each in errors if each["type"] == "missing"]
@@ -45,7 +46,8 @@ def read_options(
         if each["type"] != "missing":
             problems += in_words(declared, node, at, each)
     for key in absent:
-        hint = f"{device}.options.{key}: " if device else ""
+        where = "world_options" if group == WORLDS else "options"
+        hint = f"{device}.{where}.{key}: " if device else ""
         problem = place.problem(f"{called} needs the option {key!r}", hint + expected(told[key]))
         (problems if missing is None else missing).append(problem)
     if len(absent) < len(errors):
@@ -68,7 +70,7 @@ def options_from_words(group: str, name: str, words: SequenceABC[str]) -> dict[s
         BadInputError: no such driver, or a word that is neither.
         PlanError: every option that the driver does not take as given.
     """
-    texts = {key.name for key in keys(load_driver(group, name).OPTIONS) if key.is_text}
+    texts = {key.name for key in keys(options_of(group, name)) if key.is_text}
     if len(words) == 1 and "=" not in words[0]:
         return _checked(group, name, read_source(Path(words[0])))
     lines = []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from datetime import date
 from operator import attrgetter
 from pathlib import Path
@@ -11,7 +12,7 @@ from stepload.declaration.sections import put
 from stepload.plan.checks import contradictions
 from stepload.plan.compose import at, text
 from stepload.plan.derived import fill
-from stepload.plan.driver_options import read_options
+from stepload.plan.driver_options import options_from_words, read_options
 from stepload.plan.kinematics import settle_kinematics
 from stepload.plan.model import Payload, Plan, SourceFile
 from stepload.plan.problems import PlanError, Problem
@@ -21,6 +22,7 @@ from stepload.plan.schema import json_schema
 from stepload.plan.source import Disk, Folder, Kept
 from stepload.plan.stiffness import settle_stiffness
 from stepload.plan.tree import Mapping, Node, Place, locate
+from stepload.rig.plugins import WORLDS
 
 __all__ = ["json_schema", "load_payload", "load_plan", "profiles"]
 
@@ -29,6 +31,7 @@ _DEVICES = {
     "force": "stepload.force_sensors",
     "displacement": "stepload.displacement_sensors",
     "second_force.sensor": "stepload.force_sensors",
+    "simulation": WORLDS,
 }
 
 
@@ -43,6 +46,21 @@ def load_plan(path: Path, *, payload: Path | None = None, today: date | None = N
         PlanError: every problem found, with file, line and column.
     """
     return _Loader(Disk()).plan(Path(path), payload, today or date.today())
+
+
+def in_world(plan: Plan, name: str) -> Plan:
+    """The plan with another simulator for dry runs; with its own options where it names that one.
+
+    Raises:
+        BadInputError: no such simulator.
+        PlanError: it has an option that must be given: in the plan.
+    """
+    simulation = plan.rig.simulation
+    if name == simulation.world:
+        return plan
+    options = options_from_words(WORLDS, name, ())
+    other = replace(simulation, world=name, world_options=options)
+    return replace(plan, rig=replace(plan.rig, simulation=other))
 
 
 def load_text(text: str, path: Path, folder: Path) -> Plan:
@@ -113,7 +131,8 @@ class _Loader(References):
             put(plan, "path", path)
             put(plan, "payload_file", payload)
             for device, values in options.items():
-                put(attrgetter(device)(plan.rig), "options", values)
+                field = "world_options" if device == "simulation" else "options"
+                put(attrgetter(device)(plan.rig), field, values)
             settle_stiffness(plan, _place(root, "rig.system_stiffness.record"), today, self)
             settle_kinematics(plan, _place(root, "rig.arm.kinematics"), self.problems)
         self.raise_problems(waiting=True)
@@ -146,15 +165,21 @@ class _Loader(References):
     def _options(
         self, root: Node, missing: list[Problem]
     ) -> Iterator[tuple[str, dict[str, object]]]:
-        """The options of every device, checked against what its driver declares."""
+        """The options of every device and of the world, checked against what each declares."""
         for device, group in _DEVICES.items():
+            named, key, waiting = "driver", "options", missing
+            if group == WORLDS:
+                named, key, waiting = "world", "world_options", self.problems
             rig = at(root, ("rig", *device.split(".")))
-            if isinstance(rig, Mapping) and isinstance(name := text(rig, "driver"), str):
-                place = _place_for_options(root, f"rig.{device}.driver")
-                given, called = rig.entries.get("options"), f"rig.{device}"
+            name = text(rig, named)
+            if name is None and group == WORLDS and at(rig, (key,)):
+                name = "sim"
+            if isinstance(rig, Mapping) and isinstance(name, str):
+                place = _place_for_options(root, f"rig.{device}.{named}")
+                given, called = rig.entries.get(key), f"rig.{device}"
                 yield (
                     device,
-                    read_options(group, name, place, given, self.problems, called, missing),
+                    read_options(group, name, place, given, self.problems, called, waiting),
                 )
 
 

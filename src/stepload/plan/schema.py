@@ -6,15 +6,16 @@ from typing import Any
 
 from stepload.declaration.sections import Kind, keys, schema_of, sections_below
 from stepload.plan.model import Plan, Rig
-from stepload.rig.plugins import list_drivers, load_driver
+from stepload.rig.plugins import WORLDS, list_drivers, options_of
 
 _Schema = dict[str, Any]
 SECTIONS = {
     "stepload.arms": "ArmSpec",
     "stepload.force_sensors": "ForceSpec",
     "stepload.displacement_sensors": "DisplacementSpec",
+    WORLDS: "Simulation",
 }
-"""The section that names a driver of each group."""
+"""The section that names a driver of each group, or a world."""
 
 
 def json_schema() -> _Schema:
@@ -67,17 +68,20 @@ def _add_options(definitions: dict[str, _Schema]) -> None:
         drivers = [each.name for each in list_drivers() if each.group == group and not each.problem]
         names = {driver: f"{section} options of {driver}" for driver in drivers}
         for driver, name in names.items():
-            definitions[name] = _options(load_driver(group, driver).OPTIONS, driver)
+            definitions[name] = _options(options_of(group, driver), driver)
+        named, options = "driver", "options"
+        if group == WORLDS:
+            named, options = "world", "world_options"
         content = definitions[section]
-        free = content["properties"]["options"]
-        content["properties"]["options"] = {
+        free = content["properties"][options]
+        content["properties"][options] = {
             "anyOf": [_reference(name) for name in names.values()],
             "description": free["description"],
         }
         content["allOf"] = [
             {
-                "if": {"properties": {"driver": {"const": driver}}, "required": ["driver"]},
-                "then": {"properties": {"options": _reference(name)}},
+                "if": {"properties": {named: {"const": driver}}, "required": [named]},
+                "then": {"properties": {options: _reference(name)}},
             }
             for driver, name in names.items()
         ]
@@ -88,7 +92,7 @@ def _reference(name: str) -> _Schema:
 
 
 def _options(declared: Any, driver: str) -> _Schema:
-    """The options of a driver, none of which is required."""
+    """The options of a driver or world, none of which is required."""
     schema: _Schema = _tidy(schema_of(declared))
     schema.pop("required", None)
     _write_words(schema, declared)

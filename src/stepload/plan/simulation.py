@@ -1,8 +1,9 @@
 """The declaration of the simulated rig: how the truth of a dry run differs from the plan."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Annotated
 
+from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from stepload.declaration import quantities as q
@@ -83,6 +84,10 @@ class Simulation:
     """Sensor error that grows as F³, share of full scale."""
     mount: Mounting | None = None
     """Six axes: lateral compliance, friction, tilt; none: the axial motion only."""
+    world: q.Name = "sim"
+    """Name of an installed simulator; `stepload drivers` lists them."""
+    world_options: Mapping[str, object] = Field(default_factory=dict)
+    """Options of that simulator."""
 
     sound = CHECKED
 

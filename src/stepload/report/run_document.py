@@ -72,7 +72,9 @@ def run_document(run: Evaluation) -> Document:
     """The result of a run: the most important on one sheet, then all details."""
     reasons, levels = _reasons(run), levels_of_run(run)
     system = None if run.system is None else system_table(run.system)
+    world = run.recording.metadata.get("world", "")
     kind = "dry run on the simulated rig" if run.dry_run else "run"
+    kind += f", world {world}" if world else ""
     doubts = _doubts(run, reasons)
     return Document(
         title=run.preflight.plan.name,

@@ -303,12 +303,21 @@ def check_load(trial: Trial) -> str:
         true = abs(trial.load())
         idle(device, trial, trial.observe_s)
         drain(device)
-        read = math.dist(_mean(observe(device, trial)), before)
+        after = _mean(observe(device, trial))
+        read = math.dist(after, before)
     require(
         abs(read / true - 1.0) < GAIN_TOLERANCE,
         f"a load of {true:.6g} {unit} is read as {read:.6g} {unit}, {read / true:.3g} times as "
         "much: wrong unit or factor, or a value that does not follow",
     )
+    if axis := trial.load_axis if unit == "N" else "":
+        grown = (after["xyz".index(axis[-1])] - before["xyz".index(axis[-1])]) * float(
+            axis[0] + "1"
+        )
+        require(
+            grown > (1.0 - GAIN_TOLERANCE) * true,
+            f"a load of {true:.6g} N along {axis} is read as {grown:.6g} N: wrong sign or axis",
+        )
     return f"{true:.6g} {unit} read as {read:.6g} {unit}"
 
 

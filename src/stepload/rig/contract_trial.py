@@ -50,6 +50,8 @@ class Trial:
         stale_s: how soon after `silence` a fault is due.
         load: puts a load on an unloaded sensor and returns its true size, in N or m; None: no truth
             is known.
+        load_axis: the force component that the load makes larger, such as "+fz"; "": not known, and
+            the sign of the reading is not checked.
         noise: standard deviation of a reading at rest, in N or m; None: not known.
         resolution: smallest step between two readings, in N or m.
         move_m: distance that an arm may really move; 0: it is not moved.
@@ -67,6 +69,7 @@ class Trial:
     restore: Callable[[], None] = lambda: None
     stale_s: float = 2.0
     load: Callable[[], float] | None = None
+    load_axis: str = ""
     noise: float | None = None
     resolution: float = 0.0
     move_m: float = 0.0

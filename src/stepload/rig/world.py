@@ -1,21 +1,21 @@
 """The truth of a simulated rig, and how a simulator is found (group `stepload.worlds`).
 
 A `WorldFactory` takes a `WorldSpec` and gives a `SimulatedRig`: devices that pass the contract
-suite, and a virtual clock that makes the world go on when it is slept on.
+suite (`stepload.rig.contract_world`), and a clock that makes the world go on when it is slept on.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, fields
+from typing import Protocol, cast
 
 from stepload.errors import BadInputError
 from stepload.rig.clock import Clock
 from stepload.rig.device import Arm, DisplacementSensor, ForceSensor
 from stepload.rig.mount import Mount
-from stepload.rig.plugins import installed
+from stepload.rig.plugins import WORLDS, load_plugin
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,6 +140,34 @@ class WorldSpec:
     mount: Mount | None = None
 
 
+DEFAULT_SPEC = WorldSpec(
+    seed=0,
+    payload=PayloadTruth("smooth", k=6.57e8, n=1.5),
+    surface_m=2e-3,
+    arm_rate_hz=500.0,
+    system_stiffness_n_per_m=3.49e6,
+    system_damping_n_s_per_m=2.0 * math.sqrt(3.49e6 * 20.0),
+    effective_mass_kg=20.0,
+    command_delay_s=0.002,
+    lag_s=0.004,
+    max_speed_m_s=0.25,
+    max_acceleration_m_s2=2.0,
+    max_push_n=1000.0,
+    position_quantum_m=2e-6,
+    position_noise_m=0.5e-6,
+    arm_has_force=True,
+    arm_force_noise_n=3.0,
+    force_rate_hz=1000.0,
+    force_axis="+fz",
+    force_noise_n=0.1,
+    force_quantum_n=0.05,
+    force_delay_s=0.002,
+    force_range_n=1000.0,
+    start_force_bias_n=5.0,
+)
+"""A stiff one-axis machine with the paper's plastic sphere, 2 mm above it."""
+
+
 class WorldView(Protocol):
     """What tests and campaigns may ask of a world, and the engine may not."""
 
@@ -161,36 +189,68 @@ class WorldView(Protocol):
 
 @dataclass(slots=True)
 class SimulatedRig:
-    """Devices of a simulated rig; `second_force` is None when the arm is the second channel."""
+    """Devices of a simulated rig; `second_force` is None when the arm is the second channel.
+
+    `world` is None where the simulator does not tell the truth: nothing but tests asks for it.
+    """
 
     arm: Arm
     force: ForceSensor
     displacement: DisplacementSensor | None
     second_force: ForceSensor | None
     clock: Clock
-    world: WorldView
+    world: WorldView | None = None
 
 
 class WorldFactory(Protocol):
-    """Makes simulated rigs; `faults` are the kinds of `WorldFault` it knows, each with one line."""
+    """Makes simulated rigs.
 
-    @property
-    def faults(self) -> Mapping[str, str]: ...
+    It may have two attributes: `OPTIONS`, declared as a driver's are, and given by name; `faults`,
+    the kinds of `WorldFault` it knows, each with one line of help.
+    """
 
-    def __call__(self, spec: WorldSpec) -> SimulatedRig: ...
+    def __call__(self, spec: WorldSpec, **options: object) -> SimulatedRig: ...
+
+
+def faults_of(world: WorldFactory) -> Mapping[str, str]:
+    """The kinds of faults that a world can show, each with one line of help."""
+    faults: Mapping[str, str] = getattr(world, "faults", {})
+    return faults
 
 
 def load_world(name: str = "sim") -> WorldFactory:
     """The installed simulator called `name`.
 
     Raises:
-        BadInputError: not installed.
+        BadInputError: not installed, or broken, with the reason.
     """
-    points = list(installed("stepload.worlds").select(name=name))
-    if not points:
-        raise BadInputError(
-            f"no simulator named {name!r} is installed",
-            hint="pip install stepload: its drivers come with it",
-        )
-    factory: WorldFactory = points[0].load()
-    return factory
+    return cast(WorldFactory, load_plugin(WORLDS, name))
+
+
+EFFECTS = (
+    "law", "hysteresis", "hard_stop_m", "pad_stiffness_n_per_m", "adhesion_n", "seating_m", "creep",
+    "faults", "mount", "gauge_rate_hz", "second_force_rate_hz", "lost_motion_m",
+    "kinematic_error_m", "force_drift_n_per_s", "drift_m_s", "slip_m", "softness", "lateral",
+    "cross_talk", "sensor_quadratic", "sensor_cubic",
+)  # fmt: skip
+"""Fields of payload and rig that ask for something unless they have their default."""
+
+
+def refuse_unsimulated(spec: WorldSpec, *simulated: str) -> None:
+    """Refuse what a plan asks of its simulated rig and a world leaves out.
+
+    Args:
+        simulated: the `EFFECTS` that the world has.
+
+    Raises:
+        BadInputError: another one is asked for.
+    """
+    for part in (spec.payload, spec):
+        for each in fields(part):
+            value = getattr(part, each.name)
+            default = "smooth" if each.name == "law" else each.default
+            if each.name in EFFECTS and each.name not in simulated and value != default:
+                raise BadInputError(
+                    f"this world does not simulate {each.name} = {value}",
+                    hint="leave it out (law: smooth) in rig.simulation, or use another world",
+                )

@@ -18,6 +18,7 @@ import stepload
 from stepload.engine import replay
 from stepload.errors import BadInputError
 from stepload.feasibility.preflight import Preflight
+from stepload.plan.compose import SIMULATED
 from stepload.plan.model import Plan, Provenance, SecondForceSource
 from stepload.plan.whole_file import write_whole
 from stepload.record.bag import METADATA, bag_metadata
@@ -87,6 +88,7 @@ def metadata(plan: Plan, *, dry_run: bool, seed: int | None, started: datetime) 
     """The record's metadata: who, when, with what; flat texts."""
     second = plan.rig.second_force
     sensor = second.sensor if second.source is SecondForceSource.SENSOR else None
+    world = plan.rig.simulation.world
     return {
         "plan": plan.name,
         "started": started.isoformat(timespec="seconds"),
@@ -108,6 +110,7 @@ def metadata(plan: Plan, *, dry_run: bool, seed: int | None, started: datetime) 
         "calibration": _calibration(plan),
         "payload": plan.payload.name,
         "payload_file": "" if plan.payload_file is None else str(plan.payload_file),
+        **({"world": world} if dry_run and world != SIMULATED else {}),
     }
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stepload.errors import BadInputError
+from stepload.plan.compose import SIMULATED
 from stepload.plan.model import Plan
 from stepload.record.reader import Recording, read_recording
 from stepload.session.files import PART, RECORD, plan_files
@@ -101,8 +102,9 @@ def _same(recording: Recording, plan: Plan, dry_run: bool) -> None:
                 hint="`stepload run --resume` goes on with the very plan; start a new run",
             )
     was_dry = recording.metadata.get("dry_run") == "true"
-    if was_dry != dry_run:
-        made = "a dry run" if was_dry else "a run on devices"
+    world = recording.metadata.get("world", SIMULATED)
+    if was_dry != dry_run or (was_dry and world != plan.rig.simulation.world):
+        made = f"a dry run in the world {world}" if was_dry else "a run on devices"
         raise BadInputError(
             f"{recording.path} is the record of {made}", hint="resume it in the same way"
         )

@@ -139,6 +139,8 @@ rig:
   load_path: 0.6 m
   thermal_expansion: 11.7e-6 1/K
   simulation:
+    world: sim
+    world_options: {}
     seed: 4
     law: rough
     payload_factor: 1.1

@@ -32,16 +32,10 @@ class Options:
     approach: Annotated[Vector | None, key("direction")] = None
 
 
-class Fake:
-    """Stands for a driver class."""
-
-    OPTIONS = Options
-
-
 @pytest.fixture
 def read(monkeypatch: pytest.MonkeyPatch):  # type: ignore[no-untyped-def]
     """Reads a text as the options of the fake driver: options and problems."""
-    monkeypatch.setattr(driver_options, "load_driver", lambda group, name: Fake)
+    monkeypatch.setattr(driver_options, "options_of", lambda group, name: Options)
 
     def read(text: str) -> tuple[dict[str, object], list[Problem]]:
         source = Source("rig.yaml", Path("rig.yaml"), text, text.encode())

@@ -10,8 +10,7 @@ from six_rigs import rub
 
 from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
-from stepload.rig.world import load_world
-from stepload_drivers.sim.live import DEFAULT_SPEC
+from stepload.rig.world import DEFAULT_SPEC, load_world
 
 SIX = replace(DEFAULT_SPEC, mount=rub(0.3), command_delay_s=0.0, system_stiffness_n_per_m=9e4)
 

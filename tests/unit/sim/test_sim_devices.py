@@ -13,8 +13,7 @@ import pytest
 from stepload.errors import BadInputError, DeviceError
 from stepload.rig.faults import FaultCode
 from stepload.rig.samples import ArmSample, ForceSample
-from stepload.rig.world import SimulatedRig, WorldFault, WorldSpec
-from stepload_drivers.sim.live import DEFAULT_SPEC
+from stepload.rig.world import DEFAULT_SPEC, SimulatedRig, WorldFault, WorldSpec
 from stepload_drivers.sim.noise import smooth_error
 from stepload_drivers.sim.plant import Plant
 from stepload_drivers.sim.world import open_world

@@ -12,9 +12,8 @@ import pytest
 from stepload.errors import DeviceError
 from stepload.rig.faults import Fault, FaultCode
 from stepload.rig.samples import Status
-from stepload.rig.world import SimulatedRig, WorldFault
+from stepload.rig.world import DEFAULT_SPEC, SimulatedRig, WorldFault
 from stepload_drivers.sim.faults import FAULTS
-from stepload_drivers.sim.live import DEFAULT_SPEC
 from stepload_drivers.sim.world import open_world
 
 START_S, DURATION_S, END_S = 0.3, 0.2, 0.8

@@ -12,10 +12,9 @@ from hypothesis import strategies as st
 from stepload.contact import power_law
 from stepload.contact.plastic import ElasticPlasticSphere
 from stepload.contact.rough import RoughSphere
-from stepload.rig.world import PayloadTruth
+from stepload.rig.world import DEFAULT_SPEC, PayloadTruth
 from stepload_drivers.sim.contact import contact_of
 from stepload_drivers.sim.laws import ContactLaw
-from stepload_drivers.sim.live import DEFAULT_SPEC
 
 SPHERE = PayloadTruth("smooth", 6.57e8, 1.5, 727.0, 0.0, 0.0, 0.0, math.inf)
 HERTZ = power_law.ContactLaw(SPHERE.k, 1.5, "(7)")

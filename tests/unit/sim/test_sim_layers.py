@@ -11,10 +11,9 @@ from hypothesis import strategies as st
 
 from stepload.engine.first_loading import true_deformation
 from stepload.errors import DomainError
-from stepload.rig.world import PayloadTruth
+from stepload.rig.world import DEFAULT_SPEC, PayloadTruth
 from stepload_drivers.sim.contact import contact_of
 from stepload_drivers.sim.laws import ContactLaw
-from stepload_drivers.sim.live import DEFAULT_SPEC
 
 K, F_C = 6.57e8, 727.0
 SPHERE = PayloadTruth("smooth", K, 1.5, F_C, 0.0, 0.0, 0.0, math.inf)

@@ -12,8 +12,9 @@ import pytest
 from stepload.errors import DeviceError
 from stepload.rig.device import Device
 from stepload.rig.faults import FaultCode
+from stepload.rig.world import DEFAULT_SPEC
 from stepload_drivers.sim.devices import SimArm, SimDisplacementSensor, SimForceSensor
-from stepload_drivers.sim.live import DEFAULT_SPEC, LiveWorld
+from stepload_drivers.sim.live import LiveWorld
 
 
 @pytest.fixture

@@ -10,8 +10,7 @@ from itertools import pairwise
 import pytest
 
 from stepload.feasibility.press import PressRig, force_budget
-from stepload.rig.world import PayloadTruth, WorldSpec
-from stepload_drivers.sim.live import DEFAULT_SPEC
+from stepload.rig.world import DEFAULT_SPEC, PayloadTruth, WorldSpec
 from stepload_drivers.sim.plant import SWING_RAD, Plant
 
 IDEAL = replace(

@@ -10,8 +10,7 @@ import pytest
 
 from stepload.engine.first_loading import true_deformation
 from stepload.rig.samples import ForceSample
-from stepload.rig.world import PayloadTruth
-from stepload_drivers.sim.live import DEFAULT_SPEC
+from stepload.rig.world import DEFAULT_SPEC, PayloadTruth
 from stepload_drivers.sim.simulation import World
 
 SPHERE = PayloadTruth("smooth", 6.57e8, 1.5, 727.0, 0.0, 0.0, 0.0, math.inf)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from stepload.errors import RefusedError
-from stepload_drivers.sim.live import DEFAULT_SPEC
+from stepload.rig.world import DEFAULT_SPEC
 from stepload_verify.emulators.rig_process import RigProcess
 
 

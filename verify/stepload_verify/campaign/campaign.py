@@ -9,6 +9,7 @@ from pathlib import Path
 from stepload.jobs.jobs import run_all
 from stepload.jobs.pool import Pool
 from stepload.jobs.store import RowT, Store
+from stepload.plan.compose import SIMULATED
 from stepload_verify.campaign.result import Job, Result
 from stepload_verify.campaign.work import Work
 
@@ -42,6 +43,7 @@ def run_campaign(
         "without": work.ablation,
         "plan": [source.sha256 for source in work.template.sources],
         "code": work.digest,
+        **({} if work.world == SIMULATED else {"world": work.world}),
     }
     with Store(directory, FILES, header, Result.from_line) as store:
         return _finish(work, jobs, store.rows, pool, store, on_progress)

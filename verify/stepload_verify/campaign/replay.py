@@ -50,7 +50,7 @@ def replay(work: Work, name: str) -> Replay:
         raise RefusedError(f"{name}: preflight refuses this plan: {scenario.message}")
     rows: list[TickRow] = []
     ablation = Ablation(work.ablation) if work.ablation else None
-    result, outcome = run_scenario(scenario, ablation, rows.append)
+    result, outcome = run_scenario(scenario, ablation, rows.append, world=work.world)
     return Replay(scenario, result, outcome, rows)
 
 

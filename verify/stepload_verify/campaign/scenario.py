@@ -12,6 +12,7 @@ from stepload.feasibility.lateral import expected_tilt_rad
 from stepload.feasibility.limits import RunLimits
 from stepload.feasibility.preflight import Preflight
 from stepload.plan.model import Plan, SecondForceSource
+from stepload.rig import world as worlds
 from stepload.rig.world import WorldFault, WorldSpec, load_world
 from stepload_verify.campaign.mishaps import (
     COMMON,
@@ -124,7 +125,14 @@ def series_from(text: str) -> tuple[str, ...]:
 @cache
 def known_kinds(six: bool) -> tuple[str, ...]:
     """Every kind of fault that a rig can have."""
-    kinds = (*load_world().faults, *INCIDENTS, *COMMON, *FIRST_DAY, *MISTAKES, *SIX_MISTAKES)
+    kinds = (
+        *worlds.faults_of(load_world()),
+        *INCIDENTS,
+        *COMMON,
+        *FIRST_DAY,
+        *MISTAKES,
+        *SIX_MISTAKES,
+    )
     return kinds if six else tuple(k for k in kinds if k not in (*SIX_FAULTS, *SIX_MISTAKES))
 
 

@@ -9,8 +9,9 @@ from functools import cache
 from stepload.engine.loop import run_loop
 from stepload.engine.operator import Operator
 from stepload.engine.tick import Engine
-from stepload.errors import DeviceError
+from stepload.errors import BadInputError, DeviceError
 from stepload.jobs.pool import interruptible
+from stepload.plan.compose import SIMULATED
 from stepload.record.outcome import RunOutcome
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.world import SimulatedRig, WorldView, load_world
@@ -31,6 +32,7 @@ def run_scenario(
     ablation: Ablation | None = None,
     on_tick: Callable[[TickRow], None] | None = None,
     on_begin: Callable[[Engine, WorldView], None] | None = None,
+    world: str = SIMULATED,
 ) -> tuple[Result, RunOutcome | None]:
     """Run it to its end; the outcome is None where the devices did not open.
 
@@ -41,7 +43,7 @@ def run_scenario(
         KeyboardInterrupt: Ctrl+C came, which the engine took for a fault: there is no result.
     """
     with interruptible():
-        return _run(scenario, ablation, on_tick, on_begin)
+        return _run(scenario, ablation, on_tick, on_begin, world)
 
 
 def _run(
@@ -49,17 +51,20 @@ def _run(
     ablation: Ablation | None,
     on_tick: Callable[[TickRow], None] | None,
     on_begin: Callable[[Engine, WorldView], None] | None,
+    world: str,
 ) -> tuple[Result, RunOutcome | None]:
-    rig = _world()(scenario.truth)
-    clock = rig.clock
+    rig = _world(world)(scenario.truth)
+    clock, truth = rig.clock, rig.world
+    if truth is None:
+        raise BadInputError(f"the world {world} does not tell the true force")
     try:
         _open(rig)
     except DeviceError as error:
-        return _result(scenario, rig, None, "open", error.message), None
+        return _result(scenario, rig, truth, None, "open", error.message), None
     operator = FailingOperator() if scenario.incidents else Operator()
     engine, on_progress = _engine(scenario, ablation, operator)
     if on_begin:
-        on_begin(engine, rig.world)
+        on_begin(engine, truth)
     course = engine.course
     recorder = NullRecorder(on_tick) if on_tick else NullRecorder()
     used = install(scenario.incidents, rig, engine, operator, recorder)
@@ -68,9 +73,9 @@ def _run(
     clock.sleep_until(clock.now_s() + (KILLED_AFTERWARDS_S if killed else AFTERWARDS_S))
     phase = Phase(course.phase).name
     if killed:
-        found = _result(scenario, rig, None, KILLED, "", phase)
+        found = _result(scenario, rig, truth, None, KILLED, "", phase)
     else:
-        found = _result(scenario, rig, outcome, "", "", phase)
+        found = _result(scenario, rig, truth, outcome, "", "", phase)
     return replace(found, levels_missed=recorder.levels_missed), outcome
 
 
@@ -95,6 +100,7 @@ def _open(rig: SimulatedRig) -> None:
 def _result(
     scenario: Scenario,
     rig: SimulatedRig,
+    truth: WorldView,
     outcome: RunOutcome | None,
     rule: str,
     message: str,
@@ -124,8 +130,8 @@ def _result(
         stop_s=round(stop_s, 6),
         detection_s=None if detection_s is None else round(detection_s, 6),
         end_s=round(end_s, 6),
-        peak_n=rig.world.true_peak_equivalent_n if six else rig.world.true_peak_force_n,
+        peak_n=truth.true_peak_equivalent_n if six else truth.true_peak_force_n,
         elastic_limit_n=scenario.limits.used_limit_n,
         top_n=scenario.plan.procedure.top_force_n,
-        resultant_n=rig.world.true_peak_force_n if six else None,
+        resultant_n=truth.true_peak_force_n if six else None,
     )

@@ -14,6 +14,7 @@ import stepload
 from stepload.feasibility.bounds import stuck_ratio
 from stepload.feasibility.preflight import Preflight, derive
 from stepload.feasibility.reason import PlanVerdict, Severity
+from stepload.plan.compose import SIMULATED
 from stepload.plan.model import Plan
 from stepload.rig.world import WorldSpec, load_world
 from stepload_verify.campaign.ablation import Ablation
@@ -104,6 +105,7 @@ class Work(NamedTuple):
     kinds: tuple[str, ...]
     at_once: int = 1
     ablation: str = ""
+    world: str = SIMULATED
 
     @property
     def digest(self) -> str:
@@ -115,7 +117,7 @@ class Work(NamedTuple):
         scenario = self.scenario(job)
         if isinstance(scenario, Result):
             return scenario
-        return run_scenario(scenario, _without(self.ablation))[0]
+        return run_scenario(scenario, _without(self.ablation), world=self.world)[0]
 
     def scenario(self, job: Job) -> Scenario | Result:
         """The run of a job; its result where preflight refuses the plan of a healthy run."""

@@ -206,7 +206,7 @@ def rig(
     With --ur, standard input takes the commands of `emulate ur`, and a sensor's faults as
     DRIVER FAULT; `DRIVER clear` ends them. --fault ur=COMMAND gives the arm a command at the start.
     """
-    from stepload_drivers.sim.live import DEFAULT_SPEC
+    from stepload.rig.world import DEFAULT_SPEC
     from stepload_verify.emulators.catalog import driver_options
     from stepload_verify.emulators.live_rig import LiveRig, load_spec
     from stepload_verify.emulators.service import obey, serve

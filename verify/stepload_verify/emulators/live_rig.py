@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from stepload.errors import BadInputError
-from stepload.rig.world import PayloadTruth, WorldFault, WorldSpec
-from stepload_drivers.sim.live import DEFAULT_SPEC, LiveWorld
+from stepload.rig.world import DEFAULT_SPEC, PayloadTruth, WorldFault, WorldSpec
+from stepload_drivers.sim.live import LiveWorld
 from stepload_verify.emulators.catalog import CAN_SENSORS, EMULATORS, GAUGES
 from stepload_verify.emulators.emulator import Emulator
 from stepload_verify.emulators.faults import FaultBoard

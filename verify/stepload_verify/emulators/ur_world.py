@@ -11,7 +11,8 @@ from typing import Any, NamedTuple, Protocol
 
 from stepload.rig.mount import Mount, SensorMount
 from stepload.rig.samples import SixFloats
-from stepload_drivers.sim.live import DEFAULT_SPEC, LiveWorld
+from stepload.rig.world import DEFAULT_SPEC
+from stepload_drivers.sim.live import LiveWorld
 
 
 def mount_from(data: Mapping[str, Any]) -> Mount:
