@@ -48,7 +48,7 @@ _LOOK_S = 0.1
 """How often the writer process itself is looked at (a system call)."""
 _STANDS = {
     "T": "it was stopped by a signal (kill -CONT {pid})", "t": "a debugger holds it",
-    "D": "it waits for the disk", "R": "the computer is too busy for it",
+    "D": "it waits for the disk",
 }  # fmt: skip
 """What a state in /proc/PID/stat means."""
 
