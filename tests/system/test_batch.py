@@ -191,12 +191,13 @@ def test_nobody_is_asked_in_vain(quick: Path, tmp_path: Path) -> None:
     assert in_process("batch", quick, tmp_path / "b.csv", "--dry-run").returncode == 2
 
 
-def test_an_early_enter_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_early_enter_and_a_word_are_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     parent, child = pty.openpty()
+    typed = iter((b"yes\n", b"s\n"))
     os.write(parent, b"\n")
 
-    def shown(_: str) -> int:
-        return os.write(parent, b"s\n")
+    def shown(text: str) -> int:
+        return os.write(parent, next(typed)) if text else 0
 
     with os.fdopen(child, closefd=True) as terminal:
         monkeypatch.setattr(sys, "stdin", terminal)

@@ -121,12 +121,19 @@ def batch(
 
 
 def _ask(text: str) -> str:
-    """The first letter of an answer at the terminal; "q" where nobody answers any more.
+    """A letter of an answer at the terminal, "" for Enter; "q" where nobody answers any more.
 
-    What was typed before the question does not answer it: an early Enter must not move the arm.
+    What was typed before the question does not answer it, nor does a word: neither moves the arm.
     """
-    with contextlib.suppress(termios.error, OSError, ValueError, AttributeError):
-        termios.tcflush(sys.stdin, termios.TCIFLUSH)
-    print(text, end="", file=sys.stderr, flush=True)
-    line = sys.stdin.readline() if sys.stdin else ""
-    return line.strip()[:1].lower() if line else "q"
+    while True:
+        with contextlib.suppress(termios.error, OSError, ValueError, AttributeError):
+            termios.tcflush(sys.stdin, termios.TCIFLUSH)
+        print(text, end="", file=sys.stderr, flush=True)
+        try:
+            line = sys.stdin.readline() if sys.stdin else ""
+        except KeyboardInterrupt:
+            print(file=sys.stderr)
+            return "q"
+        answer = line.strip().lower()
+        if not line or answer in ("", "s", "q"):
+            return answer if line else "q"

@@ -42,6 +42,7 @@ def show_look(output: Output, files: Sequence[tuple[Path, CurveMapping]]) -> Non
     """How files are read, and the mapping to keep for the next ones."""
     from stepload.record.curves import read_curve
     from stepload.record.untrusted import untrusted
+    from stepload.report.curve import machine_doubts
     from stepload.report.curve_mapping import mapping_yaml
     from stepload.report.terminal import wrapped
     from stepload.units import format_quantity
@@ -49,17 +50,20 @@ def show_look(output: Output, files: Sequence[tuple[Path, CurveMapping]]) -> Non
     data = []
     for path, mapping in files:
         with untrusted(path):
-            reading = read_curve(path, mapping).reading
+            curve = read_curve(path, mapping)
+        reading = curve.reading
         assert reading is not None
         data.append({"file": str(path), **asdict(reading)})
         rows = [
             (each.role, f"{each.number} {each.name!r}", each.unit, each.unit_from,
-             *(format_quantity(x, SI[each.role], 4) for x in (each.first, each.last)))
+             *(format_quantity(x, SI[each.role], 4) for x in (each.lowest, each.highest)))
             for each in reading.columns
         ]  # fmt: skip
-        heads = ("used as", "column", "unit", "unit from", "first", "last")
+        heads = ("used as", "column", "unit", "unit from", "lowest", "highest")
         output.table(str(path), heads, rows)
-        for line in reading.about():
+        for line in (*reading.about(), *machine_doubts(curve)):
             output.line(wrapped(line, 2))
+        if curve.position_m is not None:
+            output.line("position: --system-stiffness takes the machine's own deflection out")
         output.line(f"\nto keep for --mapping FILE.yaml:\n{mapping_yaml(reading.mapping)}")
     output.result({"curves": data})

@@ -133,8 +133,11 @@ def find_header(
                 break
     if first and best.known <= 0 and _all_numbers(lines[first - 1], delimiter) > 1:
         both = ("force", "?"), ("position", "?")
-        raise Refusal("the columns have no names", first, columns=both, units=both,
-                      hint="numbers from 1, units such as N, mm, s")  # fmt: skip
+        rows = (split(lines[first - 1], mark) for mark in _delimiters(lines[first - 1], delimiter))
+        row = next(row for row in rows if all(NUMBER.fullmatch(cell) for cell in row if cell))
+        told = ", ".join(f"{n}: {x}" for n, x in enumerate(row, 1))[:200]
+        raise Refusal(f"the columns have no names; first row {told}", first, columns=both,
+                      units=both, hint="numbers from 1, units such as N, mm, s")  # fmt: skip
     raise best
 
 

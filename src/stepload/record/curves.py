@@ -37,15 +37,15 @@ _MARKS = {"\t": "tab", ";": "semicolon", ",": "comma", None: "spaces"}
 
 @dataclass(frozen=True, slots=True)
 class ColumnRead:
-    """A column as it was read: its number from 1, and its first and last values in SI."""
+    """A column as it was read: its number from 1, its lowest and highest values in SI."""
 
     role: str
     number: int
     name: str
     unit: str
     unit_from: str
-    first: float
-    last: float
+    lowest: float
+    highest: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -294,8 +294,9 @@ def _curve(lines: t.Lines, part: _Part, mapping: CurveMapping, specimens: int) -
         scale = 1.0 if column.unit_place is not None else column.scale
         scaled = np.ascontiguousarray(values if scale == 1.0 else values * scale)
         found.setdefault(column.role, []).append(scaled)
+        ends = float(scaled.min()), float(scaled.max())
         read.append(ColumnRead(column.role, column.place + 1, column.name[:60], column.unit,
-                               column.unit_from, float(scaled[0]), float(scaled[-1])))  # fmt: skip
+                               column.unit_from, *ends))  # fmt: skip
     time_s, notes = _checked_time(found.get("time_s", [None])[0], part)
     used = {column.place for column in header.columns}
     unused = tuple(name[:60] for at, name in enumerate(header.names) if at not in used and name)

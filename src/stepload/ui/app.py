@@ -144,7 +144,7 @@ class Page:
     async def _request(self, request: Request) -> Response:
         """Pause, resume or stop a run, as its own terminal does."""
         if not self._door.knows(request.headers.get(TOKEN, "")):
-            return Json({"error": "this needs the token that `stepload ui` printed"}, 401)
+            return Json({"error": "Wrong token: it is in the address of stepload ui."}, 401)
         told = await _body(request)
         if told["text"] not in REQUESTS:
             raise BadInputError(f"not {', '.join(REQUESTS)}")

@@ -30,7 +30,7 @@ function matches(row) {
 const empty = () => h("div", {className: "panel empty"}, "No runs in this folder yet. This makes one:", h("br"), h("code", {}, NO_RUN));
 
 export function runsView(place) {
-  const search = h("input", {type: "search", placeholder: "Filter: payload, specimen, batch, rig, date …", value: filter.text,
+  const search = h("input", {type: "search", placeholder: "Filter: payload, specimen, date …", value: filter.text,
     size: 34, "aria-label": "Filter the runs", oninput: () => { filter.text = search.value; draw(); }});
   const kinds = h("select", {"aria-label": "Verdict", onchange: () => { filter.verdict = kinds.value; draw(); }});
   const simulated = h("input", {type: "checkbox", checked: filter.simulated,
