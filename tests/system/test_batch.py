@@ -182,6 +182,33 @@ def test_nobody_is_asked_in_vain(quick: Path, tmp_path: Path) -> None:
     assert in_process("batch", quick, quick, tmp_path / "b.csv", "--dry-run").returncode == 2
 
 
+def test_a_press_that_its_record_would_not_tell_apart_is_refused(
+    quick: Path, tmp_path: Path
+) -> None:
+    """Two plans of one name: one press would be left out."""
+    other = tmp_path / "lot" / quick.name
+    other.parent.mkdir()
+    other.write_text(quick.read_text())
+    (tmp_path / "b.csv").write_text(f"specimen,plan\nS1,{quick}\nS1,{other}\n")
+    words = ("batch", tmp_path / "b.csv", "--dry-run", "--yes", "--out", tmp_path / "b")
+    done = in_process(*words)
+    assert (done.returncode, "S1" in done.stderr) == (2, True)
+    assert not (tmp_path / "b").exists()
+
+
+def test_only_enter_or_a_presses(
+    quick: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "b.csv").write_text("specimen\nS1\n")
+    answers, pressed_at = ["no", "wait", "x", "skip", "s"], list[int]()
+    monkeypatch.setattr(sys, "stdin", SimpleNamespace(isatty=lambda: True))
+    monkeypatch.setattr(verb, "_ask", lambda _: answers.pop(0))
+    monkeypatch.setattr(verb, "_press", lambda *_, **__: pressed_at.append(1))
+    words = ("batch", quick, tmp_path / "b.csv", "--dry-run", "--out", tmp_path / "b")
+    assert in_process(*words).returncode == 0
+    assert (answers, pressed_at) == ([], [])
+
+
 def test_an_early_enter_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     parent, child = pty.openpty()
     os.write(parent, b"\n")

@@ -6,10 +6,10 @@ import contextlib
 import signal
 import sys
 import termios
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer import Argument, Option
@@ -75,17 +75,21 @@ def batch(
     while True:  # what is there is looked up anew each time: the disk alone knows
         plans = {piece.plan: load_plan(piece.plan) for piece in pieces}
         listed = {piece.key(plans[piece.plan]): piece for piece in pieces}
+        _refuse_one_name_for_two(pieces, listed)
         directory = out or plans[pieces[0].plan].record.directory / name
         done = pressed(directory, dry_run=dry_run)
         left = [key for key in listed if key not in done]
         key = next((each for each in left if each not in skipped), None)
         if key is None:
+            if first and done:
+                newest = max(run.metadata["started"] for run in done.values())
+                output.line(f"All are pressed, the last one {newest}. Press anew: --out DIR")
             break
         plan = listed[key].of(plans[listed[key].plan], name)
         before = [run for other, run in done.items() if other[0] == plan.name]
         if others := changed(plan, before) - accepted:
             output.line(f"changed since {before[0].path.parent.name}: {', '.join(sorted(others))}")
-            if yes or _ask("Enter presses the rest with what is there now, q ends: ") == "q":
+            if yes or _ask("Enter presses the rest with what is there now, q ends: "):
                 raise BadInputError("the plan has changed", hint="a batch of its own: --out DIR")
             accepted |= others
         if first:
@@ -95,7 +99,9 @@ def batch(
                 continue  # the rig file may have changed
         number = list(listed).index(key)
         output.line(f"\n{number + 1} of {len(listed)}: {listed[key].name}")
-        answer = "" if yes else _ask("Mount it, then Enter (a: unchecked; s: skip; q: end): ")
+        answer = "" if yes else "?"
+        while answer not in ("", "a", "s", "q"):
+            answer = _ask("Mount it, then Enter (a: unchecked; s: skip; q: end): ")
         if answer == "q":
             break
         if yes or answer == "s":
@@ -131,8 +137,18 @@ def _pieces(files: Sequence[Path], dry_run: bool) -> tuple[str, list[Piece]]:
     return "batch", [Piece(each, load_plan(each).record.specimen or each.stem) for each in plans]
 
 
+def _refuse_one_name_for_two(pieces: Sequence[Piece], listed: Mapping[Any, Piece]) -> None:
+    """Refuse presses that their records would not tell apart: one of them would be left out."""
+    kept = [*listed.values()]
+    if twice := [piece.name for piece in pieces if not any(piece is each for each in kept)]:
+        raise BadInputError(
+            f"{', '.join(twice)}: twice in one plan, by its name and its operator",
+            hint="tell them apart: column `trial`, or another name of a plan",
+        )
+
+
 def _ask(text: str) -> str:
-    """The first letter of an answer at the terminal; "q" where nobody answers any more.
+    """An answer at the terminal, of one letter; "q" where nobody answers any more.
 
     What was typed before the question does not answer it: an early Enter must not move the arm.
     """
@@ -140,7 +156,7 @@ def _ask(text: str) -> str:
         termios.tcflush(sys.stdin, termios.TCIFLUSH)
     print(text, end="", file=sys.stderr, flush=True)
     line = sys.stdin.readline() if sys.stdin else ""
-    return line.strip()[:1].lower() if line else "q"
+    return line.strip().lower() if line else "q"
 
 
 def _press(
