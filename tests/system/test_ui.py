@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import os
 import shutil
 import signal
 import ssl
@@ -87,6 +88,9 @@ def lab(tmp_path: Path, quick_run: Path) -> Path:
     (folder / "plan.yaml").write_text(PLAN)
     (folder / "runs" / "linked").symlink_to(tmp_path / "other")
     (tmp_path / "secret.html").write_text("secret")
+    os.mkfifo(folder / "runs" / "pipe.mcap")  # to open it would wait for ever
+    (folder / "runs" / "third").mkdir()
+    (folder / "runs" / "third" / "run.mcap").symlink_to(tmp_path / "other" / "run.mcap")
     (folder / "runs" / "second").mkdir()
     (folder / "runs" / "second" / "run.mcap").write_bytes(b"no record")
     (folder / "runs" / "second" / "report.html").symlink_to(tmp_path / "secret.html")
@@ -135,6 +139,9 @@ def test_the_door_and_the_folder(lab: Path) -> None:
         token = {"X_Stepload_Token": page.token, "Origin": page.url}
         status, _, told = page.ask("/api/request", {"name": "runs/first", "text": "stop"}, **token)
         assert (status, "error" in told) == (400, True)  # it is over
+        status, _, on = page.ask("/api/request", {"name": "runs/first", "text": "resume"}, **token)
+        assert status == 400
+        assert on["error"] != told["error"]  # it would be refused if the run went on
 
 
 @pytest.mark.parametrize(

@@ -59,14 +59,20 @@ def batch(
     pieces = read_list(specimens, plan)
     plans = {piece.plan: load_plan(piece.plan) for piece in pieces}
     listed = {piece.key(plans[piece.plan]): piece for piece in pieces}
-    if len(listed) < len(pieces):
-        raise BadInputError("two rows are one press", hint="tell repeats apart: column `trial`")
+    if twice := [each.name for each in pieces if each not in listed.values()]:
+        raise BadInputError(
+            f"{specimens}: {', '.join(twice)}: two rows are one press, by plan, operator and trial",
+            hint="tell them apart: column `trial`, or another name of a plan",
+        )
     directory = out or plans[pieces[0].plan].record.directory / name
     skipped, codes, asked = set[Key](), dict[Key, ExitCode](), False
     while True:  # the disk alone knows what is pressed
         done = pressed(directory, dry_run=dry_run)
         left = [key for key in listed if key not in done]
         if (key := next((each for each in left if each not in skipped), None)) is None:
+            if done and not asked:
+                newest = max(run.metadata["started"] for run in done.values())
+                output.line(f"All are pressed, the last one {newest}. Press anew: --out DIR")
             break
         piece, number = listed[key], list(listed).index(key)
         made = piece.of(plans[piece.plan], name)

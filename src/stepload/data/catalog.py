@@ -172,7 +172,7 @@ def _records(directory: Path, deep: int) -> Iterator[tuple[Path, str]]:
     """
     try:
         entries = sorted(directory.iterdir())
-        record = next((r for n in (RECORD, PART) if (r := directory / n).is_file()), None)
+        record = next((r for n in (RECORD, PART) if _is_own(r := directory / n)), None)
     except OSError as error:
         yield directory, f"cannot be looked into: {error.strerror}"
         return
@@ -184,8 +184,13 @@ def _records(directory: Path, deep: int) -> Iterator[tuple[Path, str]]:
         if entry.is_dir():
             if deep:
                 yield from _records(entry, deep - 1)
-        elif record is None and deep and entry.suffix == ".mcap":
+        elif record is None and deep and entry.suffix == ".mcap" and _is_own(entry):
             yield entry, ""
+
+
+def _is_own(path: Path) -> bool:
+    """Whether a path is a file, and no link: to open a pipe would wait for ever."""
+    return path.is_file() and not path.is_symlink()
 
 
 def _unread(path: Path, problem: str) -> RunRow:

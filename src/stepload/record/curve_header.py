@@ -288,7 +288,7 @@ class _Names:
                 if found:
                     chosen[each] = found
         if refusal is None:
-            refusal = self.incomplete(chosen)
+            refusal = self.incomplete(chosen) or (self.mixed(chosen) if beside > 1 else None)
         if refusal is not None:
             refusal.known += len(places)
             raise refusal
@@ -343,6 +343,15 @@ class _Names:
         unit_place, in_cells = _unit_in(self.cells, place, self.names)
         wanted = dict(self.mapping.units).get(CALLED[each], "") or self.told.get(place, "")
         in_name, in_row = w.unit_of(name) or "", self.units[place]
+        factor = w.has_factor(name)
+        if factor and not wanted:
+            return None
+        own = {x for x in (in_name, in_row) if w.kind_of(x) == kind and not factor}
+        told = w.unit(wanted) or ""
+        if own and told and told not in own and not self.told.get(place):
+            raise Refusal(f"the column {name[:60]!r} is in {own.pop()}, not in {told}", known=4,
+                          columns=((CALLED[each], f"{place + 1} ({told})"),),
+                          hint="where the file is wrong")  # fmt: skip
         others = {each for each in (in_name, in_row, in_cells) if w.kind_of(each)}
         if len(others) > 1 and not wanted and not (in_cells and w.kind_of(in_cells) != kind):
             told = " and ".join(sorted(others))
@@ -392,8 +401,19 @@ class _Names:
             message = f"the column {name[:60]!r} is in {written}, {what}"
         elif meant != "?":
             message += f"; is {meant!r} meant?"
+        if w.has_factor(name):
+            message = f"the column {name[:60]!r} may be multiplied: its unit with the factor?"
         text = meant if w.kind_of(meant) else "?"
         return Refusal(message, units=((CALLED[each], text),), hint=f"known: {w.listed(kind)}")
+
+    def mixed(self, chosen: dict[str, list[Column]]) -> Refusal | None:
+        """The refusal of a stated column of one specimen beside another's."""
+        for column in (column for found in chosen.values() for column in found if column.stated):
+            same = [at for at, name in enumerate(self.names) if name == column.name]
+            own = f"{same.index(column.place) + 1}"
+            if len(same) > 1 and own != self.mapping.specimen:
+                return Refusal(f"column {column.place + 1} is of specimen {own}", specimen=own)
+        return None
 
     def incomplete(self, chosen: dict[str, list[Column]]) -> Refusal | None:
         """The refusal of a header without force, without travel, or with two travels."""

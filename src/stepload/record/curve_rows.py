@@ -29,7 +29,7 @@ _MISSING = ERRORS | {
 }  # fmt: skip
 _UNCLEAR = re.compile(r"[+\-−]?[1-9]\d{0,2}[.,]\d{3}")
 """A number whose mark may group thousands as well as begin the decimals."""
-_FORM = r"([+-]?)(\d{{1,3}}(?:([{0}'’ \u00a0\u2009\u202f])\d{{3}})(?:\3\d{{3}})*|\d*)" \
+_FORM = r"([+-]?)([1-9]\d{{0,2}}(?:([{0}'’ \u00a0\u2009\u202f])\d{{3}})(?:\3\d{{3}})*|\d*)" \
     r"(?:[{1}](\d*))?([eE][+-]?\d+)?"  # fmt: skip
 _VALUE = {mark: re.compile(_FORM.format(group, mark), re.ASCII) for mark, group in (".,", ",.")}
 _PLAIN = b"0123456789+-.,eE \t\n;"
@@ -180,9 +180,15 @@ class Table:
         text, header = line.strip(), self.header
         if not text or self.stop is not None:
             return None
-        if is_comment(text):
-            return self.leave("comments", at, text)
         cells = split(line, header.delimiter)
+        if is_comment(text):
+            marked = (
+                len(cells) == header.width
+                and len(cells) > 1
+                and all(_is_value(cells[place].lstrip("# ")) for place in self.places)
+            )
+            self.missing += marked
+            return self.leave(MISSING if marked else "comments", at, text)
         if len(cells) == header.width + 1 and not cells[-1]:
             cells.pop()
         if [cell.lower() for cell in cells] == self.names and any(self.names):
@@ -195,6 +201,10 @@ class Table:
         label = first != "" and not _is_value(first)
         if label and (self.numbers_first or not any(map(_is_value, used))):
             if all(not cell or unit(cell) for cell in cells):
+                for column, cell in zip(header.columns, used, strict=True):
+                    if cell and column.unit_from == "row of units" and unit(cell) != column.unit:
+                        raise Refusal(f"{column.name} in {cell} from here, {column.unit} above",
+                                      at + 1, hint="a file of its own")  # fmt: skip
                 return self.leave("units again", at, text)
             if self.another(at):
                 self.stop = at

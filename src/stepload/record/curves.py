@@ -17,7 +17,7 @@ from stepload.errors import printable
 from stepload.identification.curve_channels import signs
 from stepload.record.curve_mapping import ALL, CALLED, CurveMapping, Refusal
 from stepload.record.curve_rows import DAY_S, MISSING, FloatArray, Table, decimal_mark
-from stepload.record.curve_words import LATERAL, TRAVELS, has_word
+from stepload.record.curve_words import LATERAL, TRAVELS, has_word, is_specimen
 from stepload.units import format_quantity, percent
 
 MIN_ROWS = 3
@@ -226,7 +226,7 @@ def _tables(lines: t.Lines, header: h.Header, mapping: CurveMapping) -> Iterator
 def _read(lines: t.Lines, header: h.Header, mapping: CurveMapping) -> Curve:
     tables = [*_tables(lines, header, mapping)]
     long = [each for each in tables if len(each.values) >= MIN_ROWS] or tables[:1]
-    parts = [part for table in long for part in _parts(table)]
+    parts = [part for table in long for part in _parts(table, _changes(lines, table))]
     part, wanted = parts[0], mapping.specimen
     if header.beside == 1 and wanted.isdigit():
         if int(wanted) > len(parts):
@@ -259,12 +259,33 @@ def _read(lines: t.Lines, header: h.Header, mapping: CurveMapping) -> Curve:
     return _curve(lines, part, mapping, max(len(parts), header.beside))
 
 
-def _parts(table: Table) -> list[_Part]:
+def _changes(lines: t.Lines, table: Table) -> set[int]:
+    """Rows with which another specimen begins, by a column that names it; raises Refusal."""
+    header, starts = table.header, set[int]()
+    used = {column.place for column in header.columns}
+    for place, name in enumerate(header.names):
+        if place in used or not is_specimen(name):
+            continue
+        told, last = list[str](), ""
+        for line in table.line:
+            cells = h.split(lines.texts[line - 1], header.delimiter)
+            last = (cells[place] if place < len(cells) else "") or last
+            told.append(last)
+        changes = [at for at in range(1, len(told)) if told[at] != told[at - 1]]
+        if len({*told}) * MIN_ROWS > len(told):
+            continue  # it counts the rows
+        if len(changes) >= len({*told}):
+            raise Refusal(f"rows of several specimens ({name[:40]!r}) are mixed",
+                          table.line[changes[0]], hint="sort them, or a file for each")  # fmt: skip
+        starts |= {*changes}
+    return starts
+
+
+def _parts(table: Table, starts: set[int]) -> list[_Part]:
     """The tests of a table: they end where the time goes back, or force and travel begin again, or
-    the names are repeated otherwise than by a logger, every so many rows."""
+    the names are repeated otherwise than by a logger, every so many rows, or at `starts`."""
     values, count = table.values, len(table.values)
     place = {column.role: at for at, column in enumerate(table.header.columns)}
-    starts: set[int] = set()
     if count > MIN_ROWS:
         begins = np.ones(count - 3, dtype=np.bool_)
         for each in {"force_n", *TRAVELS} & place.keys():

@@ -13,6 +13,8 @@ from stepload.rig.clockmap import ClockMap
 
 Group = tuple[int, NDArray[np.void], bytes | bytearray]
 MAX_NS = 1 << 62
+MOST_LATENCY_S = 1.0
+"""No sample is under way for longer: its device's clock has jumped."""
 
 
 def to_ns(time_s: NDArray[np.float64], offset_ns: int) -> NDArray[np.int64]:
@@ -94,7 +96,7 @@ class Channel:
     def encode_samples(self, rows: NDArray[np.void]) -> list[Group]:
         """Device samples: logged at their receive time, stamped with their mapped device time.
 
-        A batch with a device time that is none is stamped with its receive times.
+        One whose device time is none, or has jumped, is stamped with its receive time.
         """
         receive_s, device_s = rows["receive_time_s"], rows["device_time_s"]
         latency_s = receive_s - device_s
@@ -104,7 +106,8 @@ class Channel:
             self._clock.add(float(device_s[first]), float(receive_s[first]))
             start_s = self._clock.to_host(0.0)
             mapped_s = start_s + device_s * (self._clock.to_host(1.0) - start_s)
-            stamp_s = np.minimum(mapped_s, receive_s)
+            mapped_s = np.minimum(mapped_s, receive_s)
+            stamp_s = np.where(receive_s - mapped_s < MOST_LATENCY_S, mapped_s, receive_s)
         log_ns = self._log_ns(receive_s)
         publish_ns = to_ns(stamp_s, self._offset_ns)
         sequence = rows["sequence"]

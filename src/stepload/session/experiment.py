@@ -370,7 +370,10 @@ def _given_up(finished: Finished, recorder: Recorder, error: Exception) -> Recor
             files.write_bag_metadata(kept.path)
     hint = "what was in memory is lost; `stepload recover` repairs what is on the disk"
     if kept:
-        hint = f"the record is in {kept.path}: stepload identify {place}"
+        part = (
+            f"what is whole of the record ({kept.damage})" if kept.damage else "all of the record"
+        )
+        hint = f"{part} is in {kept.path}: stepload identify {place}"
     why = finished.outcome.why
     return RecordingFailedError(why if reason in why else f"{why}\n{reason}", hint=hint)
 

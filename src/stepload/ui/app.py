@@ -35,7 +35,8 @@ MOST_VIEWERS = 4
 REPORT_POLICY = (
     "sandbox; default-src 'none'; img-src data:; style-src 'unsafe-inline'; frame-ancestors 'self'"
 )
-REQUESTS = ("pause", "resume", "stop")
+REQUESTS = ("pause", "stop")
+"""None that moves the arm towards the payload: who paused may be reaching for it."""
 _TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 
 
@@ -142,7 +143,7 @@ class Page:
         return Json(await self._checker.do(check, self._root, told["name"] or "plan.yaml", text))
 
     async def _request(self, request: Request) -> Response:
-        """Pause, resume or stop a run, as its own terminal does."""
+        """Pause or stop a run, as its own terminal does."""
         if not self._door.knows(request.headers.get(TOKEN, "")):
             return Json({"error": "Wrong token: it is in the address of stepload ui."}, 401)
         told = await _body(request)

@@ -312,6 +312,17 @@ NASTY = [
     ("a unit in one cell", table(NAMES, TIME, MM, ONE), ":62:19"),
     ("strain", table(("Strain (%)", "Force (N)"), MM, FORCE), ":1:1"),
     ("a factor in the name", table(("Position (mm)", "Force (x10 N)"), MM, FORCE), ":1:1"),
+    *((f"a factor: {name}", table(("Position (mm)", name), MM, FORCE), ":1:1")
+      for name in ("Force*10 N", "Force x10 (N)", "Force (N)/2", "Force 10 N", "Force m N",
+                   "Force [N] (1e-3 N)")),
+    ("rows behind a mark", table(NAMES, ["#1"] * 40 + [f"{t}" for t in TIME[40:]], MM, FORCE),
+     ":2:1"),
+    ("specimens by a column", table(("Specimen", *NAMES), [*"A" * ROWS, *"B" * ROWS],
+     range(2 * ROWS), np.tile(MM, 2), np.tile(FORCE, 2)), f":{ROWS + 2}:1"),
+    ("specimens mixed", table(("Specimen no", *NAMES), ["1", "2"] * ROWS, range(2 * ROWS),
+     np.repeat(MM, 2), np.repeat(FORCE, 2)), ":3:1"),
+    ("other units below", table(("Time", "Position", "Force"), TIME, MM, FORCE, units="s;mm;N")
+     + table(("Time", "Position", "Force"), TIME, MM, KN, units="s;mm;kN"), f":{ROWS + 4}:1"),
     ("mark of another code page", table(("Weg (Âµm)", "Kraft (N)"), MM, FORCE), ":1:1"),
     ("decimal commas between commas", table(NAMES, TIME, MM, FORCE, sep=",", decimal=","), ":2:1"),
     ("numbers below statistics", PLAIN + "Mean,1,2\n" + BODY, f":{ROWS + 3}:1"),
@@ -334,6 +345,30 @@ def test_no_false_number_comes_of_it(
     with pytest.raises(BadInputError) as caught:
         read_curve(path)
     assert f"{path}{place}:" in caught.value.message
+
+
+BESIDE = table(("Position (mm)", "Force (N)") * 2, MM, FORCE, 2.0 * MM, FORCE)
+KEPT = [
+    ("decimal mark", table(NAMES, TIME, MM, FORCE, digits=3, decimal=","), {"decimal": "."}),
+    ("unit", table(("Position", "Force"), MM, KN, units="mm;kN"), {"units": (("force", "N"),)}),
+    ("unit in the name", table(("Position (mm)", "Force (kN)"), MM, KN),
+     {"units": (("force", "N"),)}),
+    ("specimen", BESIDE, {"columns": (("force", "4"),), "specimen": "1"}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "text", "stated"), KEPT, ids=[name for name, *_ in KEPT])
+def test_what_is_stated_does_not_contradict_the_file(
+    tmp_path: Path, name: str, text: str, stated: dict[str, Any]
+) -> None:
+    with pytest.raises(BadInputError):
+        read_curve(save(tmp_path, text), CurveMapping(**stated))
+
+
+def test_a_wrong_unit_in_the_file_is_overruled_by_its_column(tmp_path: Path) -> None:
+    path = save(tmp_path, table(("Position (mm)", "Force (N)"), MM, KN))
+    stated = CurveMapping(units=(("force", "kN"),), columns=(("force", "2 (kN)"),))
+    assert read_curve(path, stated).force_n == pytest.approx(FORCE, abs=1e-3)
 
 
 LEFT = {

@@ -128,6 +128,25 @@ def dead(recorder: Recorder) -> None:
     recorder._process.wait()
 
 
+@pytest.mark.parametrize("device_s", [1e6, 1e300, -1e300, float("nan")])
+def test_a_jump_of_a_device_s_clock_does_not_stamp_what_follows(
+    start: Start, make: SimpleNamespace, device_s: float
+) -> None:
+    recorder = start()
+    for i in range(600):
+        sample = make.force(i)
+        recorder.force(sample._replace(device_time_s=device_s) if i == 300 else sample)
+        if i % 100 == 99:
+            recorder.sync()
+    found = [
+        (m.publish_time - m.log_time) * 1e-9
+        for topic, m, _ in decode(recorder.finish({}, "identified"))
+        if "force" in topic
+    ]
+    assert len(found) >= 600
+    assert max(map(abs, found)) < 1.0
+
+
 def test_a_dead_writer_is_seen(start: Start) -> None:
     recorder = start()
     dead(recorder)

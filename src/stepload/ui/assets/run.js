@@ -5,6 +5,7 @@ import {get, h, keepToken, lost, nameOf, post, token, verdict, when} from "./too
 import {refresh, rowOf} from "./runs.js";
 
 const LATE_S = 1.5;
+const GO_ON = "It goes on by p in its own terminal.";
 const FORCES = [
   {name: "force", colour: "--force"}, {name: "limit of the run F_lim", colour: "--limit", dash: true},
   {name: "level", colour: "--level"}, {name: "predicted peak", colour: "--c5"},
@@ -62,16 +63,17 @@ function liveRun(place, row, ended) {
   const said = h("p", {className: "soft small", role: "status"});
   const margins = h("div", {className: "margins"}), bars = {};
   const forceChart = h("div"), bendChart = h("div");
-  let charts = [], theory = [], run = null, stop = null, drawn = 0, paused = false, constants = [];
+  let charts = [], theory = [], run = null, stop = null, drawn = 0, paused = false, waited = false, constants = [];
 
-  const pause = h("button", {onclick: () => request(paused ? "resume" : "pause")}, "Pause after step");
+  const pause = h("button", {onclick: () => request("pause")}, "Pause after step");
   const unload = h("button", {className: "stop", onclick: () => request("stop")}, "Unload and stop");
   const field = h("input", {type: "password", autocomplete: "off", size: 18, id: "token"});
   const lock = h("form", {onsubmit: event => { event.preventDefault(); keepToken(field.value); unlock(); pause.focus(); }},
     h("label", {htmlFor: "token"}, "Token"), " ", field, " ", h("button", {}, "Unlock"));
   const unlock = () => {
     lock.hidden = Boolean(token());
-    pause.disabled = unload.disabled = !token();
+    pause.disabled = paused || !token();
+    unload.disabled = !token();
     said.textContent = token() ? "As p and Ctrl+C in the run's own terminal. The page starts no motion."
       : "Pause and stop need the token that `stepload ui` printed.";
   };
@@ -83,9 +85,8 @@ function liveRun(place, row, ended) {
         unload.disabled = pause.disabled = true;
         said.textContent = "Stop requested: the step is finished, then the arm unloads and the run ends.";
       } else {
-        paused = told.paused;
-        pause.textContent = paused ? "Go on" : "Pause after step";
-        said.textContent = paused ? "Pause requested: after this step the arm unloads and waits." : "The run goes on.";
+        pause.disabled = paused = true;
+        said.textContent = `Pause requested: after this step the arm unloads and waits. ${GO_ON}`;
       }
     } catch (error) {
       said.textContent = error.message;
@@ -127,9 +128,11 @@ function liveRun(place, row, ended) {
     const level = state.level_n ? `, step ${state.step} (${digits(state.level_n)} N)` : "";
     const words = state.phase === "done" ? "over; it is being evaluated" : `${state.cycle ? `cycle ${state.cycle}` : "before the first cycle"}, ${state.phase}${level}`;
     if (phase.textContent !== words) phase.textContent = words;
-    if (state.phase === "paused" !== paused && state.phase === "paused") {
-      paused = true;
-      pause.textContent = "Go on";
+    const waits = state.phase === "paused";
+    if (waits !== waited) {
+      paused = waited = waits;
+      pause.disabled = paused || !token();
+      said.textContent = waits ? `The run is paused. ${GO_ON}` : "The run goes on.";
     }
     facts.force.textContent = `${digits(state.force_n)} N`;
     facts.limit.textContent = `${digits(state.force_limit_n)} N`;
