@@ -10,9 +10,9 @@ const kept = {seen: "", runs: []};
 
 /** The rows of all runs, the newest first; true where they differ from before. */
 export async function refresh() {
-  const told = await get("runs", {seen: kept.seen});
-  if (!told.runs) return false;
-  Object.assign(kept, told);
+  const told = await get("runs"), seen = JSON.stringify(told);
+  if (seen === kept.seen) return false;
+  Object.assign(kept, told, {seen});
   document.getElementById("folder").textContent = told.folder;
   return true;
 }
