@@ -5,7 +5,6 @@ What is not checked: its faults, six axes, and whether its physics is right.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from dataclasses import replace
@@ -13,10 +12,10 @@ from functools import partial
 
 from stepload.errors import SteploadError
 from stepload.rig.contract import CHECKS, CheckResult, CheckStatus, run_check
-from stepload.rig.contract_samples import GAIN_TOLERANCE
+from stepload.rig.contract_arm import ramp
+from stepload.rig.contract_samples import GAIN_TOLERANCE, mean
 from stepload.rig.contract_trial import ContractViolation, SkippedCheck, Trial, drain, require
 from stepload.rig.device import Device
-from stepload.rig.samples import ForceSample
 from stepload.rig.world import DEFAULT_SPEC as SPEC
 from stepload.rig.world import SimulatedRig, WorldFactory, WorldFault, WorldSpec
 
@@ -143,13 +142,8 @@ def check_press(make: Make) -> str:
 
 
 def _go(rig: SimulatedRig, to_m: float, speed_m_s: float) -> None:
-    """Command a ramp from where the arm is held, as a run does: one target a period."""
-    at_m, period_s = rig.arm.held_m(), rig.arm.period_s
-    steps = max(1, math.ceil(abs(to_m - at_m) / speed_m_s / period_s))
-    for step in range(1, steps + 1):
-        rig.arm.command(at_m + (to_m - at_m) * step / steps)
-        _pass(rig, period_s)
-    _pass(rig, 10.0 * SPEC.lag_s + SPEC.command_delay_s)
+    trial = Trial(lambda: rig.arm, wait=partial(_pass, rig), speed_m_s=speed_m_s)
+    ramp(rig.arm, trial, (rig.arm.held_m(),), (to_m,))
 
 
 def _force_n(rig: SimulatedRig, over_s: float) -> float:
@@ -157,9 +151,7 @@ def _force_n(rig: SimulatedRig, over_s: float) -> float:
     drain(rig.force), drain(rig.arm)
     _pass(rig, over_s)
     which, sign = "xyz".index(SPEC.force_axis[-1]), -1.0 if SPEC.force_axis[0] == "-" else 1.0
-    values = [s.wrench[which] for s in drain(rig.force) if isinstance(s, ForceSample)]
-    require(bool(values), "no force samples")
-    return sign * math.fsum(values) / len(values)
+    return sign * mean(drain(rig.force))[which]
 
 
 def check_faults(make: Make) -> None:

@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-import json
 import os
 import resource
 import secrets
 import socket
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
-from importlib import resources
 from pathlib import Path
 from typing import Any, TypeVar
 
 import anyio
 import uvicorn
 from anyio import BrokenWorkerProcess, to_process, to_thread
+from pydantic import BaseModel, Field, ValidationError
 from starlette.applications import Starlette
 from starlette.requests import Request
-from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingResponse
-from starlette.routing import Route
+from starlette.responses import HTMLResponse, Response, StreamingResponse
+from starlette.routing import Mount, Route
+from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 
 from stepload.errors import BadInputError, SteploadError
@@ -46,7 +46,6 @@ REPORT_POLICY = (
     "sandbox; default-src 'none'; img-src data:; style-src 'unsafe-inline'; frame-ancestors 'self'"
 )
 REQUESTS = ("pause", "resume", "stop")
-_TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 Result = TypeVar("Result")
 
 
@@ -54,7 +53,7 @@ async def apart(patience_s: float, function: Callable[..., Result], *arguments: 
     """What a function of a module returns, in a process that is killed if it takes longer.
 
     Raises:
-        BadInputError: it took longer, or the process was killed.
+        BadInputError: it took longer or too much memory, or the process was killed.
         Exception: the function's own.
     """
     to_process.current_default_process_limiter().total_tokens = MOST_PROCESSES
@@ -63,6 +62,9 @@ async def apart(patience_s: float, function: Callable[..., Result], *arguments: 
             return await to_process.run_sync(_bounded, function, arguments, cancellable=True)
     except TimeoutError:
         message = f"it took longer than {patience_s:g} s and was given up"
+        raise BadInputError(message) from None
+    except MemoryError:
+        message = f"it took more than {MOST_PROCESS_BYTES >> 30} GiB of memory"
         raise BadInputError(message) from None
     except BrokenWorkerProcess as error:
         raise BadInputError("the process that read it was killed") from error
@@ -76,24 +78,15 @@ def _bounded(function: Callable[..., Result], arguments: tuple[Any, ...]) -> Res
     return function(*arguments)
 
 
-class Json(JSONResponse):
-    """Anything stepload knows; NaN and infinities become null."""
-
-    def render(self, content: Any) -> bytes:
-        return json_text(content).encode()
+def _json(told: Any, status: int = 200) -> Response:
+    return Response(json_text(told), status, media_type="application/json")
 
 
-def _assets() -> dict[str, tuple[bytes, str]]:
-    """Every file of the page by its path, with its type: nothing else is served from disk."""
-    found = {}
-    home = resources.files("stepload.ui") / "assets"
-    for place, prefix in ((home, "/"), (home / "uplot", "/uplot/")):
-        for each in place.iterdir():
-            kind = _TYPES.get(Path(each.name).suffix)
-            if kind and each.is_file():
-                found[prefix + each.name] = (each.read_bytes(), kind)
-    found["/"] = found.pop("/index.html")
-    return found
+class Told(BaseModel):
+    """The body of a request: the name of a run or plan, and a word or the text of the plan."""
+
+    name: str = Field(max_length=1000)
+    text: str = Field(max_length=MAX_BYTES)
 
 
 class Page:
@@ -107,76 +100,59 @@ class Page:
     def __init__(self, root: Path, door: Door, over: Callable[[], bool]) -> None:
         self._root = root.resolve()
         self._door, self._over = door, over
-        self._files = _assets()
         self._watching = 0
         routes = [
-            Route(f"/api/{path}", self._answered(answer), methods=[method])
-            for path, method, answer in (
-                ("runs", "GET", self._runs),
-                ("curves", "GET", self._curves),
-                ("report", "GET", self._report),
-                ("live", "GET", self._live),
-                ("plans", "GET", self._plans),
-                ("plan", "GET", self._plan),
-                ("preflight", "POST", self._preflight),
-                ("request", "POST", self._request),
-            )
+            Route("/api/runs", self._runs),
+            Route("/api/curves", self._curves),
+            Route("/api/report", self._report),
+            Route("/api/live", self._live),
+            Route("/api/plans", self._plans),
+            Route("/api/plan", self._plan),
+            Route("/api/preflight", self._preflight, methods=["POST"]),
+            Route("/api/request", self._request, methods=["POST"]),
+            Mount("/", StaticFiles(directory=Path(__file__).with_name("assets"), html=True)),
         ]
-        files = [Route(path, self._file) for path in self._files]
-        self.app: ASGIApp = guarded(Starlette(routes=[*routes, *files]), door)
+        app = Starlette(routes=routes, exception_handlers={SteploadError: _refused})
+        self.app: ASGIApp = guarded(app, door)
 
     async def _read(self, function: Callable[..., Result], *arguments: str) -> Result:
         return await apart(READ_S, function, self._root, *arguments)
 
-    @staticmethod
-    def _answered(answer: Callable[[Request], Awaitable[Response]]) -> Any:
-        """An error of ours is an answer with its text and what to do."""
-
-        async def endpoint(request: Request) -> Response:
-            try:
-                return await answer(request)
-            except SteploadError as error:
-                return Json({"error": error.message, "hint": error.hint}, 400)
-
-        return endpoint
-
-    async def _file(self, request: Request) -> Response:
-        content, kind = self._files[request.url.path]
-        return Response(content, media_type=kind)
-
     async def _runs(self, _: Request) -> Response:
-        return Json({"folder": str(self._root), "runs": await self._read(folder.run_rows)})
+        return _json({"folder": str(self._root), "runs": await self._read(folder.run_rows)})
 
     async def _curves(self, request: Request) -> Response:
-        return Json(await self._read(folder.curves_of, _name(request, "run")))
+        return _json(await self._read(folder.curves_of, request.query_params.get("run", "")))
 
     async def _report(self, request: Request) -> Response:
-        page = await self._read(folder.report_of, _name(request, "run"))
+        page = await self._read(folder.report_of, request.query_params.get("run", ""))
         return HTMLResponse(page, headers={"content-security-policy": REPORT_POLICY})
 
     async def _plans(self, _: Request) -> Response:
-        return Json({"plans": await self._read(folder.plan_names)})
+        return _json({"plans": await self._read(folder.plan_names)})
 
     async def _plan(self, request: Request) -> Response:
-        return Json({"text": await self._read(folder.plan_text, _name(request, "name"))})
+        return _json(
+            {"text": await self._read(folder.plan_text, request.query_params.get("name", ""))}
+        )
 
     async def _preflight(self, request: Request) -> Response:
-        name, text = await _body(request)
-        text = text.encode("utf-8", "replace").decode()
-        return Json(await apart(CHECK_S, folder.check, self._root, name or "plan.yaml", text))
+        told = await _body(request)
+        name = told.name or "plan.yaml"
+        return _json(await apart(CHECK_S, folder.check, self._root, name, told.text))
 
     async def _request(self, request: Request) -> Response:
         """Pause, resume or stop a run, as its own terminal does."""
         if not self._door.knows(request.headers.get(TOKEN, "")):
-            return Json({"error": "this needs the token that `stepload ui` printed"}, 401)
-        name, word = await _body(request)
-        if word not in REQUESTS:
+            return _json({"error": "this needs the token that `stepload ui` printed"}, 401)
+        told = await _body(request)
+        if told.text not in REQUESTS:
             raise BadInputError(f"not {', '.join(REQUESTS)}")
-        directory = folder.record_at(self._root, name).parent
-        return Json(await to_thread.run_sync(ask, directory, word))
+        directory = folder.record_at(self._root, told.name).parent
+        return _json(await to_thread.run_sync(ask, directory, told.text))
 
     async def _live(self, request: Request) -> Response:
-        record = folder.record_at(self._root, _name(request, "run"))
+        record = folder.record_at(self._root, request.query_params.get("run", ""))
         if not folder.goes_on(record):  # the server itself follows no file that others have made
             raise BadInputError("this run is over", hint="its curves and report are shown")
         if self._watching >= MOST_VIEWERS:
@@ -206,12 +182,13 @@ class Page:
                 follower.close()
 
 
-def _name(request: Request, key: str) -> str:
-    return request.query_params.get(key, "")[:1000]
+def _refused(_: Request, error: Exception) -> Response:
+    assert isinstance(error, SteploadError)
+    return _json({"error": error.message, "hint": error.hint}, 400)
 
 
-async def _body(request: Request) -> tuple[str, str]:
-    """The texts `name` and `text` of a request.
+async def _body(request: Request) -> Told:
+    """What a request tells.
 
     Raises:
         BadInputError: it is too large, or has none.
@@ -222,13 +199,10 @@ async def _body(request: Request) -> tuple[str, str]:
         if len(raw) > 2 * MAX_BYTES:
             raise BadInputError(f"larger than {2 * MAX_BYTES >> 20} MiB", hint="a plan is short")
     try:
-        told = json.loads(raw)
-        name, text = told["name"], told["text"]
-        if isinstance(name, str) and isinstance(text, str) and len(text) <= MAX_BYTES:
-            return name[:1000], text
-    except (ValueError, KeyError, TypeError, RecursionError):
-        pass
-    raise BadInputError("no name and text, or a text that is larger than a plan may be")
+        return Told.model_validate_json(raw)
+    except ValidationError as error:
+        message = "no name and text, or a text that is larger than a plan may be"
+        raise BadInputError(message) from error
 
 
 def serve(

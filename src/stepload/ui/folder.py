@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 import re
-import stat
 from contextlib import suppress
 from dataclasses import asdict
 from functools import lru_cache
@@ -37,7 +36,7 @@ from stepload.report.run_document import run_document
 from stepload.report.run_record import evaluation_of, read_to_evaluate, record_in
 
 MOST_POINTS = 1500
-"""Points of one curve that are sent: means of more, or the smallest and largest of each part."""
+"""Points of one curve that are sent: means, or the smallest and largest of each part."""
 MOST_ROWS = 1 << 15
 MOST_PLANS = 300
 MOST_DEEP = 3
@@ -68,16 +67,13 @@ def record_at(root: Path, key: str) -> Path:
         BadInputError: there is none.
     """
     path = record_in(inside(root, key))
-    if path.suffix not in (".mcap", ".part") or not stat.S_ISREG(_mode(path)):
+    if path.suffix not in (".mcap", ".part") or not _is_file(path):
         raise BadInputError(f"{key} is no record of a run")
     return path
 
 
-def _mode(path: Path) -> int:
-    try:
-        return path.lstat().st_mode
-    except OSError:
-        return 0
+def _is_file(path: Path) -> bool:
+    return os.path.isfile(path) and not path.is_symlink()
 
 
 def run_rows(root: Path) -> list[dict[str, Any]]:
@@ -129,7 +125,7 @@ def report_of(root: Path, key: str) -> str:
     """
     record = record_at(root, key)
     beside = record.with_name("report.html")
-    if record.name == RECORD and stat.S_ISREG(_mode(beside)):
+    if record.name == RECORD and _is_file(beside):
         with beside.open("rb") as file:
             page = file.read(MOST_REPORT_BYTES + 1)
         if len(page) <= MOST_REPORT_BYTES:
