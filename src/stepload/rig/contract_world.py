@@ -31,7 +31,10 @@ Make = Callable[[WorldSpec], SimulatedRig]
 
 def run_world(world: WorldFactory, options: Mapping[str, object]) -> list[CheckResult]:
     """Run every check that a simulated rig can be tried with."""
-    make: Make = partial(world, **options)
+
+    def make(spec: WorldSpec) -> SimulatedRig:
+        return world(spec, **options)
+
     results = []
     for which in ("arm", "force"):
         trial = _trial(make, which)

@@ -29,7 +29,7 @@ function matches(row) {
 const empty = () => h("div", {className: "panel empty"}, "No runs in this folder yet. This makes one:", h("br"), h("code", {}, NO_RUN));
 
 export function runsView(place) {
-  const search = h("input", {type: "search", placeholder: "Filter: payload, batch, rig, verdict, date …", value: filter.text,
+  const search = h("input", {type: "search", placeholder: "Filter: payload, verdict, rig, date …", value: filter.text,
     size: 34, "aria-label": "Filter the runs", oninput: () => { filter.text = search.value; draw(); }});
   const simulated = h("input", {type: "checkbox", checked: filter.simulated,
     onchange: () => { filter.simulated = simulated.checked; draw(); }});
