@@ -51,7 +51,7 @@ class Served(NamedTuple):
             request.add_header(name.replace("_", "-"), value)
         unchecked = ssl._create_unverified_context() if self.url.startswith("https") else None
         try:
-            with urllib.request.urlopen(request, timeout=60, context=unchecked) as answer:
+            with urllib.request.urlopen(request, timeout=120, context=unchecked) as answer:
                 status, told, content = answer.status, answer.headers, answer.read()
         except urllib.error.HTTPError as error:
             with error:

@@ -105,7 +105,7 @@ def test_an_error_in_a_job_comes_through(tmp_path: Path) -> None:
             list(run_all(work, JOBS, pool))
 
 
-def test_a_process_uses_one_thread_and_no_module_of_the_directory(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_uses_one_thread_and_no_module_of_here(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("OPENBLAS_NUM_THREADS", "7")
     monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
     with Pool(2) as pool:
