@@ -59,7 +59,7 @@ def batch(
     pieces = read_list(specimens, plan)
     plans = {piece.plan: load_plan(piece.plan) for piece in pieces}
     listed = {piece.key(plans[piece.plan]): piece for piece in pieces}
-    if twice := [each.name for each in pieces if each not in listed.values()]:
+    if twice := [each.name for each in pieces if not any(each is kept for kept in listed.values())]:
         raise BadInputError(
             f"{specimens}: {', '.join(twice)}: two rows are one press, by plan, operator and trial",
             hint="tell them apart: column `trial`, or another name of a plan",
