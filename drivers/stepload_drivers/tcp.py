@@ -7,6 +7,7 @@ import select
 import socket
 import threading
 import time
+from collections.abc import Iterator
 from typing import Self
 
 from stepload.errors import DeviceError
@@ -16,53 +17,43 @@ WRITE_S = 0.5
 
 
 class TcpLink:
-    """A connection to `host` and `port`; its errors are `DeviceError`.
+    """A connection to `host` and `port`.
 
     Raises:
-        DeviceError: nobody answers there within `timeout_s`.
+        DeviceError: from every call: nobody answers within `timeout_s`, or the connection is gone.
     """
 
     def __init__(self, host: str, port: int, timeout_s: float) -> None:
         self._where = f"{host}:{port}"
-        try:
+        with self._there():
             self._socket = socket.create_connection((host, port), timeout_s)
             self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             self._socket.settimeout(WRITE_S)
-        except OSError as error:
-            raise self._lost(error) from error
+
+    @contextlib.contextmanager
+    def _there(self) -> Iterator[None]:
+        try:
+            yield
+        except (OSError, ValueError) as error:
+            raise DeviceError(
+                f"TCP {self._where}: {error}",
+                code=FaultCode.NOT_CONNECTED,
+                hint="check power, cable and address, and that nothing else has the connection",
+            ) from error
 
     def read(self, timeout_s: float = 0.05) -> bytes:
-        """What has arrived; waits up to `timeout_s` for the first byte.
-
-        Raises:
-            DeviceError: the device has closed the connection.
-        """
-        try:
+        """What has arrived; waits up to `timeout_s` for the first byte."""
+        with self._there():
             if not select.select([self._socket], [], [], timeout_s)[0]:
                 return b""
-            if data := self._socket.recv(65536):
-                return data
-        except (OSError, ValueError) as error:
-            raise self._lost(error) from error
-        raise self._lost("the device has closed the connection")
+            if not (data := self._socket.recv(65536)):
+                raise ConnectionError("the device has closed the connection")
+        return data
 
     def write(self, data: bytes) -> None:
-        """Send all of `data`.
-
-        Raises:
-            DeviceError: the connection is gone, or the device takes nothing.
-        """
-        try:
+        """Send all of `data`."""
+        with self._there():
             self._socket.sendall(data)
-        except OSError as error:
-            raise self._lost(error) from error
-
-    def _lost(self, reason: object) -> DeviceError:
-        return DeviceError(
-            f"TCP {self._where}: {reason}",
-            code=FaultCode.NOT_CONNECTED,
-            hint="check power, cable and address, and that nothing else has the connection",
-        )
 
     def close(self) -> None:
         with contextlib.suppress(OSError):
@@ -72,14 +63,8 @@ class TcpLink:
 class LineServer:
     """Serves one client after the other on a free port of loopback, while used as a context.
 
-    A subclass gives `line`, `take` or both.
-
-    Args:
-        rate_hz: how often `line` is sent.
-
-    Attributes:
-        options: of the driver that is to reach it.
-        silent: whether nothing is sent any more, though the connection stays open.
+    A subclass gives `line`, which is sent `rate_hz` times a second, `take` or both. `options` are
+    those of a driver that is to reach it; while `silent`, nothing is sent on the open connection.
     """
 
     def __init__(self, rate_hz: float) -> None:

@@ -2,4 +2,5 @@
 
 from stepload.cli.main import main
 
-main()
+if __name__ == "__main__":  # a process of the page's server loads it too
+    main()

@@ -9,15 +9,14 @@ import tomllib
 
 import pytest
 
-from stepload.errors import BadInputError
+from stepload.errors import BadInputError, DeviceError
 from stepload.rig.contract import CHECKS, CheckStatus, Trial, run_check, trial_of
 from stepload.setup.driver_project import KINDS, write_project
 
 BROKEN = [
-    ("force", "stale", ("data = self._link.read(wait_s)", "data = self._link.read(wait_s) or OLD")),
+    ("force", "stale", ("max_age_s=told.max_age_s", "max_age_s=60.0")),
     ("force", "load", ('float(match["value"]) * SI', '-float(match["value"]) * SI')),
     ("force", "load", ("SI = 1.0", "SI = 9.80665")),
-    ("displacement", "load", ("SI = 1e-3", "SI = 1.0")),
     ("arm", "stale", ("data = self._link.read(0.05)", "data = self._link.read(0.05) or OLD")),
     ("arm", "stop", ('self._send(b"S\\n")\n', "return\n")),
     ("arm", "motion", ("MM * float(position_mm)", "-MM * float(position_mm)")),
@@ -32,7 +31,7 @@ def trial(directory, kind, name, edit=None):
     if edit:
         source = directory / name / name / "driver.py"
         text = source.read_text()
-        assert text.count(edit[0]) == 1
+        assert text.count(edit[0]) == 1, edit
         source.write_text(text.replace(*edit) + OLD)
     sys.path.insert(0, str(directory / name))
     try:
@@ -42,18 +41,17 @@ def trial(directory, kind, name, edit=None):
     finally:
         sys.path.remove(str(directory / name))
     device = emulator.Emulator()
-    words = KINDS[kind]
 
     def load():
-        device.value += 10.0 if kind == "force" else 1.0
-        return float(words["load"])
+        device.value += 10.0
+        return 10.0
 
     return device, Trial(
         *trial_of(getattr(driver, name.replace("_", " ").title().replace(" ", "")), device.options),
         silence=lambda: setattr(device, "silent", True),
         restore=lambda: setattr(device, "silent", False),
         load=None if kind == "arm" else load,
-        load_axis=words.get("axis", ""),
+        load_axis="" if kind == "arm" else "+fz",
         move_m=2e-3 if kind == "arm" else 0.0,
     )
 
@@ -72,7 +70,6 @@ def checked(directory, kind, name, checks, edit=None):
     ("kind", "checks"),
     [
         ("force", {"options", "samples", "load", "stale", "lost_link"}),
-        ("displacement", {"samples", "load"}),
         ("arm", {"samples", "targets", "motion", "stop", "stale", "lost_link"}),
     ],
 )
@@ -87,6 +84,16 @@ def test_what_is_written_keeps_the_contract(tmp_path, kind, checks):
 def test_what_breaks_it_is_seen(tmp_path, kind, check, edit):
     name = f"broken_{BROKEN.index((kind, check, edit))}"
     assert checked(tmp_path, kind, name, {check}, edit)[check].status is CheckStatus.FAILED
+
+
+def test_a_device_that_never_ends_a_line_takes_no_memory(tmp_path):
+    device, found = trial(tmp_path, "arm", "endless_arm")
+    with device:
+        device.line = lambda: b"1" * 4000
+        arm = found.make()
+        with pytest.raises(DeviceError):
+            arm.open(3.0)
+        assert len(arm._rest) <= 1000
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -10,7 +10,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from stepload.jobs.pool import THREADS
+from stepload.jobs.pool import ENVIRONMENT
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class Threads:
 
     def run(self, job: Job, /) -> tuple[int, list[str | None]]:
         time.sleep(0.05)
-        return os.getpid(), [os.environ.get(name) for name in THREADS]
+        return os.getpid(), [os.environ.get(name) for name in ENVIRONMENT]
 
 
 def begun(traces: Path, index: int) -> list[Path]:

@@ -23,8 +23,8 @@ from stepload.data.batch import pressed
 from stepload.errors import BadInputError
 from stepload.plan.model import Acceptance
 from stepload.record.outcome import RunStatus
-from stepload.report.batch import Batch, batch_of, batch_schema
-from stepload.report.batch_document import batch_document
+from stepload.report.batch import Batch, batch_document, batch_of
+from stepload.report.rows import schema_of
 from stepload.report.run_record import SavedRun, saved_run
 
 Stage = Callable[..., Staged]
@@ -69,9 +69,9 @@ def test_two_of_sixteen_stand_out(pressed_again: Callable[..., list[SavedRun]]) 
     assert found.verdict == "out of control"
     assert found.capability is not None
     assert found.capability.cp is None
-    jsonschema.validate(json.loads(found.model_dump_json()), batch_schema())
+    jsonschema.validate(json.loads(found.model_dump_json()), schema_of(Batch, "batch"))
     document = batch_document(found, runs)
-    assert "S08" in document.figures[0].draw()
+    assert "#b3261e" in document.figures[0].draw()
 
 
 def test_what_all_share_does_not_shrink(pressed_again: Callable[..., list[SavedRun]]) -> None:
@@ -82,8 +82,7 @@ def test_what_all_share_does_not_shrink(pressed_again: Callable[..., list[SavedR
     assert many.scatter < 0.6 * few.scatter
     assert many.common == pytest.approx(few.common, rel=1e-3)
     assert many.half_width == pytest.approx(np.hypot(many.scatter, many.common))
-    assert many.lines[0].source == "system stiffness K_s"
-    assert many.common > 0.9 * 1.96 * (many.lines[0].relative or 1.0)
+    assert many.common > 0.01
 
 
 def test_gauge_of_two_operators(pressed_again: Callable[..., list[SavedRun]]) -> None:
@@ -106,6 +105,14 @@ def test_gauge_of_two_operators(pressed_again: Callable[..., list[SavedRun]]) ->
     assert [each.runs for each in unlike.specimens] == [1, 2]
 
 
+def test_a_plan_that_has_changed_is_told(pressed_again: Callable[..., list[SavedRun]]) -> None:
+    runs = pressed_again([1.0, 1.01])
+    assert batch_of("B7", runs, None).notes == ()
+    other = replace(runs[1], metadata={**runs[1].metadata, "sha256 plan.yaml": "abc"})
+    (note,) = batch_of("B7", [runs[0], other], None).notes
+    assert "plan.yaml" in note
+
+
 def test_one_payload_a_batch(pressed_again: Callable[..., list[SavedRun]]) -> None:
     runs = pressed_again([1.0, 1.0], payload=["ball", "cone"])
     with pytest.raises(BadInputError):
@@ -114,9 +121,13 @@ def test_one_payload_a_batch(pressed_again: Callable[..., list[SavedRun]]) -> No
 
 def test_a_batch_is_pressed_and_goes_on(quick: Path, tmp_path: Path) -> None:
     specimens, out = tmp_path / "b.csv", tmp_path / "b"
-    head = "specimen,operator,trial,simulation.surface_error\n"
-    words = ("batch", quick, specimens, "--dry-run", "--yes", "--quiet", "--json", "--out", out)
-    specimens.write_text(f"{head}S1,Ann,1,\nS2,Ann,1,0.5 mm\n")
+    head, wrong = "specimen,operator,trial,plan\n", tmp_path / "wrong.yaml"
+    place = "profile: stvf\n"
+    assert place in quick.read_text()
+    far = f"{place}  simulation: {{surface_error: 0.5 mm}}\n"
+    wrong.write_text(quick.read_text().replace(place, far))
+    words = ("batch", quick, specimens, "--dry-run", "--quiet", "--json", "--out", out)
+    specimens.write_text(f"{head}S1,Ann,1,\nS2,Ann,1,wrong.yaml\n")
     first = in_process(*words)
     assert first.returncode == 4, first.stderr
     found = json.loads(first.stdout)
@@ -127,21 +138,16 @@ def test_a_batch_is_pressed_and_goes_on(quick: Path, tmp_path: Path) -> None:
     assert [each["cause"]["rule"] for each in stopped] == ["specimen"]
     assert [each["run"]["batch"] for each in runs.values()] == ["b", "b"]
 
-    specimens.write_text(f"{head}S1,Ann,1,\nS2,Ann,1,0.02 mm\n")
+    specimens.write_text(f"{head}S1,Ann,1,\nS2,Ann,1,\n")
     second = in_process(*words)
     assert second.returncode == 0, second.stderr
     assert [each["name"] for each in json.loads(second.stdout)["specimens"]] == ["S1", "S2"]
     done = {("quick", "S1", "Ann", "1"), ("quick", "S2", "Ann", "1")}
     assert set(pressed(out, dry_run=True)) == done
     assert not pressed(out, dry_run=False)  # a rehearsal is no press
-    again = in_process("batch", "--report", out, "--json")
+    again = in_process(*words)
     assert json.loads(again.stdout)["specimens"] == json.loads(second.stdout)["specimens"]
     assert (out / "batch.html").stat().st_size > 1000
-
-    specimens.write_text(f"{head}S1,Ann,1,\nS2,Ann,1,\nS3,Ann,1,\n")
-    quick.write_text(quick.read_text().replace("hold: 0.3 s", "hold: 0.4 s"))
-    changed = in_process(*words)
-    assert (changed.returncode, "plan.yaml" in changed.stderr) == (2, True)
 
 
 @pytest.mark.parametrize(
@@ -171,23 +177,27 @@ def test_what_ends_a_batch(
         return SimpleNamespace(outcome=outcome, left_early=0, problems=())
 
     monkeypatch.setattr("stepload.cli.run.press", press)
-    words = ("batch", quick, tmp_path / "b.csv", "--dry-run", "--yes", "--out", tmp_path / "b")
+    words = ("batch", quick, tmp_path / "b.csv", "--dry-run", "--out", tmp_path / "b")
     assert in_process(*words).returncode == code
     assert [each.record.specimen for each in plans] == ["S1", "S2"][:count]
 
 
 def test_nobody_is_asked_in_vain(quick: Path, tmp_path: Path) -> None:
     (tmp_path / "b.csv").write_text("specimen\nS1\n")
-    assert in_process("batch", quick, tmp_path / "b.csv", "--yes").returncode == 2
-    assert in_process("batch", quick, quick, tmp_path / "b.csv", "--dry-run").returncode == 2
+    assert in_process("batch", quick, tmp_path / "b.csv").returncode == 2
+    (tmp_path / "same").mkdir()
+    (tmp_path / "same" / quick.name).write_bytes(quick.read_bytes())
+    (tmp_path / "b.csv").write_text(f"specimen,plan\nS1,\nS1,same/{quick.name}\n")
+    assert in_process("batch", quick, tmp_path / "b.csv", "--dry-run").returncode == 2
 
 
-def test_an_early_enter_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_early_enter_and_a_word_are_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     parent, child = pty.openpty()
+    typed = iter((b"yes\n", b"s\n"))
     os.write(parent, b"\n")
 
-    def shown(_: str) -> int:
-        return os.write(parent, b"s\n")
+    def shown(text: str) -> int:
+        return os.write(parent, next(typed)) if text else 0
 
     with os.fdopen(child, closefd=True) as terminal:
         monkeypatch.setattr(sys, "stdin", terminal)
@@ -200,7 +210,7 @@ def test_an_early_enter_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_ctrl_c_and_a_dead_sensor(stage: Stage, quick: Path, tmp_path: Path) -> None:
     """Ctrl+C does what it does in `run`; a fault of the rig ends the batch."""
     (tmp_path / "b.csv").write_text("specimen\nS1\nS2\n")
-    words = ("batch", quick, tmp_path / "b.csv", "--dry-run", "--yes", "--quiet", "--out")
+    words = ("batch", quick, tmp_path / "b.csv", "--dry-run", "--quiet", "--out")
     staged = stage({"at": "LOAD 2", "wait": "stop 1"}, *words, tmp_path / "b")
     staged.wait_until_there()
     staged.process.send_signal(signal.SIGINT)
@@ -215,11 +225,14 @@ def test_ctrl_c_and_a_dead_sensor(stage: Stage, quick: Path, tmp_path: Path) -> 
 @pytest.mark.long
 @pytest.mark.timeout(900)
 def test_twenty_simulated_specimens(tmp_path: Path) -> None:
-    plan, rows = tmp_path / "foot.yaml", ["specimen,simulation.payload_factor"]
+    plan, rows, place = tmp_path / "foot.yaml", ["specimen,plan"], "profile: stvf\n"
     plan.write_text(CYCLES)
-    rows += [f"S{at + 1:02},{factor:.4f}" for at, factor in enumerate(_factors(20))]
+    for at, factor in enumerate(_factors(20), 1):
+        rows.append(f"S{at:02},{at}.yaml")
+        of_it = f"{place}  simulation: {{payload_factor: {factor:.4f}}}\n"
+        (tmp_path / f"{at}.yaml").write_text(CYCLES.replace(place, of_it))
     (tmp_path / "b.csv").write_text("\n".join(rows))
-    words = ("batch", plan, tmp_path / "b.csv", "--dry-run", "--yes", "--quiet", "--json", "--out")
+    words = ("batch", plan, tmp_path / "b.csv", "--dry-run", "--quiet", "--json", "--out")
     done = in_process(*words, tmp_path / "b")
     assert done.returncode == 0, done.stderr
     assert _standing_out(Batch.model_validate_json(done.stdout)) == ["S08", "S15"]

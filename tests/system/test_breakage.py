@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,7 +19,7 @@ from stepload.engine.tick import Engine
 from stepload.feasibility.preflight import Preflight, preflight_of
 from stepload.plan.load import load_plan
 from stepload.record.reader import read_recording
-from stepload.record.recorder import RecordingFailedError
+from stepload.record.recorder import Recorder, RecordingFailedError
 from stepload.record.rows import Phase
 from stepload.session.experiment import Finished, run_plan
 
@@ -155,6 +156,24 @@ def test_what_breaks_after_the_run_does_not_cost_its_record(breaking: Breaking, 
     if part != "results":
         assert results(breaking.out)["status"] == "completed"
     assert (breaking.out / "report.html").exists() == (part == "evaluation")
+
+
+def test_what_a_rescue_left_out_is_said(
+    breaking: Breaking, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rescue, kept = Recorder.rescue, list[Any]()
+
+    def torn(recorder: Recorder, places: Any) -> Any:
+        recorder._end_writer()
+        os.truncate(recorder.part_path, recorder.part_path.stat().st_size - 100_000)
+        kept.append(rescue(recorder, places))
+        return kept[0]
+
+    monkeypatch.setattr(Recorder, "rescue", torn)
+    with pytest.raises(RecordingFailedError) as caught:
+        breaking.run("read back")
+    assert kept[0].damage
+    assert kept[0].damage in caught.value.hint
 
 
 def test_a_record_that_cannot_be_finished_is_rescued(breaking: Breaking) -> None:

@@ -14,11 +14,11 @@ def test_a_bug_report_names_versions_computer_and_plugins():
     assert in_process("--version").stdout == f"{__version__}\n"
     said = in_process("--version", "--verbose")
     assert said.returncode == 0
-    assert max(map(len, said.stdout.splitlines()[1:])) <= 80
+    long = [line for line in said.stdout.splitlines() if len(line) > 80]
+    assert all(line.startswith(("path ", "platform ")) for line in long)
     told = json.loads(in_process("--version", "--json").stdout)
     assert told["stepload"] == __version__
     assert {"numpy", "mcap", "pydantic"} <= set(told["packages"])
-    assert told["real_time"]["cpus"] >= 1
     groups = {each["group"]: each["version"] for each in told["drivers"] if each["name"] == "sim"}
     assert set(groups) == {
         "stepload.arms", "stepload.force_sensors", "stepload.displacement_sensors",

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import base64
 import json
+import os
 import shutil
 import signal
 import ssl
 import subprocess
 import sys
+import time
 import urllib.error
 import urllib.request
 from collections.abc import Callable, Iterator
@@ -28,9 +30,9 @@ from stepload.errors import BadInputError
 from stepload.live.view import address_of, live_view
 from stepload.record.reader import read_recording
 from stepload.record.rows import Phase
-from stepload.ui.folder import curves_of, means, thinned
+from stepload.ui.app import apart
+from stepload.ui.folder import check, curve, curves_of
 from stepload.ui.follow import Follower
-from stepload.ui.worker import Worker
 
 PLAN = (ROOT / "procedures" / "plastic-sphere.yaml").read_text()
 
@@ -49,7 +51,7 @@ class Served(NamedTuple):
             request.add_header(name.replace("_", "-"), value)
         unchecked = ssl._create_unverified_context() if self.url.startswith("https") else None
         try:
-            with urllib.request.urlopen(request, timeout=60, context=unchecked) as answer:
+            with urllib.request.urlopen(request, timeout=120, context=unchecked) as answer:
                 status, told, content = answer.status, answer.headers, answer.read()
         except urllib.error.HTTPError as error:
             with error:
@@ -63,8 +65,8 @@ def served(directory: Path, *options: object) -> Iterator[Served]:
     """The page of a folder, in a process of its own, ended with Ctrl+C."""
     words = ["ui", directory, "--port", 0, "--json", *options]
     process = subprocess.Popen(
-        [sys.executable, "-m", "stepload", *map(str, words)],
-        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=ENVIRONMENT,
+        [sys.executable, "-P", "-m", "stepload", *map(str, words)],
+        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=ENVIRONMENT, cwd=directory,
     )  # fmt: skip
     with process:
         try:
@@ -85,8 +87,12 @@ def lab(tmp_path: Path, quick_run: Path) -> Path:
     shutil.copytree(ROOT / "procedures" / "payloads", folder / "payloads")
     shutil.copytree(ROOT / "procedures" / "payloads", tmp_path / "payloads")
     (folder / "plan.yaml").write_text(PLAN)
+    (folder / "pickle.py").write_text("raise SystemExit")  # no process may import it
     (folder / "runs" / "linked").symlink_to(tmp_path / "other")
     (tmp_path / "secret.html").write_text("secret")
+    os.mkfifo(folder / "runs" / "pipe.mcap")  # to open it would wait for ever
+    (folder / "runs" / "third").mkdir()
+    (folder / "runs" / "third" / "run.mcap").symlink_to(tmp_path / "other" / "run.mcap")
     (folder / "runs" / "second").mkdir()
     (folder / "runs" / "second" / "run.mcap").write_bytes(b"no record")
     (folder / "runs" / "second" / "report.html").symlink_to(tmp_path / "secret.html")
@@ -121,6 +127,7 @@ def test_the_door_and_the_folder(lab: Path) -> None:
             ("/api/curves?run=plan.yaml", None, {}, 400),
             ("/api/curves?run=runs/second", None, {}, 400),
             ("/api/report?run=runs/second", None, {}, 400),
+            ("/api/live?run=runs/first", None, {}, 400),
             ("/api/plan?name=../secret.html", None, {}, 400),
             ("/../pyproject.toml", None, {}, 404),
         ):  # fmt: skip
@@ -135,6 +142,9 @@ def test_the_door_and_the_folder(lab: Path) -> None:
         token = {"X_Stepload_Token": page.token, "Origin": page.url}
         status, _, told = page.ask("/api/request", {"name": "runs/first", "text": "stop"}, **token)
         assert (status, "error" in told) == (400, True)  # it is over
+        status, _, on = page.ask("/api/request", {"name": "runs/first", "text": "resume"}, **token)
+        assert status == 400
+        assert on["error"] != told["error"]  # it would be refused if the run went on
 
 
 @pytest.mark.parametrize(
@@ -147,8 +157,6 @@ def test_the_door_and_the_folder(lab: Path) -> None:
     ],
 )
 def test_a_problem_of_a_plan_has_its_line(lab: Path, old: str, new: str, line: int) -> None:
-    from stepload.ui.checked import check
-
     (lab / "link.yaml").symlink_to(lab.parent / "payloads" / "plastic-sphere.yaml")
     assert check(lab, "plan.yaml", PLAN)["verdict"] == "go"
     [problem] = check(lab, "plan.yaml", PLAN.replace(old, new))["problems"]
@@ -156,8 +164,6 @@ def test_a_problem_of_a_plan_has_its_line(lab: Path, old: str, new: str, line: i
 
 
 def test_a_finding_has_the_line_of_the_text_that_is_edited(lab: Path) -> None:
-    from stepload.ui.checked import check
-
     told = check(lab, "plan.yaml", "# a line that is not saved\n" + PLAN.replace("300 N", "900 N"))
     assert told["verdict"] == "refused"
     first = told["findings"][0]
@@ -212,7 +218,7 @@ def test_points_of_a_run_while_it_grows(quick_run: Path, tmp_path: Path) -> None
     time_s = [value for each in states for value in each["time"]["time_s"]]
     assert np.all(np.diff(time_s) > 0.0)
     assert len(time_s) < 1000
-    assert told[0]["run"]["simulated"] is True
+    assert told[0]["run"]["virtual"] is True
     assert told[-1]["ended"] == "whole"
     assert states[-1]["left_s"] < 1.0
     bend = [value for each in states for value in each["curve"]["deformation_um"] if value]
@@ -222,30 +228,24 @@ def test_points_of_a_run_while_it_grows(quick_run: Path, tmp_path: Path) -> None
     )
 
 
-def test_few_points_keep_the_extremes() -> None:
-    values = np.sin(np.arange(100_000) / 50.0)
-    values[777], values[55_555] = 9.0, -9.0
-    at = thinned(values, 400)
-    assert len(at) <= 402
-    assert {777, 55_555} <= set(at.tolist())
-    assert np.all(np.diff(at) > 0)
-    columns = np.array([[1.0, 3.0, np.nan, np.nan, np.nan, np.nan, 5.0, 7.0]] * 2)
-    assert np.array_equal(means(columns, 4), [[2.0, np.nan, 6.0]] * 2, equal_nan=True)
+def test_points_of_a_curve_are_means_of_parts() -> None:
+    bend = np.array([1.0, 3.0, np.nan, np.nan, 5.0, 7.0])
+    told = curve(bend, np.arange(6.0), np.array([0, 2, 4]))
+    assert told == {"deformation_um": [2.0, None, 6.0], "force_n": [0.5, 2.5, 4.5]}
 
 
-def test_a_worker_gives_up_and_goes_on() -> None:
-    import time
-
+def test_a_process_is_given_up_and_another_goes_on() -> None:
     async def work() -> None:
-        worker = Worker(1.0)
-        try:
-            with pytest.raises(BadInputError, match="1 s"):
-                await worker.do(time.sleep, 60.0)
-            assert await worker.do(divmod, 7, 2) == (3, 1)
-            with pytest.raises(ZeroDivisionError):
-                await worker.do(divmod, 7, 0)
-        finally:
-            worker.close()
+        with pytest.raises(BadInputError, match="2 s"):
+            await apart(2.0, time.sleep, 60.0)
+        assert await apart(120.0, divmod, 7, 2) == (3, 1)
+        with pytest.raises(ZeroDivisionError):
+            await apart(120.0, divmod, 7, 0)
+        with pytest.raises(BadInputError):
+            await apart(120.0, os._exit, 1)
+        with pytest.raises(BadInputError, match="4 GiB"):
+            await apart(120.0, bytearray, 5 << 30)
+        assert await apart(120.0, os.getpriority, os.PRIO_PROCESS, 0) >= 10
 
     anyio.run(work)
 

@@ -13,6 +13,7 @@ from stepload_drivers.line.codec import LineDecoder
 from stepload_drivers.serialport import WAIT_S, SerialPort
 from stepload_drivers.stream import Stream
 from stepload_drivers.streamed import Deadline, Streamed
+from stepload_drivers.tcp import TcpLink
 
 Sample = TypeVar("Sample")
 
@@ -28,25 +29,26 @@ class LineSettings(NamedTuple):
     """
 
     name: str
-    port: str
-    baud: int
     rate_hz: float
     terminator: bytes
     request: bytes
     max_age_s: float
     frozen_s: float
-    refuse_latency: bool
+    port: str = ""
+    baud: int = 0
+    refuse_latency: bool = False
 
 
 class LineSensor(Streamed[Sample]):
     """Opens the port, sends requests if needed, and stamps, counts and checks the readings.
 
     Lines carry no counter and no clock: losses are estimated from arrival times, or counted as
-    requests without an answer. A subclass gives `reading` and `_sample`, and may give `_identify`.
+    requests without an answer. A subclass gives `reading` and `_sample`, and may give `_identify`,
+    or `_connect` where it is not read by a serial port.
     """
 
     rate_hz: float
-    _link: SerialPort | None = None
+    _link: SerialPort | TcpLink | None = None
 
     def __init__(self, settings: LineSettings, identity: Identity) -> None:
         self._line = settings

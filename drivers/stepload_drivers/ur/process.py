@@ -33,7 +33,7 @@ class ChildProcess:
         arguments = [str(theirs.fileno()), settings.to_json(), repr(period_s), repr(connect_s)]
         try:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "stepload_drivers.ur.child", *arguments],
+                [sys.executable, "-P", "-m", "stepload_drivers.ur.child", *arguments],
                 stdin=subprocess.DEVNULL,
                 stdout=self._log,
                 stderr=self._log,

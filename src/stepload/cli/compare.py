@@ -107,7 +107,7 @@ def compare(
         ),
     ] = None,
     curve: Annotated[
-        Texts, Option(metavar="[NAME=]FILE", help="CSV: displacement_m, force_n; or payload.yaml.")
+        Texts, Option(metavar="[NAME=]FILE", help="Curve of deformation, or payload.yaml.")
     ] = None,
     curve_modulus: Annotated[
         Texts, Option(help='Equivalent modulus of a curve (V-A), "[NAME=]2.95 GPa".')
@@ -163,6 +163,7 @@ def compare(
     from stepload.report.curve import deformation_curve
     from stepload.report.page import render
     from stepload.report.run_record import saved_run
+    from stepload.report.terminal import wrapped
     from stepload.report.tip_factors import SHAPES, predicted_curve, tip_factors, with_factors
     from stepload.session.files import write_file
     from stepload.units import parse_named
@@ -191,7 +192,10 @@ def compare(
         if of:
             made = predicted_curve(of, top_n)
         else:
-            made = deformation_curve(read_curve(path, mappings[name]))
+            made = deformation_curve(read := read_curve(path, mappings[name]), name)
+            assert read.reading is not None
+            for line in read.reading.lines():
+                output.line(wrapped(f"{name}: {line}", 2))
         wanted = {"rough": name in (rough or ()), "plastic": name in (plastic or ())}
         if any(wanted.values()) or not (rough or plastic):
             factors = tip_factors(of or body, **wanted, surface=surface, radius_m=tip_radius)

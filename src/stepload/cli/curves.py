@@ -41,27 +41,31 @@ def show_look(output: Output, files: Sequence[tuple[Path, CurveMapping]]) -> Non
     """How files are read, and the mapping to keep for the next ones."""
     from stepload.record.curves import read_curve
     from stepload.record.untrusted import untrusted
+    from stepload.report.curve import machine_doubts
     from stepload.report.terminal import wrapped
     from stepload.units import format_quantity
 
     data = []
     for path, mapping in files:
         with untrusted(path):
-            reading = read_curve(path, mapping).reading
+            curve = read_curve(path, mapping)
+        reading = curve.reading
         assert reading is not None
         data.append({"file": str(path), **asdict(reading)})
         rows = [
             (each.role, f"{each.number} {each.name!r}", each.unit, each.unit_from,
-             *(format_quantity(x, SI[each.role], 4) for x in (each.first, each.last)))
+             *(format_quantity(x, SI[each.role], 4) for x in (each.lowest, each.highest)))
             for each in reading.columns
         ]  # fmt: skip
-        heads = ("used as", "column", "unit", "unit from", "first", "last")
+        heads = ("used as", "column", "unit", "unit from", "lowest", "highest")
         output.table(str(path), heads, rows)
         sheet = f" sheet {reading.sheet!r}" if reading.sheet else ""
         names = f"names in line {reading.names_line}" if reading.names_line else "no names"
         unused = f"not used: {', '.join(reading.unused)[:200]}" if reading.unused else ""
+        system = "position: --system-stiffness takes the machine's own deflection out"
         of = f"{reading.encoding}{sheet}, {reading.delimiter!r}, decimal mark {reading.decimal}"
-        lines = (f"{of}, {names}", *[*reading.lines()][1:], unused, *reading.notes)
+        lines = (f"{of}, {names}", *[*reading.lines()][1:], unused, *reading.notes,
+                 *machine_doubts(curve), system * (curve.position_m is not None))  # fmt: skip
         for line in filter(None, lines):
             output.line(wrapped(line, 2))
         output.line("\nto keep for --mapping FILE.yaml:")

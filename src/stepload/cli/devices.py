@@ -241,9 +241,6 @@ def new(
     name: Annotated[str, Argument(help="Name of the driver and its package.", show_default=False)],
     arm: Annotated[bool, Option("--arm", help="For an arm.")] = False,
     force: Annotated[bool, Option("--force", help="For a force sensor.")] = False,
-    displacement: Annotated[
-        bool, Option("--displacement", help="For a displacement gauge.")
-    ] = False,
     out: Annotated[Path | None, Option("--out", help="A new directory; default: NAME.")] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -253,16 +250,15 @@ def new(
 
     Example: stepload drivers new acme_cell --force
     """
-    from stepload.setup.driver_project import KINDS, write_project
+    from stepload.setup.driver_project import write_project
 
-    asked = [kind for kind, on in zip(KINDS, (arm, force, displacement), strict=True) if on]
-    if len(asked) != 1:
-        raise BadInputError("say the kind of device", hint="--arm, --force or --displacement")
-    output, directory = Output(as_json=as_json), out or Path(name)
-    files = write_project(name, asked[0], directory)
+    if arm == force:
+        raise BadInputError("say the kind of device", hint="--arm or --force")
+    output, directory, kind = Output(as_json=as_json), out or Path(name), "arm" if arm else "force"
+    files = write_project(name, kind, directory)
     output.line("\n".join(map(str, files)))
     output.line(f"next: cd {directory} && pip install -e '.[dev]' && pytest")
-    output.result({"name": name, "kind": asked[0], "directory": directory, "files": files})
+    output.result({"name": name, "kind": kind, "directory": directory, "files": files})
 
 
 def doctor(

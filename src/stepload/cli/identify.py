@@ -87,7 +87,7 @@ def identify(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Identify the contact law from a record or a CSV file; nothing is moved.
+    """Identify the contact law from a record, or a curve of another machine.
 
     Example: stepload identify runs/20260801-101500-demo --out again
     """

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from typer import Argument, Context, Typer
 
@@ -126,22 +128,23 @@ def schema(
 
     Example: stepload schema results
     """
-    from stepload.data.catalog import runs_schema
+    from stepload.data.catalog import Runs
     from stepload.plan.schema import json_schema
-    from stepload.report.batch import batch_schema
+    from stepload.report.batch import Batch
     from stepload.report.calibration_document import calibration_schema
     from stepload.report.comparison_document import comparison_schema
     from stepload.report.preflight_results import preflight_schema
+    from stepload.report.rows import schema_of
     from stepload.report.run_results import results_schema
 
-    made = {
+    made: dict[Documents, Callable[[], dict[str, Any]]] = {
         Documents.PLAN: json_schema,
         Documents.RESULTS: results_schema,
         Documents.COMPARISON: comparison_schema,
         Documents.CALIBRATION: calibration_schema,
         Documents.PREFLIGHT: preflight_schema,
-        Documents.RUNS: runs_schema,
-        Documents.BATCH: batch_schema,
+        Documents.RUNS: partial(schema_of, Runs, "runs"),
+        Documents.BATCH: partial(schema_of, Batch, "batch"),
     }
     text = json.dumps(made[document](), indent=1, ensure_ascii=False)
     Output(as_json=False).document(text)

@@ -36,7 +36,7 @@ def ui(
     Example: stepload ui
     """
     try:
-        from stepload.ui.server import serve
+        from stepload.ui.app import serve
     except ModuleNotFoundError as error:
         raise BadInputError(
             f"`ui` needs {error.name}, which is not installed", hint="pip install 'stepload[ui]'"

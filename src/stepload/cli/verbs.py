@@ -30,7 +30,7 @@ LINES = {
     "ui.ui": "Show runs, reports, the live run and preflight in a browser; it starts no motion.",
     "reference.layout": "Write a layout for Foxglove and Lichtblick.",
     "batch.batch": "Press specimen after specimen by a list; table and control chart of all.",
-    "identify.identify": "Identify the contact law from a record or a CSV file; nothing is moved.",
+    "identify.identify": "Identify the contact law from a record, or a curve of another machine.",
     "records.recover": "Repair what was not finished, verify it, and identify what is there.",
     "records.replay": "Run the supervisor over a record. Exit 4: it would have tripped.",
     "calibrate.calibrate": "Measure the system stiffness K_s (26) and write its record.",

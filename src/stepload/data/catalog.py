@@ -14,7 +14,7 @@ from stepload.errors import BadInputError
 from stepload.record.summary import Summary, read_summary
 from stepload.record.untrusted import untrusted
 from stepload.report.model import number_or_nan
-from stepload.report.rows import OrNan, Row, figure, schema_of
+from stepload.report.rows import OrNan, Row, figure
 
 if TYPE_CHECKING:
     import pandas
@@ -74,11 +74,6 @@ class Runs(Row):
         alias="$schema", description="`$id` of this schema."
     )
     runs: tuple[RunRow, ...] = figure("One row each.")
-
-
-def runs_schema() -> dict[str, Any]:
-    """The JSON Schema of `stepload runs --json`."""
-    return schema_of(Runs, "runs")
 
 
 def row_of(record: Path) -> RunRow:
@@ -177,7 +172,7 @@ def _records(directory: Path, deep: int) -> Iterator[tuple[Path, str]]:
     """
     try:
         entries = sorted(directory.iterdir())
-        record = next((r for n in (RECORD, PART) if (r := directory / n).is_file()), None)
+        record = next((r for n in (RECORD, PART) if _is_own(r := directory / n)), None)
     except OSError as error:
         yield directory, f"cannot be looked into: {error.strerror}"
         return
@@ -189,8 +184,13 @@ def _records(directory: Path, deep: int) -> Iterator[tuple[Path, str]]:
         if entry.is_dir():
             if deep:
                 yield from _records(entry, deep - 1)
-        elif record is None and deep and entry.suffix == ".mcap":
+        elif record is None and deep and entry.suffix == ".mcap" and _is_own(entry):
             yield entry, ""
+
+
+def _is_own(path: Path) -> bool:
+    """Whether a path is a file, and no link: to open a pipe would wait for ever."""
+    return path.is_file() and not path.is_symlink()
 
 
 def _unread(path: Path, problem: str) -> RunRow:

@@ -13,15 +13,23 @@ from typing import Any
 import numpy as np
 
 from stepload.data.columns import library
-from stepload.data.hdf5 import write_hdf5
 from stepload.data.run import STREAMS, Run
 from stepload.data.table import PHASE, Table
 from stepload.errors import BadInputError, printable
+from stepload.record.plain import json_text
 from stepload.record.rows import Phase
 from stepload.report.rows import Row
+from stepload.report.run_results import SCHEMA_ID
 
 EXCEL_ROWS = 1_048_575
 """Largest number of rows below the header in an Excel sheet."""
+UNITS = {
+    "_n_per_m": "N/m", "_m_per_n": "m/N", "_n_m": "N.m", "_rad": "rad", "_n": "N", "_m": "m",
+    "_s": "s", "_c": "degC",
+}  # fmt: skip
+"""UDUNITS names by the end of a column's name, the longest first."""
+SIGNALS = {"arm": "position_m", "displacement": "displacement_m", "second_force": "force_z_n"}
+"""The column to plot, where it is not the force."""
 
 
 class Format(StrEnum):
@@ -87,7 +95,7 @@ def write_tables(
                 if format is Format.XLSX:
                     _book(part, parts, about)
                 elif format is Format.HDF5:
-                    write_hdf5(run, parts, part, about)
+                    _hdf5(part, run, parts, about)
                 elif format is Format.CSV:
                     _csv(part, parts[name])
                 else:
@@ -164,3 +172,51 @@ def _book(path: Path, parts: Mapping[str, Table], about: Mapping[str, str]) -> N
         for row in zip(*columns.values(), strict=True):
             sheet.append([None if value != value else value for value in row])
     book.save(path)
+
+
+def _hdf5(path: Path, run: Run, parts: Mapping[str, Table], about: Mapping[str, str]) -> None:
+    """NeXus base classes: NXdata for each table, with units, and the results."""
+    h5py = library("h5py", "HDF5")
+    told = {key: value.replace("\0", "") for key, value in {**run.metadata, **about}.items()}
+    with h5py.File(path, "w", track_order=True) as file:
+        file.attrs.update({"NX_class": "NXroot", "default": "entry", "creator": "stepload"})
+        entry = _group(
+            file, "entry", "NXentry", title=told["plan"], entry_identifier=told["run_id"],
+            start_time=told["started"], program_name="stepload", notes=told.get("notes", ""),
+        )  # fmt: skip
+        entry.attrs.update({key: told[key] for key in about})
+        entry.attrs["default"] = "curve" if "curve" in parts else "force"
+        _group(entry, "user", "NXuser", name=told.get("operator", ""))
+        told_of = {"name": told["payload"], "description": told.get("specimen", "")}
+        _group(entry, "sample", "NXsample", **told_of)
+        _group(entry, "instrument", "NXinstrument", name=told["rig"])
+        axis = told.get("force_axis", "")[-1:] or "z"
+        for name, table in parts.items():
+            signal = f"force_{axis}_n" if name == "force" else SIGNALS.get(name, "force_n")
+            _fill(_group(entry, name, "NXdata"), table, signal, h5py)
+        if run.results is not None:
+            kind = {"type": "application/json", "description": SCHEMA_ID}
+            _group(entry, "results", "NXnote", data=json_text(run.results), **kind)
+
+
+def _group(parent: Any, name: str, kind: str, /, **texts: str) -> Any:
+    """A group of a NeXus class with text fields."""
+    made = parent.create_group(name, track_order=True)
+    made.attrs["NX_class"] = kind
+    for key, text in texts.items():
+        made[key] = text
+    return made
+
+
+def _fill(group: Any, table: Table, signal: str, h5py: Any) -> None:
+    """Put the columns of a table into an NXdata group."""
+    group.attrs.update({"axes": [table.time], f"{table.time}_indices": 0})
+    if signal in table:
+        group.attrs["signal"] = signal
+    for key, values in table.items():
+        kind: Any = h5py.string_dtype() if values.dtype.kind == "U" else values.dtype
+        if key == PHASE:
+            kind = h5py.enum_dtype({phase.name.lower(): phase for phase in Phase}, basetype="i1")
+        column = group.create_dataset(key, data=np.asarray(values, kind), dtype=kind)
+        if unit := next((unit for end, unit in UNITS.items() if f"_{key}".endswith(end)), ""):
+            column.attrs["units"] = unit

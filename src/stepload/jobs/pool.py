@@ -18,7 +18,10 @@ from stepload.errors import RefusedError
 
 PartT = TypeVar("PartT")
 DoneT = TypeVar("DoneT")
-THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+ENVIRONMENT = dict.fromkeys(
+    ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "PYTHONSAFEPATH"), "1"
+)
+"""Of a process: one thread, and no module from the working directory in place of Python's."""
 
 
 def cores() -> int:
@@ -164,8 +167,8 @@ def serve(pipe: Connection) -> None:
 @contextmanager
 def one_thread() -> Iterator[None]:
     """Processes started in this block use one thread each; this process is unchanged."""
-    before = {name: os.environ.get(name) for name in THREADS}
-    os.environ.update(dict.fromkeys(THREADS, "1"))
+    before = {name: os.environ.get(name) for name in ENVIRONMENT}
+    os.environ.update(ENVIRONMENT)
     try:
         yield
     finally:

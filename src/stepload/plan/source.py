@@ -157,7 +157,8 @@ class Folder(Disk):
             PlanError: the file is outside the folder, not there, or no text.
         """
         if path == self._path:
-            return Source(path.name, path, self._text, self._text.encode())
+            name = str(path.relative_to(self._folder))
+            return Source(name, path, self._text, self._text.encode())
         if not self._inside(path):
             message = f"is outside {self._folder}"
             raise PlanError((Problem(path.name, 0, 0, "", message, "only its files are read"),))

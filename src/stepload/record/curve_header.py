@@ -29,7 +29,7 @@ class Column:
 
     `unit` "clock": times of day. `unit_from`: what says it. `unit_place`: the column (from 0) of
     its units, or its own where a unit is behind each number. `stated`: the user says which column
-    it is. `first`, `last`: its values in SI, once it is read.
+    it is. `lowest`, `highest`: its values in SI, once it is read.
     """
 
     number: int
@@ -39,8 +39,8 @@ class Column:
     unit_from: str
     unit_place: int | None
     stated: bool
-    first: float = 0.0
-    last: float = 0.0
+    lowest: float = 0.0
+    highest: float = 0.0
 
     @property
     def place(self) -> int:
@@ -271,8 +271,15 @@ class _Names:
         if kind == "time" and ":" in first:
             return Column(place + 1, name, each, "clock", "cells", None, stated)
         unit_place, in_cells = _unit_in(self.cells, place, self.names)
-        wanted = w.unit(dict(self.mapping.units).get(CALLED[each], "")) or ""
+        wanted, wrong = self.mapping.unit(CALLED[each])
         in_name, in_row = w.unit_of(name) or "", self.units[place]
+        if (factor := w.has_factor(name)) and not wanted:
+            return None
+        own = [x for x in (in_name, in_row) if w.kind_of(x) == kind and not factor]
+        if wanted and own and not {wanted, wrong} & {*own}:
+            raise Refusal(f"the column {name[:60]!r} is in {own[0]}, not in {wanted}", known=4,
+                          units=((CALLED[each], f"{wanted} not {own[0]}"),),
+                          hint="only where the file is wrong")  # fmt: skip
         others = {each for each in (in_name, in_row, in_cells) if w.kind_of(each)}
         if len(others) > 1 and not wanted and w.kind_of(in_cells) in ("", kind):
             raise Refusal(f"the column {name[:60]!r} is in {' and '.join(sorted(others))}", known=4,
@@ -291,15 +298,21 @@ class _Names:
         needed = [each for each in found if each != w.LATERAL]
         if unknown := [each for each in needed if not found[each]]:
             kinds = dict.fromkeys(w.KIND_OF_ROLE[each] for each in unknown)
-            names = " and ".join(repr(self.names[places[each][0]][:60]) for each in unknown)
-            raise Refusal(f"no known unit of {' or '.join(kinds)}: {names}",
+            first = [places[each][0] for each in unknown]
+            told = " and ".join(repr(self.names[at][:60] or f"column {at + 1}") for at in first)
+            factor = " with its factor" * any(w.has_factor(self.names[at]) for at in first)
+            raise Refusal(f"no known unit of {' or '.join(kinds)}{factor}: {told}",
                           units=tuple((CALLED[each], "?") for each in unknown),
                           hint=w.listed(*kinds) if len(kinds) == 1 else "N, mm, s")  # fmt: skip
         if several := [each for each in needed if len(found[each]) > 1]:
             told = ", ".join(f"{len(found[each])} {CALLED[each]}" for each in several)
+            stated = [column for some in found.values() for column in some if column.stated]
+            of = max(map(self.beside, stated), default=0)
+            same = [next((c for c in found[each] if self.beside(c) == of), found[each][0])
+                    for each in several]  # fmt: skip
             raise Refusal(f"more than one column: {told}; {self.all}", hint="or others of them",
-                          columns=tuple((CALLED[each], self.stating(found[each][0]))
-                                        for each in several))  # fmt: skip
+                          columns=tuple((CALLED[c.role], self.stating(c))
+                                        for c in same))  # fmt: skip
         if found.keys() >= w.TRAVELS:
             one, other = found["position_m"][0], found["displacement_m"][0]
             raise Refusal(
@@ -318,6 +331,10 @@ class _Names:
             raise Refusal(f"no column for the {missing[0]} ({ROLES[missing[0]]}); {self.all}",
                           columns=tuple((each, "?") for each in missing),
                           hint="names or numbers")  # fmt: skip
+
+    def beside(self, column: Column) -> int:
+        """How many columns of the same name are left of one: those of another specimen."""
+        return self.names[: column.place].count(column.name)
 
     def stating(self, column: Column) -> str:
         """The name of a column, or its number where the name is none or not the only one."""

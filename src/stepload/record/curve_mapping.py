@@ -26,7 +26,7 @@ class CurveMapping:
 
     Attributes:
         columns: the name of a role, and the name or number (from 1) of its column, or "none".
-        units: the name of a role and its unit.
+        units: the name of a role and its unit; "kN not N" where that of the file is wrong.
         specimen: which of several tests in the file, "1"; "all": they are one test.
     """
 
@@ -46,7 +46,7 @@ class CurveMapping:
         made = cls(**given)
         for name, text in made.units:
             kind = KIND_OF_ROLE[ROLES[name]]
-            if kind_of(unit(text) or "") != kind:
+            if kind_of(made.unit(name)[0]) != kind:
                 raise BadInputError(
                     f"--units {name}={text}: no unit of a {kind}", hint=f"known: {listed(kind)}"
                 )
@@ -61,6 +61,11 @@ class CurveMapping:
         """The places (from 0) of the columns where all are stated by number, else none."""
         texts = [text for _, text in self.columns if text != NONE]
         return [int(text) - 1 for text in texts] if all(map(str.isdigit, texts)) else []
+
+    def unit(self, name: str) -> tuple[str, str]:
+        """The unit that is stated for a role, and the wrong one of the file; "" for none."""
+        right, _, wrong = dict(self.units).get(name, "").partition(" not ")
+        return unit(right) or "", unit(wrong) or ""
 
     def joined(self, more: CurveMapping) -> CurveMapping:
         """This with more: pairs are added, or replace those of the same name."""

@@ -172,9 +172,12 @@ class Table:
         text, width = line.strip(), self.header.width
         if not text or self.stop is not None:
             return None
-        if is_comment(text):
-            return self.leave("comments", at, text)
         cells = split(line, self.header.delimiter)
+        if is_comment(text):
+            bare = [cell.lstrip("# ") for cell in cells]
+            marked = len(cells) == width > 1 and all(_is_value(bare[x]) for x in self.places)
+            self.missing += marked
+            return self.leave(MISSING if marked else "comments", at, text)
         if len(cells) == width + 1 and not cells[-1]:
             cells.pop()
         if [cell.lower() for cell in cells] == self.names and any(self.names):
@@ -187,6 +190,11 @@ class Table:
         label = first != "" and not _is_value(first)
         if label and (self.numbers_first or not any(map(_is_value, used))):
             if all(not cell or unit(cell) for cell in cells):
+                for column, cell in zip(self.header.columns, used, strict=True):
+                    other = unit(cell) != column.unit and column.unit_place is None
+                    if other and kind_of(unit(cell) or "") == kind_of(column.unit) != "":
+                        raise Refusal(f"{column.name} in {cell} from here, {column.unit} above",
+                                      at + 1, hint="a file of its own")  # fmt: skip
                 return self.leave("units again", at, text)
             roles = set(map(role, split(text, None) if len(cells) == 1 else cells))
             if "force_n" in roles and roles & TRAVELS:

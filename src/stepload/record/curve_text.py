@@ -153,7 +153,8 @@ def _sheet(book: Any, stated: str) -> Any:
         return sheets[full[0]]
     told = ", ".join(map(repr, sheets))[:200]
     what = f"no sheet is called {stated!r}" if stated else f"{len(full)} sheets"
-    raise Refusal(f"{what}: {told}", hint="or another of them", sheet=(full or ["?"])[0])
+    longest = max(full, key=lambda name: sheets[name].max_row or 0, default="?")
+    raise Refusal(f"{what}: {told}", hint="or another of them", sheet=longest)
 
 
 def _cell(value: object) -> str:

@@ -30,6 +30,8 @@ UNITS = {
 }
 _KIND = {unit: kind for kind, units in UNITS.items() for unit in units}
 _SPELT = {"pico": "p", "nano": "n", "micro": "µ", "milli": "m", "kilo": "k", "mega": "M"}
+_ALONE = {*"pnuμmkMcG", "da"}
+"""A prefix apart from its unit, "m N": not read as newtons."""
 _BRACKETS = re.compile(r"[\[(]([^\[\]()]*)[\])]")
 _TABLE: dict[str, dict[str, list[str]]] = tomllib.loads(
     (resources.files("stepload.record") / "curve_words.toml").read_text("utf-8")
@@ -44,6 +46,10 @@ _WORDS = {
 }
 """Whole words, ends of words, and parts of a name in Japanese or Chinese."""
 _WHOLE = {word: unit for unit, words in _TABLE["units"].items() for word in words}
+_FACTOR = re.compile(
+    r"[*×÷/]\s*\d|(?<![^\W_])[xX]\s*10+(?!\d)|\d[eE][+-]?\d|10\s*\^"
+    r"|(?<!\S)\d+(?:[.,]\d+)?\s+[^\W\d_]+$"
+)
 
 
 def kind_of(unit: str) -> str:
@@ -88,8 +94,15 @@ def unit_of(name: str) -> str | None:
     parts = [part for part in re.split(r"\s*/\s*|[\s_,:]+", name.strip()) if part]
     if len(parts) < 2 or (found := unit(parts[-1])) is None:
         return None
+    if len(parts) > 2 and parts[-2] in _ALONE:
+        return None
     joined = _SPELT.get(parts[-2].lower(), "") + found
     return joined if joined in _KIND else None
+
+
+def has_factor(name: str) -> bool:
+    """Whether a name may say that its numbers are multiplied: "Force x10 (N)", "Force/2 (N)"."""
+    return bool(_FACTOR.search(normalize("NFKC", name)))
 
 
 def words(name: str) -> list[str]:
@@ -113,6 +126,13 @@ def _has(found: list[str], which: str) -> bool:
         or any(each.endswith(end) and each != end for end in ends for each in found)
         or any(part in "".join(found) for part in parts)
     )
+
+
+def is_specimen(name: str) -> bool:
+    """Whether a column says which specimen a row is of, by name or number."""
+    found = words(name)
+    number = {"id", "no", "nr", "num", "number", "name", "nummer"}
+    return _has(found, "specimen") and all(w in number or _has([w], "specimen") for w in found)
 
 
 @lru_cache(4096)

@@ -17,7 +17,7 @@ from stepload.errors import printable
 from stepload.identification.curve_channels import signs
 from stepload.record.curve_mapping import ALL, CALLED, NONE, CurveMapping, Refusal
 from stepload.record.curve_rows import MISSING, TEXT, FloatArray, LeftOut, Table
-from stepload.record.curve_words import LATERAL, TRAVELS, scale_of
+from stepload.record.curve_words import LATERAL, TRAVELS, is_specimen, scale_of
 from stepload.units import format_quantity, percent
 
 MIN_ROWS = 3
@@ -137,7 +137,7 @@ def _read(lines: t.Lines, header: h.Header, mapping: CurveMapping) -> Curve:
         below = h.header_at(lines.texts, stop, mapping, header.delimiter)
         tables.append(Table(lines.texts, below, mapping.decimal))
     long = [each for each in tables if len(each.values) >= MIN_ROWS] or tables[:1]
-    parts = [(table, rows) for table in long for rows in _parts(table)]
+    parts = [(table, rows) for table in long for rows in _parts(table, _changes(lines, table))]
     number = int(mapping.specimen) if mapping.specimen.isdigit() else 0
     table, rows = parts[number - 1 if 0 < number <= len(parts) else 0]
     if mapping.specimen == ALL and len(long) == 1:
@@ -168,12 +168,33 @@ def _read(lines: t.Lines, header: h.Header, mapping: CurveMapping) -> Curve:
     return _curve(lines, table, rows, mapping, len(parts))
 
 
-def _parts(table: Table) -> list[slice]:
+def _changes(lines: t.Lines, table: Table) -> set[int]:
+    """Rows with which another specimen begins, by a column that names it; raises Refusal."""
+    header, starts = table.header, set[int]()
+    used = {column.place for column in header.columns}
+    for place, name in enumerate(header.names):
+        if place in used or not is_specimen(name):
+            continue
+        told, last = list[str](), ""
+        for line in table.line:
+            cells = h.split(lines.texts[line - 1], header.delimiter)
+            last = (cells[place] if place < len(cells) else "") or last
+            told.append(last)
+        changes = [at for at in range(1, len(told)) if told[at] != told[at - 1]]
+        if len({*told}) * MIN_ROWS > len(told):
+            continue  # it counts the rows
+        if len(changes) >= len({*told}):
+            raise Refusal(f"rows of several specimens ({name[:40]!r}) are mixed",
+                          table.line[changes[0]], hint="sort them, or a file for each")  # fmt: skip
+        starts |= {*changes}
+    return starts
+
+
+def _parts(table: Table, starts: set[int]) -> list[slice]:
     """The tests of a table: they end where the time goes back, or force and travel begin again, or
-    the names are repeated otherwise than by a logger, every so many rows."""
+    the names are repeated otherwise than by a logger, every so many rows, or at `starts`."""
     values, count = table.values, len(table.values)
     place = {column.role: at for at, column in enumerate(table.header.columns)}
-    starts: set[int] = set()
     if count > MIN_ROWS:
         begins = np.ones(count - 3, dtype=np.bool_)
         for each in {"force_n", *TRAVELS} & place.keys():
@@ -206,8 +227,8 @@ def _curve(
         scale = 1.0 if in_si else scale_of(column.unit)
         scaled = np.ascontiguousarray(values if scale == 1.0 else values * scale)
         found.setdefault(column.role, []).append(scaled)
-        first, last = float(scaled[0]), float(scaled[-1])
-        read.append(replace(column, name=column.name[:60], first=first, last=last))
+        read.append(replace(column, name=column.name[:60], lowest=float(scaled.min()),
+                            highest=float(scaled.max())))  # fmt: skip
     one = {each: arrays[0] for each, arrays in found.items()}
     time_s, notes = _checked_time(one.get("time_s"), place)
     turn = signs(next(one[each] for each in TRAVELS & one.keys()), one["force_n"])
@@ -215,6 +236,7 @@ def _curve(
     turned = (f"sign: {' and '.join(falls)} negative when pressing, turned",) if falls else ()
     named = [column for column in columns if column.role != LATERAL]
     names, used = header.names, {column.place for column in columns}
+    stated = dict(mapping.units)
     by_name = all(c.name and names.count(c.name) == 1 for c in named)
     same = CurveMapping(
         columns=(  # not that a doubtful displacement is the payload's
@@ -222,7 +244,8 @@ def _curve(
               for c in named if not c.may_be_machine),
             *(pair for pair in mapping.columns if pair[1] == NONE),
         ),
-        units=tuple((CALLED[c.role], c.unit) for c in named if c.unit != "clock"),
+        units=tuple((CALLED[c.role], stated.get(CALLED[c.role], c.unit))
+                    for c in named if c.unit != "clock"),
         sheet=lines.sheet,
         decimal=table.decimal,
         encoding="" if lines.encoding in ("utf-8", "xlsx") else lines.encoding,

@@ -12,13 +12,15 @@ from stepload.record.layout import EVENTS, Stream, Topic, row_dtype, string_reco
 from stepload.rig.clockmap import ClockMap
 
 Group = tuple[int, NDArray[np.void], bytes | bytearray]
-_MAX_NS = 2.0**62
+MAX_NS = 1 << 62
+MOST_LATENCY_S = 1.0
+"""No sample is under way for longer: its device's clock has jumped."""
 
 
 def to_ns(time_s: NDArray[np.float64], offset_ns: int) -> NDArray[np.int64]:
     """Nanoseconds on the record's time axis; what is not a time becomes the axis' start."""
     ns = np.rint(time_s * 1e9)
-    bad = ~(np.abs(ns) < _MAX_NS)
+    bad = ~(np.abs(ns) < MAX_NS)
     if bad.any():
         ns = np.where(bad, -float(offset_ns), ns)
     whole: NDArray[np.int64] = ns.astype(np.int64) + offset_ns
@@ -77,16 +79,16 @@ class Channel:
             [_Encoder(topic, row_dtype(stream.row)) for topic in stream.topics] if stream else []
         )
         self._offset_ns = offset_ns
-        self._last_ns = 0
+        self._last_ns, self._latest_ns = 0, MAX_NS
         self._count = count
         self._clock = ClockMap()
 
-    def not_before(self, ns: int) -> None:
-        """Log nothing before this time: chunks do not overlap."""
-        self._last_ns = max(self._last_ns, ns)
+    def within(self, earliest_ns: int, latest_ns: int) -> None:
+        """Log nothing outside of these times from now on: chunks do not overlap."""
+        self._last_ns, self._latest_ns = max(self._last_ns, earliest_ns), latest_ns
 
     def _log_ns(self, time_s: NDArray[np.float64]) -> NDArray[np.int64]:
-        ns = to_ns(time_s, self._offset_ns)
+        ns = np.minimum(to_ns(time_s, self._offset_ns), self._latest_ns)
         ns = np.maximum(np.maximum.accumulate(ns), self._last_ns)
         self._last_ns = int(ns[-1])
         return ns
@@ -94,7 +96,7 @@ class Channel:
     def encode_samples(self, rows: NDArray[np.void]) -> list[Group]:
         """Device samples: logged at their receive time, stamped with their mapped device time.
 
-        A batch with a device time that is none is stamped with its receive times.
+        One whose device time is none, or has jumped, is stamped with its receive time.
         """
         receive_s, device_s = rows["receive_time_s"], rows["device_time_s"]
         latency_s = receive_s - device_s
@@ -104,7 +106,8 @@ class Channel:
             self._clock.add(float(device_s[first]), float(receive_s[first]))
             start_s = self._clock.to_host(0.0)
             mapped_s = start_s + device_s * (self._clock.to_host(1.0) - start_s)
-            stamp_s = np.minimum(mapped_s, receive_s)
+            mapped_s = np.minimum(mapped_s, receive_s)
+            stamp_s = np.where(receive_s - mapped_s < MOST_LATENCY_S, mapped_s, receive_s)
         log_ns = self._log_ns(receive_s)
         publish_ns = to_ns(stamp_s, self._offset_ns)
         sequence = rows["sequence"]

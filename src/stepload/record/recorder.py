@@ -31,12 +31,12 @@ from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 
 NAME = "run.mcap"
 MAX_RATE_HZ = 10_000.0
-START_TIMEOUT_S = 30.0
-FINISH_TIMEOUT_S = 30.0
+TIMEOUT_S = 30.0
+"""Longest wait for the writer where nothing is lost by waiting."""
 SILENT_S = 2.0
-"""A writer that gives no sign of life for so long is told of."""
-STALLED_S = 8.0
-"""The same ends the run: half of what its memory holds."""
+"""Data that wait for so long are told of."""
+STALLED_S = 12.0
+"""The same ends the run: the rest of the 16 s that memory holds is for making the arm safe."""
 KILL_S = 2.0
 _WRITER_ENVIRONMENT = {
     "OPENBLAS_NUM_THREADS": "1",
@@ -46,10 +46,7 @@ _WRITER_ENVIRONMENT = {
 """glibc keeps the memory of a chunk for the next one: getting it anew is a fifth of the writing."""
 _LOOK_S = 0.1
 """How often the writer process itself is looked at (a system call)."""
-_STANDS = {
-    "T": "it was stopped by a signal (kill -CONT {pid})", "t": "a debugger holds it",
-    "D": "it waits for the disk",
-}  # fmt: skip
+_STANDS = {"T": "it was stopped by a signal (kill -CONT {pid})", "D": "it waits for the disk"}
 """What a state in /proc/PID/stat means."""
 
 
@@ -106,8 +103,7 @@ class Recorder:
         self.part_path = directory / (NAME + PART_SUFFIX)
         self._lossless = lossless
         self._say = say
-        self._look_at_s = self._beat_s = time.monotonic()
-        self._beats = 0
+        self._look_at_s = time.monotonic()
         self._silent = self._stalled = False
         self._events = 0
         self._problem = ""
@@ -170,17 +166,15 @@ class Recorder:
         Raises:
             RecordingFailedError: it will not get there.
         """
-        give_up_at = time.monotonic() + FINISH_TIMEOUT_S
         rows = [name for name in STREAMS if self._shared.capacity[name]]
 
         def behind() -> bool:
             events = self._shared.recorded("events") + self._shared.dropped("events")
             return events < self._events or any(self._shared.waiting(name) for name in rows)
 
-        while behind():
-            if self.problem() or time.monotonic() > give_up_at:
-                self._fail("the record writer does not keep up")
-            time.sleep(0.002)
+        self._wait(lambda: bool(self.problem()) or not behind())
+        if behind():
+            self._fail("the record writer does not keep up")
 
     def problem(self) -> str:
         """Why the record is not what it should be; "" while all is well. Never blocks."""
@@ -197,24 +191,21 @@ class Recorder:
         elif lost := {n: self._shared.dropped(n) for n in RINGS if self._shared.dropped(n)}:
             rows = ", ".join(f"{count} of {name}" for name, count in lost.items())
             self._problem = f"the disk does not keep up, rows were dropped: {rows}"
-        elif state != State.CLOSED:
-            self._listen(now_s, START_TIMEOUT_S if state == State.STARTING else STALLED_S)
+        elif state == State.RUNNING and not self._lossless:
+            self._look_behind()
         return self._problem
 
-    def _listen(self, now_s: float, limit_s: float) -> None:
-        """Look whether the writer still gives signs of life."""
-        if self._counters[1] != self._beats:
-            self._beats, self._beat_s, self._silent = self._counters[1], now_s, False
-        silent_s = now_s - self._beat_s
-        if silent_s > limit_s:
+    def _look_behind(self) -> None:
+        """Look how much of what came waits for the disk; a busy writer has the time of the ring."""
+        rates = self._start.rates_hz.items()
+        behind_s = max(self._shared.waiting(name) / rate_hz for name, rate_hz in rates)
+        was, self._silent = self._silent, behind_s > SILENT_S
+        if self._silent and not was:
+            told = f"record: {behind_s:.0f} s of data wait to be written: {self._standing()}."
+            self._say(f"{told} After {STALLED_S:.0f} s the run ends.")
+        if behind_s > STALLED_S:
             self._stalled = True
-            self._problem = f"nothing was written for {silent_s:.0f} s: {self._standing()}"
-        elif silent_s > SILENT_S and not self._silent:
-            self._silent = True
-            self._say(
-                f"record: nothing was written for {silent_s:.0f} s: {self._standing()}."
-                f" After {limit_s:.0f} s the run ends."
-            )
+            self._problem = f"{behind_s:.0f} s of data could not be written: {self._standing()}"
 
     def _standing(self) -> str:
         """What the writer process does instead of writing."""
@@ -236,7 +227,7 @@ class Recorder:
         """
         self._send((verdict, to_json(results, indent=1)))
         if not self._ended():
-            self._fail(f"the record cannot be finished: {self._standing()}")
+            self._fail("the record cannot be finished")
         if self._counters[0] != State.CLOSED:
             self._fail(f"the record writer ended with code {self._process.returncode}")
         found = count_messages(self.part_path)
@@ -255,13 +246,8 @@ class Recorder:
         return self.path
 
     def rescue(self, places: Iterable[Path]) -> Recovered | None:
-        """Write all that there is, from the file and from memory, into the first place possible.
-
-        Nothing can be recorded after that.
-
-        Args:
-            places: directories that exist.
-        """
+        """Write all that there is, from the file and from memory, into the first directory that
+        takes it; nothing can be recorded after that."""
         self._end_writer()
         fcntl.flock(self._file_fd, fcntl.LOCK_UN)
         for place in places:
@@ -304,14 +290,23 @@ class Recorder:
                 self._process.wait(KILL_S)
 
     def _ended(self) -> bool:
-        """Whether the writer ends in the time that it has; what it waits for is said."""
-        for wait_s in (KILL_S,) if self._stalled else (SILENT_S, FINISH_TIMEOUT_S):
-            with contextlib.suppress(subprocess.TimeoutExpired):
-                self._process.wait(wait_s)
-                return True
-            self._say(f"record: not finished after {wait_s:.0f} s: {self._standing()}")
-        self._stalled = True
-        return False
+        """Whether the writer ends in the time that it has."""
+        limit_s = KILL_S if self._stalled else TIMEOUT_S
+        return self._wait(lambda: self._process.poll() is not None, limit_s)
+
+    def _wait(self, done: Callable[[], bool], limit_s: float = TIMEOUT_S) -> bool:
+        """Whether it comes true in time; what it waits for is said after 2 s."""
+        begun_s, said = time.monotonic(), False
+        while not done():
+            waited_s = time.monotonic() - begun_s
+            if (over := waited_s > limit_s) or (waited_s > SILENT_S and not said):
+                said, told = True, f"waited {waited_s:.0f} s for {self._standing()}"
+                if over:
+                    self._stalled, self._problem = True, self._problem or told
+                    return False
+                self._say(f"record: {told}")
+            time.sleep(0.001)
+        return True
 
     def _send(self, message: object) -> None:
         """Send without waiting: a writer that stands still never takes the whole of it."""
@@ -328,21 +323,15 @@ class Recorder:
         raise RecordingFailedError(f"{where}{why}")
 
     def _wait_until_running(self) -> None:
-        while self._counters[0] != State.RUNNING:
-            if self.problem():
-                self._fail(self._problem)
-            time.sleep(0.002)
-        self._beat_s = time.monotonic()
+        self._wait(lambda: self._counters[0] == State.RUNNING or bool(self.problem()))
+        if self.problem():
+            self._fail(self._problem)
 
     def _wait_for_room(self, has_room: Callable[[], bool]) -> bool:
         """Called with a full ring: whether there is room now. Waits for it when lossless."""
-        if not self._lossless:
-            return False
-        while not has_room():
-            if self.problem():
-                return False
-            time.sleep(0.0005)
-        return True
+        if self._lossless:
+            self._wait(lambda: has_room() or bool(self.problem()))
+        return has_room()
 
 
 def _closed(*_: object) -> NoReturn:

@@ -221,11 +221,9 @@ def copy_whole(
     source: str,
     rest: Callable[[Appender], None] | None = None,
 ) -> Recovered:
-    """Copy everything whole of an open file into a proper record, read it back and count.
+    """Copy everything whole of a file named `source` into a proper record, read it back and count.
 
-    Args:
-        source: its name, for the copy.
-        rest: writes behind it what the file does not have; it may be unreadable then.
+    `rest` writes behind it what the file does not have; it may be unreadable then.
 
     Raises:
         BadInputError: it does not read back as it was written.

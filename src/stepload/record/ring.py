@@ -95,10 +95,6 @@ class Shared:
         self.memory[TEXT_AT : TEXT_AT + len(raw) + 1] = raw + b"\x00"
         self.counters[0] = state
 
-    def beat(self) -> None:
-        """A sign of life of the writer."""
-        self.counters[1] += 1
-
     @property
     def text(self) -> str:
         raw = self.memory[TEXT_AT:CONTROL_BYTES]

@@ -25,6 +25,7 @@ from stepload.record.scan import (
     record_head,
 )
 
+_Found = tuple[Mapping[str, Mapping[str, str]], Mapping[str, object] | None]
 _FOOTER = struct.Struct("<BQQQI")
 MOST_BYTES = 1 << 26
 """Largest size in bytes of a summary, or of one record that it names."""
@@ -52,16 +53,18 @@ def read_summary(path: Path) -> Summary:
     """
     try:
         with path.open("rb") as file:
-            found = _finished(file, path)
+            found = _finished(file)
     except OSError as error:
         raise BadInputError(f"{path}: {error.strerror}") from error
     except DamageError:
         found = None
-    return found or _walked(path)
+    metadata, results = found or _walked(path)
+    partial = "recovered" in metadata or results is None
+    return Summary(path, metadata["run"], metadata.get("result", {}), results, partial)
 
 
-def _finished(file: BinaryIO, path: Path) -> Summary | None:
-    """The summary of a whole file; None where there is none, or not all is named in it."""
+def _finished(file: BinaryIO) -> _Found | None:
+    """Metadata and results of a whole file; None where there is none, or not all is named in it."""
     size = file.seek(0, os.SEEK_END)
     tail = _FOOTER.size + len(MAGIC)
     if size < tail + len(MAGIC):
@@ -90,7 +93,7 @@ def _finished(file: BinaryIO, path: Path) -> Summary | None:
                 attached = parse_attachment(_at(file, named.offset, Opcode.ATTACHMENT))
                 results = results_in({attached.name: attached.data})
     whole = "run" in metadata and (results is not None or "recovered" in metadata)
-    return _told(path, metadata, results) if whole else None
+    return (metadata, results) if whole else None
 
 
 def _at(file: BinaryIO, at: int, opcode: int) -> RawRecord:
@@ -103,7 +106,7 @@ def _at(file: BinaryIO, at: int, opcode: int) -> RawRecord:
     return RawRecord(at, opcode, body)
 
 
-def _walked(path: Path) -> Summary:
+def _walked(path: Path) -> _Found:
     """The same from the whole of a file: it is unfinished, or its summary does not name them."""
     file, scan = open_scan(path)
     reading, results, damage = Reading(scan), None, ""
@@ -117,11 +120,4 @@ def _walked(path: Path) -> Summary:
             damage = f" ({error})"
     if "run" not in reading.metadata:
         raise BadInputError(f"{path}: no record of a run{damage}")
-    return _told(path, reading.metadata, results)
-
-
-def _told(
-    path: Path, metadata: Mapping[str, Mapping[str, str]], results: Mapping[str, object] | None
-) -> Summary:
-    partial = "recovered" in metadata or results is None
-    return Summary(path, metadata["run"], metadata.get("result", {}), results, partial)
+    return reading.metadata, results

@@ -19,11 +19,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from stepload.record.container import Appender, sync_directory
-from stepload.record.encode import Channel, Group
+from stepload.record.encode import MAX_NS, Channel, Group, to_ns
 from stepload.record.layout import EVENTS, STREAMS
 from stepload.record.ring import RINGS, Shared, State, capacities
 
 PERIOD_S = 0.05
+AHEAD_NS = 1_000_000_000
+"""A time that far beyond the loop's own is wrong, and does not shift what is logged later."""
 INTERRUPTED = "interrupted"
 """Verdict of a record whose runner went away without finishing it."""
 
@@ -37,6 +39,7 @@ class Writer:
     def __init__(self, out: Appender, shared: Shared, offset_ns: int) -> None:
         self._out = out
         self._shared = shared
+        self._offset_ns = offset_ns
         self._rings = [name for name in RINGS if shared.capacity[name]]
         if not out.counts:
             streams = [STREAMS[name] for name in self._rings if name in STREAMS]
@@ -49,31 +52,27 @@ class Writer:
         self._channels = {
             name: Channel(STREAMS.get(name), offset_ns, there[name]) for name in self._rings
         }
-        self._part_from(out.last_ns)
-
-    def _part_from(self, last_ns: int) -> None:
-        for channel in self._channels.values():
-            channel.not_before(last_ns)
 
     def drain(self) -> None:
         """Everything that waits becomes one chunk on the disk."""
-        self._shared.beat()
         groups: list[Group] = []
         # Taken against the order in which the loop pushes: no sample is left behind its tick.
         waiting: dict[str, Any] = {
             name: self._shared.take_events() if name == "events" else self._shared.take(name)
             for name in reversed(self._rings)
         }
+        ticks = waiting.get("tick", ())
+        latest_ns = int(to_ns(ticks["time_s"], self._offset_ns).max()) if len(ticks) else MAX_NS
         for name in self._rings:
             channel, rows = self._channels[name], waiting[name][self._skip.pop(name, 0) :]
             encode: Callable[[Any], list[Group]] = channel.encode_samples
             if name in ("events", "tick"):
                 encode = channel.encode_events if name == "events" else channel.encode_ticks
+            channel.within(self._out.last_ns, latest_ns + AHEAD_NS)
             if len(rows):
                 groups += encode(rows)
         if groups:
             self._out.add_chunk(groups)
-            self._part_from(self._out.last_ns)
             self._out.sync()
         for name, rows in waiting.items():
             self._shared.add_recorded(name, len(rows))

@@ -8,34 +8,38 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import Annotated, Any
+from functools import partial
+from typing import Annotated
 
 import numpy as np
 
 from stepload.errors import BadInputError
-from stepload.identification.difference import correlations
+from stepload.identification.difference import Measured, correlations
 from stepload.identification.fit import FloatArray
-from stepload.identification.quantity import Quantity
 from stepload.identification.smooth import NORMAL_95
 from stepload.plan.model import Acceptance
 from stepload.report import batch_statistics as stats
+from stepload.report import figures
 from stepload.report.comparison_runs import ComparedRun, chords, compared_run
-from stepload.report.identified import Line, Pair
-from stepload.report.model import Mood
-from stepload.report.rows import Cell, Row, figure, in_one_unit, schema_of
+from stepload.report.identified import Pair
+from stepload.report.model import Document, Figure, Mood, Table, Verdict
+from stepload.report.provenance import runs_table
+from stepload.report.rows import Row, cells, figure, in_one_unit, table
 from stepload.report.run_record import SavedRun, labelled
 from stepload.units import format_quantity as f
 from stepload.units import percent
 
-FEWEST = 8
-"""Specimens from which a control chart may say that nothing stands out."""
-TRIAL = "trial="
-"""Begin of the tag that says which repeat of a specimen a run is."""
+FEW, FEWEST = 4, 8
+"""Specimens from which there is a trend or a chart, and may say that nothing stands out."""
 MOODS: dict[str, Mood] = {
     "outside limits": "bad", "out of control": "bad", "few specimens": "doubt",
     "in control": "good",
 }  # fmt: skip
 """The verdicts on a batch."""
+RULES = (
+    "WE, Western Electric rules: 1 beyond 3 σ; on one side 2 two of three beyond",
+    "2 σ, 3 four of five beyond 1 σ, 4 eight in a row. ESD: outlier, ESD test, 5 %.",
+)
 
 
 class Specimen(Row):
@@ -44,13 +48,10 @@ class Specimen(Row):
     number: int = figure("In the order of pressing, from 1.", "no")
     name: str = figure("Which piece.", "specimen")
     runs: int = figure("Runs of it that count.", "runs")
-    value_n_per_m: Annotated[
-        float, Cell(lambda row: in_one_unit(row.interval_n_per_m, "N/m", row.value_n_per_m)[0])
-    ] = figure("Its chord stiffness.", "chord")
-    interval_n_per_m: Annotated[
-        Pair, Cell(lambda row: in_one_unit(row.interval_n_per_m, "N/m", row.value_n_per_m)[1])
-    ] = figure("95 %, with what all specimens share; mean of the ends of its runs.", "95 %")
-    touch_m: float | None = figure("Travel of the arm at its first touch.", "touch")
+    value_n_per_m: float = figure("Its chord stiffness.", "chord stiffness")
+    interval_n_per_m: Pair = figure(
+        "95 %, with what all specimens share; mean of the ends of its runs.", "its 95 %"
+    )
     broken: Annotated[tuple[str, ...], ", ".join] = figure(
         "What it breaks: WE1 to WE4 (control chart), ESD (outlier).", "stands out by"
     )
@@ -59,21 +60,18 @@ class Specimen(Row):
     )
 
 
-def _half(share: float) -> str:
-    return f"±{percent(share, 2)}"
-
-
 class Mean(Row):
     """The mean over specimens, those that stand out too; half widths as shares of it."""
 
     value_n_per_m: Annotated[float, lambda k: f(k, "N/m", 4)] = figure("The mean.", "mean")
-    sigma_n_per_m: float = figure("Between specimens.", "standard deviation")
-    scatter: Annotated[float, _half] = figure("95 % by that, Student's t.", "mean, 95 % by scatter")
-    common: Annotated[float, _half] = figure(
-        "95 % by what all share; more specimens do not narrow it.", "mean, 95 % by what all share"
+    sigma_n_per_m: float = figure("Between specimens.", "standard deviation between specimens")
+    scatter: Annotated[float, percent] = figure(
+        "95 % by that, Student's t.", "its 95 % by scatter, ±"
     )
-    half_width: Annotated[float, _half] = figure("95 % by both.", "mean, 95 % by both")
-    lines: tuple[Line, ...] = figure("What all specimens share, by source.")
+    common: Annotated[float, percent] = figure(
+        "95 % by what all share; more specimens do not narrow it.", "its 95 % by what all share, ±"
+    )
+    half_width: Annotated[float, percent] = figure("95 % by both.", "its 95 % by both, ±")
 
 
 class Batch(Row):
@@ -106,21 +104,10 @@ class Batch(Row):
         return f"Mean chord stiffness {shown}, 95 % {ends}, {len(self.specimens)} specimens, {span}"
 
 
-def batch_schema() -> dict[str, Any]:
-    """The JSON Schema of a batch."""
-    return schema_of(Batch, "batch")
-
-
-def trial_of(tags: str) -> str:
-    """The repeat that a run is, by the tags in its metadata; "" where they do not say."""
-    found = (tag.removeprefix(TRIAL) for tag in tags.split("\n") if tag.startswith(TRIAL))
-    return next(found, "")
-
-
 def batch_of(
-    name: str, saved: Sequence[SavedRun], acceptance: Acceptance | None, notes: Sequence[str] = ()
+    name: str, saved: Sequence[SavedRun], acceptance: Acceptance | None, left: Sequence[str] = ()
 ) -> Batch:
-    """Evaluate the runs of a batch, each press once.
+    """Evaluate the runs of a batch, each press once; `left` are still to be pressed.
 
     Raises:
         BadInputError: the runs have no chord between common forces, or their payloads differ.
@@ -134,35 +121,36 @@ def batch_of(
         raise BadInputError(told, hint="make each a batch of its own: --out DIR")
     if not (found := chords(runs)):
         raise BadInputError("the runs have no chord stiffness between common forces")
+    measured = [each.measured(chord) for each, chord in zip(runs, found, strict=True)]
     names = [each.run.metadata.get("specimen") or each.run.place for each in runs]
     pieces = list(dict.fromkeys(names))
     place = np.array([pieces.index(each) for each in names])
     ends = np.array([(each.value_n_per_m, *each.interval_n_per_m) for each in found])
     means = np.array([ends[place == at].mean(axis=0) for at in range(len(pieces))])
-    touches = [next((t.position_m for t in each.run.data.touches), None) for each in runs]
-    values, chart = means[:, 0], stats.chart(means[:, 0])
+    values, chart, trend, capable = means[:, 0], None, None, None
     out, limits = stats.outliers(values), acceptance or Acceptance()
     least, most = limits.chord_min_n_per_m, limits.chord_max_n_per_m
+    if values.size >= FEW and np.ptp(values) > 0.0:
+        chart, trend = stats.chart(values), stats.trend(values)
+        if acceptance:
+            capable = stats.capability(values, least, most, chart.sigma_n_per_m)
     specimens = tuple(
         Specimen(
             number=at + 1, name=piece, runs=names.count(piece), value_n_per_m=value,
-            interval_n_per_m=(low, high), touch_m=touches[names.index(piece)],
+            interval_n_per_m=(low, high),
             broken=(*(chart.broken[at] if chart else ()), *(["ESD"] if at in out else ())),
             limits=_against(low, high, least, most) if acceptance else "",
         )
         for at, (piece, (value, low, high)) in enumerate(zip(pieces, means.tolist(), strict=True))
     )  # fmt: skip
     width = most - least if least and most else None
-    trend, (gauge, told) = stats.trend(values), _gauge(names, runs, ends[:, 0], width)
-    capable = (
-        stats.capability(values, least, most, chart.sigma_n_per_m) if chart and acceptance else None
-    )
+    gauge, told = _gauge(names, runs, ends[:, 0], width)
     return Batch(
         simulated=any(run.simulated for run in ordered), name=name, payload=payloads.pop(),
-        verdict=_verdict(specimens, chart, trend), from_n=found[0].from_n, to_n=found[0].to_n,
-        specimens=specimens, mean=_mean(runs, found, place, values), trend=trend, chart=chart,
+        verdict=_verdict(specimens, trend), from_n=found[0].from_n, to_n=found[0].to_n,
+        specimens=specimens, mean=_mean(measured, place, values), trend=trend, chart=chart,
         gauge=gauge, chord_min_n_per_m=least, chord_max_n_per_m=most, capability=capable,
-        notes=(*filter(None, [told]), *notes, *_left_out(compared)),
+        notes=(*_notes(compared, specimens, trend, left), *filter(None, [told])),
     )  # fmt: skip
 
 
@@ -174,33 +162,40 @@ def _against(low: float, high: float, least: float | None, most: float | None) -
     return "outside" if high < least or low > most else "unclear"
 
 
-def _left_out(runs: Sequence[ComparedRun]) -> Iterator[str]:
-    """Runs without a chord, and those whose chord is not identified."""
+def _notes(
+    runs: Sequence[ComparedRun], pieces: Sequence[Specimen], trend: stats.Trend | None,
+    left: Sequence[str],
+) -> Iterator[str]:  # fmt: skip
     known = [each for each in runs if each.found.headline is not None]
-    without = [each.run.name for each in runs if each.found.headline is None]
-    doubtful = [each.run.name for each in known if each.found.verdict != "identified"]
-    for word, names in ("no chord stiffness, left out", without), ("not identified", doubtful):
-        if names:
-            yield f"{word}: {', '.join(names)}"
+    sums: dict[tuple[str, str], set[str]] = {}
+    for told in (each.run.metadata for each in known):
+        for key in told:
+            if key.startswith("sha256 plan"):
+                sums.setdefault((told.get("plan", ""), key[7:]), set()).add(told[key])
+    lists = {
+        "still to be pressed": left,
+        "outside the limits": [e.name for e in pieces if e.limits == "outside"],
+        "the interval crosses a limit": [e.name for e in pieces if e.limits == "unclear"],
+        "stands out": [f"{e.name} by {', '.join(e.broken)}" for e in pieces if e.broken],
+        "no chord stiffness, left out": [e.run.name for e in runs if e.found.headline is None],
+        "not identified": [e.run.name for e in known if e.found.verdict != "identified"],
+        "changed between the runs": [": ".join(of) for of, found in sums.items() if len(found) > 1],
+    }
+    yield from (f"{word}: {'; '.join(names)}" for word, names in lists.items() if names)
+    if trend and trend.rank_p < stats.ALPHA:
+        yield f"trend of {f(trend.slope_n_per_m, 'N/m')} a specimen, p = {trend.rank_p:.2g}"
 
 
-def _verdict(
-    specimens: Sequence[Specimen], chart: stats.Chart | None, trend: stats.Trend | None
-) -> str:
+def _verdict(specimens: Sequence[Specimen], trend: stats.Trend | None) -> str:
     if any(each.limits == "outside" for each in specimens):
         return "outside limits"
     drifts = trend is not None and trend.rank_p < stats.ALPHA
-    if drifts or any(each.broken for each in specimens) or (chart and chart.jumps):
+    if drifts or any(each.broken for each in specimens):
         return "out of control"
     return "few specimens" if len(specimens) < FEWEST else "in control"
 
 
-def _mean(
-    runs: Sequence[ComparedRun],
-    found: Sequence[Quantity],
-    place: stats.IntArray,
-    values: FloatArray,
-) -> Mean | None:
+def _mean(measured: Sequence[Measured], place: stats.IntArray, values: FloatArray) -> Mean | None:
     """The mean over specimens; None for a single one.
 
     The variance between specimens holds what differs. What two of them share on average, the mean
@@ -208,29 +203,19 @@ def _mean(
     """
     if values.size < 2:
         return None
-    measured = [each.measured(chord) for each, chord in zip(runs, found, strict=True)]
-    apart, lines = place[:, None] != place, []
-    sizes = {line.source: line.size for line in found[0].lines}
+    apart, shared = place[:, None] != place, 0.0
     for source, correlation in correlations(measured).items():
-        relative = np.array([each.lines.get(source, 0.0) for each in measured])
-        shared = float((np.outer(relative, relative) * correlation.most)[apart].mean())
-        if shared > 0.0:
-            lines.append(
-                Line(source=source, size=sizes.get(source, ""), relative=math.sqrt(shared))
-            )
-    lines.sort(key=lambda line: -(line.relative or 0.0))
+        own = np.array([each.lines.get(source, 0.0) for each in measured])
+        shared += float((np.outer(own, own) * correlation.most)[apart].mean())
     value, sigma = float(values.mean()), float(values.std(ddof=1))
     scatter = stats.student(values.size - 1) * sigma / math.sqrt(values.size) / value
-    common = NORMAL_95 * math.hypot(*(line.relative or 0.0 for line in lines))
+    common = NORMAL_95 * math.sqrt(shared)
     return Mean(value_n_per_m=value, sigma_n_per_m=sigma, scatter=scatter, common=common,
-                half_width=math.hypot(scatter, common), lines=tuple(lines))  # fmt: skip
+                half_width=math.hypot(scatter, common))  # fmt: skip
 
 
 def _gauge(
-    names: Sequence[str],
-    runs: Sequence[ComparedRun],
-    values: FloatArray,
-    tolerance: float | None,
+    names: Sequence[str], runs: Sequence[ComparedRun], values: FloatArray, tolerance: float | None
 ) -> tuple[stats.Gauge | None, str]:
     """Gauge R&R, or why there is none though specimens were pressed again."""
     cells: dict[tuple[str, str], list[float]] = {}
@@ -239,8 +224,58 @@ def _gauge(
     parts, operators = (dict.fromkeys(each) for each in zip(*cells, strict=True))
     if len(names) == len(parts):
         return None, ""
-    counts = {len(cells.get((part, who), ())) for part in parts for who in operators}
+    study = [[cells.get((part, who), []) for who in operators] for part in parts]
+    counts = {len(cell) for row in study for cell in row}
     if len(counts) > 1 or min(counts) < 2 or len(parts) < 2:
         return None, "no gauge R&R: each operator must press each specimen twice or more, alike"
-    study = np.array([[cells[part, who] for who in operators] for part in parts])
-    return stats.gauge(study, tolerance), ""
+    return stats.gauge(np.array(study), tolerance), ""
+
+
+def batch_document(found: Batch, runs: Sequence[SavedRun]) -> Document:
+    """A batch for people; `runs` are its runs."""
+    drawn = Figure(
+        "chart", "Control chart",
+        "Chord stiffness by specimen. Dashed: limits of the chart. Dotted: limits of the plan."
+        " Red: what stands out.",
+        "chord stiffness of every specimen with its limits", partial(_draw, found),
+    )  # fmt: skip
+    return Document(
+        title=found.name, subtitle=found.payload,
+        verdict=Verdict(MOODS[found.verdict], found.verdict, found.headline),
+        reasons=found.notes, tables=[*_tables(found), runs_table(runs)],
+        figures=[drawn] if found.chart else [], simulated=found.simulated,
+    )  # fmt: skip
+
+
+def _tables(found: Batch) -> Iterator[Table]:
+    title = f"Chord stiffness, {f(found.from_n, 'N')} to {f(found.to_n, 'N')}"
+    yield table(title, Specimen, found.specimens, RULES)
+    parts = (found.mean, found.trend, found.chart, found.capability)
+    rows = [line for part in parts if part is not None for line in cells(type(part), part)]
+    yield Table(f"{title}, all specimens", ("figure", "value"), rows)
+    if (gauge := found.gauge) is not None:
+        pooled = "INT counts as EV" if gauge.pooled else "INT is kept apart"
+        note = f"{gauge.operators} operators, {gauge.trials} trials; {pooled}; ndc {gauge.ndc}."
+        yield table("Gauge R&R of the chord stiffness", stats.GaugeLine, gauge.lines, [note])
+
+
+def _draw(found: Batch) -> str:
+    assert found.chart is not None
+    at = np.array([each.number for each in found.specimens])
+    values = np.array([each.value_n_per_m for each in found.specimens]) * 1e-6
+    out = np.array([bool(each.broken) for each in found.specimens])
+    low, high = found.chart.limits_n_per_m
+    levels = (
+        (found.chart.centre_n_per_m, figures.GREY, "-"), (low, figures.INK, "--"),
+        (high, figures.INK, "--"), (found.chord_min_n_per_m, figures.GREEN, ":"),
+        (found.chord_max_n_per_m, figures.GREEN, ":"),
+    )  # fmt: skip
+    with figures.figure_of(3.0) as (drawn, (axes,)):
+        for level, colour, style in levels:
+            if level:
+                axes.axhline(level * 1e-6, color=colour, ls=style)
+        axes.plot(at, values, "o-", color=figures.BLUE)
+        axes.plot(at[out], values[out], "o", color=figures.RED)
+        axes.locator_params(axis="x", integer=True)
+        axes.set(xlabel="specimen, in the order of pressing", ylabel="chord stiffness [N/µm]")
+        return figures.svg_of(drawn)

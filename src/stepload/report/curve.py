@@ -57,8 +57,9 @@ def check_stiffness(curve: Curve, stated: Stated) -> None:
         )
     if not compensated and stated.system_stiffness_n_per_m is None:
         raise BadInputError(
-            "a column position_m holds the deflection of the system too",
-            hint='give --system-stiffness "3.49e6 N/m", or --columns displacement=… if it is out',
+            "the travel (position) holds the deflection of the machine too",
+            hint="give --system-stiffness, K_s of the machine, or --columns displacement=… if that "
+            "is out of it",
         )
 
 
@@ -279,7 +280,7 @@ def prepare(curve: Curve, stated: Stated) -> PreparedCurve:
     return PreparedCurve(selected, run, tuple(notes))
 
 
-def deformation_curve(curve: Curve) -> Curve:
+def deformation_curve(curve: Curve, name: str = "the curve") -> Curve:
     """The first loading of a curve of deformation, turned, tared and zeroed as for identification.
 
     Raises:
@@ -287,12 +288,16 @@ def deformation_curve(curve: Curve) -> Curve:
     """
     if curve.displacement_m is None:
         raise BadInputError(
-            "the curve has no column displacement_m",
-            hint="its system stiffness must be out of it: --columns displacement=…",
+            f"{name}: its travel (position) holds the deflection of the machine too",
+            hint="--columns displacement=… if it is out of the travel",
+        )
+    if curve.perhaps_machine:
+        raise BadInputError(
+            f"{name}: the column {curve.perhaps_machine!r} may hold the machine's own deflection",
+            hint=f"--columns 'displacement={curve.perhaps_machine}' if that is out of it",
         )
     zeroed = zero(curve, keep_zero=True)
     loading, _, notes = first_loading(zeroed)
-    notes += machine_doubts(curve)
     travel_m, force_n = zeroed.travel_m[loading], zeroed.force_n[loading]
     if zeroed.touch_n > 0.0:
         zero_m = _fitted_zero(travel_m, force_n)

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import TypeVar
 
 from stepload.rig import contract_arm as arm
 from stepload.rig import contract_life as life
@@ -20,6 +21,7 @@ from stepload.rig.contract_trial import Trial as Trial
 from stepload.rig.device import Device
 
 Check = Callable[[Trial], str | None]
+TriedT = TypeVar("TriedT")
 
 
 class CheckStatus(StrEnum):
@@ -51,7 +53,7 @@ CHECKS: tuple[Check, ...] = (
 """In this order; those that silence the device are last, because it may stay so."""
 
 
-def run_check(check: Check, trial: Trial) -> CheckResult:
+def run_check(check: Callable[[TriedT], str | None], trial: TriedT) -> CheckResult:
     """Run one check; whatever it raises becomes its result."""
     started_s = time.monotonic()
     status, message = CheckStatus.PASSED, ""

@@ -150,10 +150,10 @@ def check_motion(trial: Trial) -> None:
         start_m = _position(arm, trial)
         _require_near("held at rest", arm.held_m(), start_m, trial)
         quarter_m = start_m + 0.25 * trial.move_m
-        _ramp(arm, trial, (start_m,), (quarter_m,))
+        ramp(arm, trial, (start_m,), (quarter_m,))
         _require_followed(start_m, quarter_m, _position(arm, trial))
         target_m = start_m + trial.move_m
-        _ramp(arm, trial, (quarter_m,), (target_m,))
+        ramp(arm, trial, (quarter_m,), (target_m,))
         reached_m = _position(arm, trial)
         _require_near("target", reached_m, target_m, trial)
         _require_near("held at the target", _held(arm, trial), target_m, trial)
@@ -170,7 +170,7 @@ def check_motion(trial: Trial) -> None:
         arm.safe(trial.open_timeout_s)
 
 
-def _ramp(arm: Arm, trial: Trial, start: tuple[float, ...], end: tuple[float, ...]) -> None:
+def ramp(arm: Arm, trial: Trial, start: tuple[float, ...], end: tuple[float, ...]) -> None:
     """Command a ramp at the trial's speed, then the last target until the arm is there.
 
     Args:
@@ -290,9 +290,9 @@ def check_shift(trial: Trial) -> str:
             refused(f"a shift of {shift_m} m", arm.command, start_m, shift_m)
         refused("a jump to the largest shift", arm.command, start_m, (0.0, LARGEST_SHIFT_M))
         way_m = trial.move_m
-        _ramp(arm, trial, (start_m, 0.0, 0.0), (start_m, way_m, 0.0))
+        ramp(arm, trial, (start_m, 0.0, 0.0), (start_m, way_m, 0.0))
         first = _moved("axis 1", arm, begin, start_m, trial)
-        _ramp(arm, trial, (start_m, way_m, 0.0), (start_m, 0.0, way_m))
+        ramp(arm, trial, (start_m, way_m, 0.0), (start_m, 0.0, way_m))
         second = _moved("axis 2", arm, begin, start_m, trial)
         before = _rest(arm, trial)[1]
         arm.retract(way_m, trial.speed_m_s, trial.open_timeout_s)

@@ -299,11 +299,11 @@ def check_load(trial: Trial) -> str:
         raise SkippedCheck("no known load: unit and factor of readings are NOT checked (--load)")
     with opened(trial) as device:
         unit = "N" if isinstance(device, ForceSensor) else "m"
-        before = _mean(observe(device, trial))
+        before = mean(observe(device, trial))
         true = abs(trial.load())
         idle(device, trial, trial.observe_s)
         drain(device)
-        after = _mean(observe(device, trial))
+        after = mean(observe(device, trial))
         read = math.dist(after, before)
     require(
         abs(read / true - 1.0) < GAIN_TOLERANCE,
@@ -351,7 +351,7 @@ def _vector(sample: Sample) -> tuple[float, ...]:
     return (sample.displacement_m,)
 
 
-def _mean(samples: list[Sample]) -> tuple[float, ...]:
+def mean(samples: list[Sample]) -> tuple[float, ...]:
     """Mean force (3 components, N) or mean displacement (1, m).
 
     Raises:
@@ -365,6 +365,6 @@ def _mean(samples: list[Sample]) -> tuple[float, ...]:
 
 def _force_n(samples: list[Sample]) -> tuple[float, float]:
     """Size of the mean force and the spread about it, in N."""
-    mean = _mean(samples)
-    squares = math.fsum(math.dist(_vector(sample), mean) ** 2 for sample in samples)
-    return math.hypot(*mean), math.sqrt(squares / len(samples))
+    middle = mean(samples)
+    squares = math.fsum(math.dist(_vector(sample), middle) ** 2 for sample in samples)
+    return math.hypot(*middle), math.sqrt(squares / len(samples))

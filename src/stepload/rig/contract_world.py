@@ -5,20 +5,19 @@ What is not checked: its faults, six axes, and whether its physics is right.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 
 from stepload.errors import SteploadError
 from stepload.rig.contract import CHECKS, CheckResult, CheckStatus, run_check
-from stepload.rig.contract_samples import GAIN_TOLERANCE
-from stepload.rig.contract_trial import SkippedCheck, Trial, drain, require
+from stepload.rig.contract_arm import ramp
+from stepload.rig.contract_samples import GAIN_TOLERANCE, mean
+from stepload.rig.contract_trial import ContractViolation, SkippedCheck, Trial, drain, require
 from stepload.rig.device import Device
-from stepload.rig.samples import ForceSample
 from stepload.rig.world import DEFAULT_SPEC as SPEC
-from stepload.rig.world import SimulatedRig, WorldFactory, WorldFault
+from stepload.rig.world import SimulatedRig, WorldFactory, WorldFault, WorldSpec
 
 TOP_N = 60.0
 SLOW_M_S, FAST_M_S = 2e-3, 10e-3
@@ -27,30 +26,22 @@ EARLY_M = 100e-6
 FREE_N = 6.0 * SPEC.force_noise_n + SPEC.force_quantum_n
 NEWEST_S = 0.05
 OPEN_S = 5.0
-Make = Callable[[], SimulatedRig]
+Make = Callable[[WorldSpec], SimulatedRig]
 
 
 def run_world(world: WorldFactory, options: Mapping[str, object]) -> list[CheckResult]:
     """Run every check that a simulated rig can be tried with."""
-    make: Make = partial(world, SPEC, **options)
+
+    def make(spec: WorldSpec) -> SimulatedRig:
+        return world(spec, **options)
+
     results = []
     for which in ("arm", "force"):
         trial = _trial(make, which)
         found = [run_check(check, trial) for check in CHECKS]
         results += [replace(each, name=f"{which}.{each.name}") for each in found]
-    unused = Trial(make=lambda: make().arm)
-    for name, check in (
-        ("clock", partial(_check_clock, make)),
-        ("rates", partial(_check_rates, make)),
-        ("seed", partial(_check_seed, make)),
-        ("press", partial(_check_press, make)),
-        ("faults", partial(_check_faults, world, options)),
-    ):
-
-        def check_(_: Trial, check: Callable[[], str | None] = check) -> str | None:
-            return check()
-
-        results.append(replace(run_check(check_, unused), name=name))
+    own = (check_clock, check_rates, check_seed, check_press, check_faults)
+    results += [run_check(check, make) for check in own]
     return [each for each in results if each.status is not CheckStatus.SKIPPED]
 
 
@@ -59,18 +50,15 @@ def _trial(make: Make, which: str) -> Trial:
     rigs: list[SimulatedRig] = []
 
     def device() -> Device:
-        rigs[:] = [make()]
+        rigs[:] = [make(SPEC)]
         found: Device = getattr(rigs[0], which)
         return found
-
-    def now_s() -> float:
-        return rigs[0].clock.now_s()
 
     force = which == "force"
     return Trial(
         device,
-        now_s=now_s,
-        wait=lambda seconds: rigs[0].clock.sleep_until(now_s() + seconds),
+        now_s=lambda: rigs[0].clock.now_s(),
+        wait=lambda seconds: _pass(rigs[0], seconds),
         noise=SPEC.force_noise_n if force else None,
         resolution=SPEC.force_quantum_n if force else 0.0,
         move_m=1e-3,
@@ -79,7 +67,7 @@ def _trial(make: Make, which: str) -> Trial:
 
 @contextmanager
 def _open_rig(make: Make) -> Iterator[SimulatedRig]:
-    rig = make()
+    rig = make(SPEC)
     require(isinstance(rig, SimulatedRig), f"the world gave {type(rig).__name__}")
     with closing(rig.arm), closing(rig.force):
         rig.force.open(OPEN_S)
@@ -91,7 +79,7 @@ def _pass(rig: SimulatedRig, seconds: float) -> None:
     rig.clock.sleep_until(rig.clock.now_s() + seconds)
 
 
-def _check_clock(make: Make) -> None:
+def check_clock(make: Make) -> None:
     """Virtual time stands until it is slept on, and both devices live in it."""
     with _open_rig(make) as rig:
         if not rig.clock.virtual:
@@ -100,15 +88,15 @@ def _check_clock(make: Make) -> None:
         drain(rig.arm), drain(rig.force)
         require(rig.clock.now_s() == begin_s, "time passes though nobody sleeps")
         _pass(rig, 0.5)
-        now_s = rig.clock.now_s()
-        require(abs(now_s - begin_s - 0.5) < 1e-6, f"slept 0.5 s, {now_s - begin_s:.6f} s passed")
-        for name, device in (("arm", rig.arm), ("force sensor", rig.force)):
-            old_s = now_s - max((each.receive_time_s for each in drain(device)), default=-math.inf)
+        passed_s = rig.clock.now_s() - begin_s
+        require(abs(passed_s - 0.5) < 1e-6, f"slept 0.5 s, {passed_s:.6f} s passed")
+        for name, samples in (("arm", drain(rig.arm)), ("force sensor", drain(rig.force))):
+            old_s = rig.clock.now_s() - samples[-1].receive_time_s
             told = f"the newest sample of the {name} is {old_s:.3g} s old: another clock"
             require(-1e-6 < old_s < NEWEST_S, told)
 
 
-def _check_rates(make: Make) -> None:
+def check_rates(make: Make) -> None:
     """The devices run at the rates of the plan: delays and filters of a run rest on them."""
     with _open_rig(make) as rig:
         for name, rate_hz, planned_hz in (
@@ -120,7 +108,7 @@ def _check_rates(make: Make) -> None:
         require(rig.arm.has_force == SPEC.arm_has_force, "arm.has_force is not arm_has_force")
 
 
-def _check_seed(make: Make) -> None:
+def check_seed(make: Make) -> None:
     """The same spec gives the same samples."""
     found = []
     for _ in range(2):
@@ -130,7 +118,7 @@ def _check_seed(make: Make) -> None:
     require(found[0] == found[1], "two rigs of one spec and seed give other samples")
 
 
-def _check_press(make: Make) -> str:
+def check_press(make: Make) -> str:
     """Towards the plate the force comes at the surface, with the stated sign, and goes again."""
     with _open_rig(make) as rig:
         zero_n = _force_n(rig, 0.5)
@@ -157,13 +145,8 @@ def _check_press(make: Make) -> str:
 
 
 def _go(rig: SimulatedRig, to_m: float, speed_m_s: float) -> None:
-    """Command a ramp from where the arm is held, as a run does: one target a period."""
-    at_m, period_s = rig.arm.held_m(), rig.arm.period_s
-    steps = max(1, math.ceil(abs(to_m - at_m) / speed_m_s / period_s))
-    for step in range(1, steps + 1):
-        rig.arm.command(at_m + (to_m - at_m) * step / steps)
-        _pass(rig, period_s)
-    _pass(rig, 10.0 * SPEC.lag_s + SPEC.command_delay_s)
+    trial = Trial(lambda: rig.arm, wait=partial(_pass, rig), speed_m_s=speed_m_s)
+    ramp(rig.arm, trial, (rig.arm.held_m(),), (to_m,))
 
 
 def _force_n(rig: SimulatedRig, over_s: float) -> float:
@@ -171,15 +154,11 @@ def _force_n(rig: SimulatedRig, over_s: float) -> float:
     drain(rig.force), drain(rig.arm)
     _pass(rig, over_s)
     which, sign = "xyz".index(SPEC.force_axis[-1]), -1.0 if SPEC.force_axis[0] == "-" else 1.0
-    values = [s.wrench[which] for s in drain(rig.force) if isinstance(s, ForceSample)]
-    require(bool(values), "no force samples")
-    return sign * math.fsum(values) / len(values)
+    return sign * mean(drain(rig.force))[which]
 
 
-def _check_faults(world: WorldFactory, options: Mapping[str, object]) -> None:
+def check_faults(make: Make) -> None:
     """A fault that the world does not know is refused."""
-    try:
-        world(replace(SPEC, faults=(WorldFault("no_such_fault", 1.0, 1.0, 1.0),)), **options)
-    except SteploadError:
-        return
-    require(False, "an unknown fault is taken and never shown")
+    with suppress(SteploadError):
+        make(replace(SPEC, faults=(WorldFault("no_such_fault", 1.0, 1.0, 1.0),)))
+        raise ContractViolation("an unknown fault is taken and never shown")

@@ -368,11 +368,12 @@ def _given_up(finished: Finished, recorder: Recorder, error: Exception) -> Recor
         files.write_results(place, {**finished.data, "reasons": [reason]}, None)
         if kept:
             files.write_bag_metadata(kept.path)
-    hint = (
-        f"all of the record is in {kept.path}: stepload identify {place}"
-        if kept
-        else "what was in memory is lost; `stepload recover` repairs what is on the disk"
-    )
+    hint = "what was in memory is lost; `stepload recover` repairs what is on the disk"
+    if kept:
+        part = (
+            f"what is whole of the record ({kept.damage})" if kept.damage else "all of the record"
+        )
+        hint = f"{part} is in {kept.path}: stepload identify {place}"
     why = finished.outcome.why
     return RecordingFailedError(why if reason in why else f"{why}\n{reason}", hint=hint)
 

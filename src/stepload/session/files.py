@@ -14,6 +14,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from mcap.reader import SeekingReader
+
 import stepload
 from stepload.engine import replay
 from stepload.errors import BadInputError
@@ -21,7 +23,6 @@ from stepload.feasibility.preflight import Preflight
 from stepload.plan.compose import SIMULATED
 from stepload.plan.model import Plan, Provenance, SecondForceSource
 from stepload.plan.whole_file import write_whole
-from stepload.record.bag import METADATA, bag_metadata
 from stepload.record.plain import json_text
 from stepload.record.recorder import NAME
 from stepload.record.recovery import PART_SUFFIX
@@ -30,7 +31,8 @@ from stepload.report.model import Document
 from stepload.report.page import render
 from stepload.rig.device import Identity
 
-REPORT, RESULTS, RECORD, PART = "report.html", "results.json", NAME, NAME + PART_SUFFIX
+REPORT, RESULTS, METADATA = "report.html", "results.json", "metadata.yaml"
+RECORD, PART = NAME, NAME + PART_SUFFIX
 _log = logging.getLogger(__name__)
 
 
@@ -174,8 +176,34 @@ def write_results(directory: Path, data: Mapping[str, Any], document: Document |
 
 
 def write_bag_metadata(record: Path) -> None:
-    """Make the directory of a whole record a rosbag2; raises OSError."""
-    write_file(record.with_name(METADATA), bag_metadata(record))
+    """Make the directory of a whole record of ours a rosbag2, version 5; raises OSError."""
+    with record.open("rb") as file:
+        summary = SeekingReader(file).get_summary()
+    assert summary is not None
+    about = summary.statistics
+    assert about is not None
+    topics = [
+        {
+            "topic_metadata": {
+                "name": channel.topic, "type": summary.schemas[channel.schema_id].name,
+                "serialization_format": channel.message_encoding, "offered_qos_profiles": "",
+            },
+            "message_count": about.channel_message_counts.get(channel.id, 0),
+        }
+        for channel in summary.channels.values()
+    ]  # fmt: skip
+    span = {
+        "starting_time": {"nanoseconds_since_epoch": about.message_start_time},
+        "duration": {"nanoseconds": about.message_end_time - about.message_start_time},
+        "message_count": about.message_count,
+    }
+    bag = {
+        "version": 5, "storage_identifier": "mcap", "relative_file_paths": [record.name], **span,
+        "topics_with_message_count": topics, "compression_format": "", "compression_mode": "",
+        "files": [{"path": record.name, **span}],
+    }  # fmt: skip
+    text = json.dumps({"rosbag2_bagfile_information": bag}, indent=1)  # which is YAML too
+    write_file(record.with_name(METADATA), text + "\n")
 
 
 def write_file(path: Path, text: str) -> None:

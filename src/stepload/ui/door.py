@@ -7,13 +7,12 @@ import binascii
 import secrets
 import socket
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import JSONResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from stepload.live.view import is_loopback
-
-if TYPE_CHECKING:
-    from starlette.datastructures import Headers
-    from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 TOKEN = "x-stepload-token"  # noqa: S105
 HEADERS = {
@@ -96,30 +95,25 @@ def _password(headers: Headers) -> str:
         return ""
 
 
-class Guard:
-    """The application behind a door; each answer forbids what the page does not need."""
+def guarded(inner: ASGIApp, door: Door) -> ASGIApp:
+    """An application behind a door; each answer forbids what the page does not need."""
 
-    def __init__(self, app: ASGIApp, door: Door) -> None:
-        self._app, self._door = app, door
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        from starlette.datastructures import Headers, MutableHeaders
-        from starlette.responses import JSONResponse
-
+    async def app(scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
             return
 
-        async def guarded(message: Message) -> None:
+        async def guarded_send(message: Message) -> None:
             if message["type"] == "http.response.start":
                 headers = MutableHeaders(scope=message)
                 for name, value in HEADERS.items():
                     headers.setdefault(name, value)
             await send(message)
 
-        app = self._app
-        headers = Headers(scope=scope)
-        if refused := self._door.refusal(scope["method"], scope["path"], headers):
+        answer = inner
+        if refused := door.refusal(scope["method"], scope["path"], Headers(scope=scope)):
             status, why = refused
             ask = {"www-authenticate": 'Basic realm="stepload"'} if status == 401 else None
-            app = JSONResponse({"error": why}, status, ask)
-        await app(scope, receive, guarded)
+            answer = JSONResponse({"error": why}, status, ask)
+        await answer(scope, receive, guarded_send)
+
+    return app

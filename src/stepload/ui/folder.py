@@ -1,13 +1,13 @@
-"""What the page reads of one folder: its runs, their reports and curves, and its plans."""
+"""What the page reads of its folder: runs, their reports and curves, plans, and preflight."""
 
 from __future__ import annotations
 
 import math
 import os
 import re
-import stat
-from collections.abc import Iterator
-from itertools import pairwise
+from contextlib import suppress
+from dataclasses import asdict
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -15,29 +15,34 @@ import numpy as np
 
 from stepload.data.catalog import PART, RECORD, RunRow, row_of, rows
 from stepload.engine.replay import limits_from
-from stepload.errors import BadInputError
-from stepload.plan.source import MAX_BYTES, read_source
+from stepload.errors import BadInputError, SteploadError
+from stepload.feasibility.preflight import Preflight, preflight_of
+from stepload.feasibility.reason import findings
+from stepload.plan.load import load_text
+from stepload.plan.problems import MAX_PROBLEMS, PlanError, Problem
+from stepload.plan.references import place_of
+from stepload.plan.source import Folder, read_source
 from stepload.record.recovery import is_being_written
 from stepload.record.rows import FloatArray
 from stepload.record.untrusted import untrusted
 from stepload.report.conditions import from_attachments, measured
+from stepload.report.figures import thin
 from stepload.report.model import finite
 from stepload.report.page import render
+from stepload.report.preflight import figures, headline
 from stepload.report.press_data import LOADING, UNLOADING, press_data
 from stepload.report.rows import in_one_unit
 from stepload.report.run_document import run_document
 from stepload.report.run_record import evaluation_of, read_to_evaluate, record_in
 
 MOST_POINTS = 1500
-"""Points of one curve that are sent: means of more, or the smallest and largest of each part."""
+"""Points of one curve that are sent: means, or the smallest and largest of each part."""
+MOST_ROWS = 1 << 15
 MOST_PLANS = 300
 MOST_DEEP = 3
 MOST_REPORT_BYTES = 1 << 25
 _PLAN = re.compile(r"^stepload:", re.MULTILINE)
 _HIDDEN = re.compile(r"[._]|site-packages$|node_modules$")
-
-_known: dict[Path, tuple[tuple[int, ...], RunRow]] = {}
-"""Rows of the catalogue, each with the time and size of its record."""
 
 
 def inside(root: Path, name: str) -> Path:
@@ -62,25 +67,18 @@ def record_at(root: Path, key: str) -> Path:
         BadInputError: there is none.
     """
     path = record_in(inside(root, key))
-    if path.suffix not in (".mcap", ".part") or not stat.S_ISREG(_mode(path)):
+    if path.suffix not in (".mcap", ".part") or not _is_file(path):
         raise BadInputError(f"{key} is no record of a run")
     return path
 
 
-def _mode(path: Path) -> int:
-    try:
-        return path.lstat().st_mode
-    except OSError:
-        return 0
+def _is_file(path: Path) -> bool:
+    return os.path.isfile(path) and not path.is_symlink()
 
 
 def run_rows(root: Path) -> list[dict[str, Any]]:
     """The rows of the catalogue for the page, the newest first; records are read once."""
-    found = rows(root, _remembered)
-    paths = {Path(row.path) for row in found}
-    for path in [each for each in _known if each not in paths]:
-        del _known[path]
-    return [_shown(root, row) for row in reversed(found)]
+    return [_shown(root, row) for row in reversed(rows(root, _remembered))]
 
 
 def _remembered(record: Path) -> RunRow:
@@ -88,11 +86,12 @@ def _remembered(record: Path) -> RunRow:
         about = record.stat()
     except OSError:  # renamed meanwhile
         return row_of(record)
-    stamp = about.st_mtime_ns, about.st_size, about.st_ino
-    kept = _known.get(record)
-    if kept is None or kept[0] != stamp:
-        kept = _known[record] = stamp, row_of(record)
-    return kept[1]
+    return _row(record, (about.st_mtime_ns, about.st_size, about.st_ino))
+
+
+@lru_cache(MOST_ROWS)
+def _row(record: Path, _stamp: tuple[int, ...]) -> RunRow:
+    return row_of(record)
 
 
 def _shown(root: Path, row: RunRow) -> dict[str, Any]:
@@ -106,13 +105,14 @@ def _shown(root: Path, row: RunRow) -> dict[str, Any]:
         "key": str(place.relative_to(root)),
         "chord": chord,
         "interval": interval,
-        "live": record.suffix == ".part" and _goes_on(record),
+        "live": goes_on(record),
     }
 
 
-def _goes_on(record: Path) -> bool:
+def goes_on(record: Path) -> bool:
+    """Whether a run is writing this record."""
     try:
-        return is_being_written(record)
+        return record.suffix == ".part" and is_being_written(record)
     except OSError:  # finished meanwhile
         return False
 
@@ -125,7 +125,7 @@ def report_of(root: Path, key: str) -> str:
     """
     record = record_at(root, key)
     beside = record.with_name("report.html")
-    if record.name == RECORD and stat.S_ISREG(_mode(beside)):
+    if record.name == RECORD and _is_file(beside):
         with beside.open("rb") as file:
             page = file.read(MOST_REPORT_BYTES + 1)
         if len(page) <= MOST_REPORT_BYTES:
@@ -145,53 +145,38 @@ def curves_of(root: Path, key: str) -> dict[str, Any]:
         limits = limits_from(recording.attachments)
         conditions = from_attachments(recording.attachments)
         ticks = recording.ticks
+        at = thin(MOST_POINTS, np.nan_to_num(ticks.force_n))
         found: dict[str, Any] = {
             "elastic_limit_n": finite(limits.elastic_limit_n),
             "used_limit_n": finite(limits.used_limit_n),
-            "time": {}, "curve": {}, "problem": "",
-        }  # fmt: skip
-        if len(ticks.time_s):
-            at = thinned(ticks.force_n)
-            found["time"] = {
-                "time_s": numbers(ticks.time_s[at] - ticks.time_s[0], 3),
+            "time": {
+                "time_s": numbers(ticks.time_s[at] - ticks.time_s[:1], 3),
                 "force_n": numbers(ticks.force_n[at], 2),
                 "limit_n": numbers(ticks.limit_n[at], 2),
-            }
+            },
+            "curve": {}, "problem": "",
+        }  # fmt: skip
         try:
             data = press_data(recording, across=conditions.across)
         except BadInputError as error:
             return found | {"problem": error.message}
         pressed = np.isin(data.phase, [*LOADING, *UNLOADING])
         bent_m = measured(conditions, data).bend(data.force_n)
-        curve = np.stack([(data.travel_m - bent_m) * 1e6, data.force_n])
-        deformation_um, force_n = means(np.where(pressed, curve, np.nan))
-        found["curve"] = {
-            "deformation_um": numbers(deformation_um, 3),
-            "force_n": numbers(force_n, 2),
-        }
+        deformation_um = np.where(pressed, (data.travel_m - bent_m) * 1e6, np.nan)
+        starts = np.arange(0, len(pressed), max(1, -(-len(pressed) // MOST_POINTS)))
+        found["curve"] = curve(deformation_um, data.force_n, starts)
         return found
 
 
-def means(columns: FloatArray, most: int = MOST_POINTS) -> FloatArray:
-    """Means of at most so many parts of columns of equal length; NaN between what is apart."""
-    size = columns.shape[1]
-    starts = np.arange(0, size, max(1, -(-size // most)))
-    found = np.add.reduceat(columns, starts, axis=1) / np.diff(starts, append=size)
-    nothing = np.isnan(found).any(axis=0)
-    return np.asarray(found[:, ~nothing | ~np.roll(nothing, 1)])
-
-
-def thinned(values: FloatArray, most: int = MOST_POINTS) -> np.ndarray[Any, np.dtype[np.intp]]:
-    """Indices of at most about `most` values: the smallest and largest of each part, in order."""
-    if values.size <= most:
-        return np.arange(values.size)
-    edges = np.linspace(0, values.size, most // 2 + 1).astype(int)
-    known = np.nan_to_num(values)
-    picked = {int(values.size - 1), 0}
-    for low, high in pairwise(edges):
-        part = known[low:high]
-        picked |= {int(low + part.argmin()), int(low + part.argmax())}
-    return np.array(sorted(picked))
+def curve(deformation_um: FloatArray, force_n: FloatArray, starts: Any) -> dict[str, Any]:
+    """Means of parts that begin at `starts`, for JSON; null where a deformation is NaN."""
+    sizes = np.diff(starts, append=len(force_n))
+    return {
+        name: numbers(np.add.reduceat(values, starts) / sizes, digits)
+        for name, values, digits in (
+            ("deformation_um", deformation_um, 3), ("force_n", force_n, 2),
+        )
+    }  # fmt: skip
 
 
 def numbers(values: FloatArray, digits: int) -> list[float | None]:
@@ -201,35 +186,69 @@ def numbers(values: FloatArray, digits: int) -> list[float | None]:
 
 def plan_names(root: Path) -> list[str]:
     """Files of the folder that look like plans, by name."""
-    return sorted(_plans(root, root, MOST_DEEP))[:MOST_PLANS]
-
-
-def _plans(root: Path, folder: Path, deep: int) -> Iterator[str]:
-    try:
-        entries = [each for each in os.scandir(folder) if not each.is_symlink()]
-    except OSError:
-        return
-    for entry in entries:
-        path = Path(entry.path)
-        if entry.is_dir():
-            if deep and not _HIDDEN.match(entry.name) and not (path / RECORD).exists():
-                yield from _plans(root, path, deep - 1)
-        elif (
-            path.suffix in (".yaml", ".yml")
-            and entry.is_file()
-            and entry.stat().st_size <= MAX_BYTES
-            and _PLAN.search(path.read_text("utf-8", "replace"))
-        ):
-            yield str(path.relative_to(root))
+    found = []
+    for place, folders, files in os.walk(root):
+        inner = Path(place).relative_to(root)
+        folders[:] = [
+            each for each in folders
+            if len(inner.parts) < MOST_DEEP and not _HIDDEN.match(each)
+            and not os.path.exists(root / inner / each / RECORD)
+        ]  # fmt: skip
+        for name in [str(inner / each) for each in files]:
+            with suppress(SteploadError):
+                if _PLAN.search(plan_text(root, name)):
+                    found.append(name)
+    return sorted(found)[:MOST_PLANS]
 
 
 def plan_text(root: Path, name: str) -> str:
     """The text of a plan of the folder.
 
     Raises:
-        BadInputError: it is not there, or no text.
+        SteploadError: it is not there, or no text.
     """
     path = inside(root, name)
     if path.suffix not in (".yaml", ".yml"):
         raise BadInputError(f"{name} is no plan", hint="a plan is a YAML file")
     return read_source(path, name).text
+
+
+def check(root: Path, name: str, text: str) -> dict[str, Any]:
+    """Verdict, findings and figures of a plan, or its problems, each with its place.
+
+    Args:
+        root: the folder of the page, resolved; no file outside it is read.
+        name: of the plan in it; the files that it names are found from there.
+
+    Raises:
+        BadInputError: the name is outside the folder.
+    """
+    path = inside(root, name)
+    problems: tuple[Problem, ...]
+    try:
+        return _told(preflight_of(load_text(text, path, root)), Folder(root, path, text))
+    except PlanError as error:
+        problems = error.problems
+    except SteploadError as error:
+        problems = (Problem("", 0, 0, "", error.message, error.hint),)
+    here = str(path.relative_to(root))
+    told = [{**asdict(each), "here": each.file == here} for each in problems[:MAX_PROBLEMS]]
+    return {"problems": told, "count": len(problems)}
+
+
+def _told(preflight: Preflight, shelf: Folder) -> dict[str, Any]:
+    plan = preflight.plan
+    weighty = findings(preflight.reasons)
+    told = []
+    for each in (*weighty, *(each for each in preflight.reasons if each not in weighty)):
+        place = place_of(plan, each.key, shelf) if each.key else None
+        here = place if place is not None and place.source.path == plan.path else None
+        where = {"line": here.line if here else 0, "column": here.column if here else 0}
+        told.append(asdict(each) | where)
+    return {
+        "problems": [],
+        "verdict": preflight.verdict,
+        "headline": " ".join(headline(preflight).split()).partition(" ")[2],
+        "findings": told,
+        "figures": list(figures(preflight)),
+    }

@@ -510,8 +510,12 @@ def test_a_curve_to_compare_with_gets_the_same_care() -> None:
     assert found.displacement_m is not None
     assert found.displacement_m[-1] == pytest.approx((300.0 / K) ** (1 / N), rel=0.01)
     assert found.force_n[-1] == pytest.approx(300.0, rel=0.02)
-    with pytest.raises(BadInputError, match="no column displacement_m"):
+    with pytest.raises(BadInputError):
         deformation_curve(curve(position_m=depth, force_n=force))
+    with pytest.raises(BadInputError):
+        deformation_curve(
+            curve(displacement_m=depth, force_n=force, perhaps_machine="Displacement")
+        )
 
 
 @pytest.mark.parametrize(("preload", "lead_in"), [(0.0, 200), (0.0, 0), (20.0, 0)])

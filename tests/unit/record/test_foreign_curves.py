@@ -237,6 +237,9 @@ BROKEN = [
     Broken("am and pm", clock("%I:%M:%S.%f %p"), ":2:1"),
     Broken("day or month", clock("%m/%d/%Y %H:%M:%S.%f"), ":2:1"),
     Broken("minutes and seconds", clock("%M:%S.%f"), ":2:1"),
+    Broken("a unit against the file's", table(("Position (mm)", "Force (kN)"), MM, KN), ":1:1", (),
+           "--units force=N"),
+    Broken("a factor", table(("Position (mm)", "Force*10 (N)"), MM, FORCE), ":1:1", ("daN",)),
     Broken("no unit of ROS", ROS, ":1:1", ("ns", "N", "m"), "--columns time=%time"),
     Broken("no unit at all", table(("time", "way", "disp", "load"), TIME, MM, MM, FORCE), ":1:1",
            ("s", "mm", "N")),
@@ -319,6 +322,17 @@ NASTY = [
     ("a unit in one cell", table(NAMES, TIME, MM, ONE), ":62:19"),
     ("strain", table(("Strain (%)", "Force (N)"), MM, FORCE), ":1:1"),
     ("a factor in the name", table(("Position (mm)", "Force (x10 N)"), MM, FORCE), ":1:1"),
+    *((f"a factor: {name}", table(("Position (mm)", name), MM, FORCE), ":1:1")
+      for name in ("Force*10 N", "Force x10 (N)", "Force (N)/2", "Force 10 N", "Force m N",
+                   "Force [N] (1e-3 N)")),
+    ("rows behind a mark", table(NAMES, ["#1"] * 40 + [f"{t}" for t in TIME[40:]], MM, FORCE),
+     ":2:1"),
+    ("specimens by a column", table(("Specimen", *NAMES), [*"A" * ROWS, *"B" * ROWS],
+     range(2 * ROWS), np.tile(MM, 2), np.tile(FORCE, 2)), f":{ROWS + 2}:1"),
+    ("specimens mixed", table(("Specimen no", *NAMES), ["1", "2"] * ROWS, range(2 * ROWS),
+     np.repeat(MM, 2), np.repeat(FORCE, 2)), ":3:1"),
+    ("other units below", table(("Time", "Position", "Force"), TIME, MM, FORCE, units="s;mm;N")
+     + table(("Time", "Position", "Force"), TIME, MM, KN, units="s;mm;kN"), f":{ROWS + 4}:1"),
     ("mark of another code page", table(("Weg (Âµm)", "Kraft (N)"), MM, FORCE), ":1:1"),
     ("decimal commas between commas", table(NAMES, TIME, MM, FORCE, sep=",", decimal=","), ":2:1"),
     ("numbers below statistics", PLAIN + "Mean,1,2\n" + BODY, f":{ROWS + 3}:1"),
@@ -339,6 +353,37 @@ def test_no_false_number_comes_of_it(
     with pytest.raises(BadInputError) as caught:
         read_curve(path)
     assert f"{path}{place}:" in caught.value.message
+
+
+BESIDE = table(("Position (mm)", "Force (N)") * 2, MM, FORCE, 2.0 * MM, FORCE)
+KEPT = [
+    ("decimal mark", table(NAMES, TIME, MM, FORCE, digits=3, decimal=","), {"decimal": "."}),
+    ("unit", table(("Position", "Force"), MM, KN, units="mm;kN"), {"units": (("force", "N"),)}),
+    ("unit in the name", table(("Position (mm)", "Force (kN)"), MM, KN),
+     {"units": (("force", "N"),)}),
+    ("specimen", BESIDE, {"columns": (("force", "4"),), "specimen": "1"}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "text", "stated"), KEPT, ids=[name for name, *_ in KEPT])
+def test_what_is_stated_does_not_contradict_the_file(
+    tmp_path: Path, name: str, text: str, stated: dict[str, Any]
+) -> None:
+    with pytest.raises(BadInputError):
+        read_curve(save(tmp_path, text), CurveMapping(**stated))
+
+
+def test_a_wrong_unit_in_the_file_is_overruled_where_both_are_stated(tmp_path: Path) -> None:
+    stated = mapping("--units 'force=kN not N'")
+    path = save(tmp_path, table(("Position (mm)", "Force (N)"), MM, KN))
+    found = read_curve(path, stated)
+    assert found.force_n == pytest.approx(FORCE, abs=1e-3)
+    assert found.reading is not None
+    kept = found.reading.mapping
+    assert read_curve(path, kept).force_n == pytest.approx(FORCE, abs=1e-3)
+    other = save(tmp_path, table(("Position (mm)", "Force (mN)"), MM, MN_))
+    with pytest.raises(BadInputError):
+        read_curve(other, stated)
 
 
 LEFT = {
@@ -383,6 +428,9 @@ def test_every_specimen_and_all_of_them_can_be_read(tmp_path: Path) -> None:
     whole = read_curve(path, CurveMapping(specimen="all"))
     assert (len(whole.force_n), whole.time_s) == (3 * ROWS, None)
     beside = save(tmp_path, table(NAMES[1:] * 2, MM, FORCE, 2.0 * MM, 3.0 * FORCE))
+    with pytest.raises(BadInputError) as caught:
+        read_curve(beside, mapping("--columns force=4"))
+    assert "force=4, position=3" in caught.value.hint
     second = read_curve(beside, mapping("--columns position=3,force=4"))
     assert second.force_n == pytest.approx(3.0 * FORCE)
 

@@ -128,6 +128,25 @@ def dead(recorder: Recorder) -> None:
     recorder._process.wait()
 
 
+@pytest.mark.parametrize("device_s", [1e6, 1e300, -1e300, float("nan")])
+def test_a_jump_of_a_device_s_clock_does_not_stamp_what_follows(
+    start: Start, make: SimpleNamespace, device_s: float
+) -> None:
+    recorder = start()
+    for i in range(600):
+        sample = make.force(i)
+        recorder.force(sample._replace(device_time_s=device_s) if i == 300 else sample)
+        if i % 100 == 99:
+            recorder.sync()
+    found = [
+        (m.publish_time - m.log_time) * 1e-9
+        for topic, m, _ in decode(recorder.finish({}, "identified"))
+        if "force" in topic
+    ]
+    assert len(found) >= 600
+    assert max(map(abs, found)) < 1.0
+
+
 def test_a_dead_writer_is_seen(start: Start) -> None:
     recorder = start()
     dead(recorder)
@@ -337,7 +356,7 @@ def test_abandoned_records_are_found_and_repaired(
 
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name, value_s in (("SILENT_S", 0.2), ("STALLED_S", 0.5), ("KILL_S", 0.1)):
+    for name, value_s in (("SILENT_S", 0.05), ("STALLED_S", 0.2), ("KILL_S", 0.1)):
         monkeypatch.setattr(recorder_module, name, value_s)
 
 
@@ -354,12 +373,17 @@ def rescued(recorder: Recorder, place: Path) -> Any:
 def test_a_writer_that_stands_still_is_told_of_and_loses_nothing_in_memory(
     start: Start, make: SimpleNamespace, tmp_path: Path, readable: bool
 ) -> None:
-    recorder = start()
+    recorder = start(lossless=False)
     fill(recorder, make, 200)
     recorder.event(100.0, "touch", {})
     recorder.sync()
     os.kill(recorder._process.pid, signal.SIGSTOP)
     for i in range(200, 300):
+        recorder.force(make.force(i))
+    until(lambda: bool(recorder.said))
+    time.sleep(0.5)
+    assert not recorder.problem()  # however long: there is room for what comes
+    for i in range(300, 500):
         recorder.force(make.force(i))
     recorder.event(100.3, "trip", {})
     until(lambda: bool(recorder.problem()))
@@ -370,11 +394,25 @@ def test_a_writer_that_stands_still_is_told_of_and_loses_nothing_in_memory(
     begun_s = time.monotonic()
     got = rescued(recorder, tmp_path / "elsewhere")
     assert time.monotonic() - begun_s < 5.0
-    assert got.force.sequence.tolist() == list(range(0 if readable else 200, 300))
+    assert got.force.sequence.tolist() == list(range(0 if readable else 200, 500))
     assert [event.kind for event in got.events] == ["touch", "trip"][not readable :]
     assert got.metadata["run_id"] == "r1"
     assert got.attachments["plan.yaml"] == b"payload: {}\n"
     assert len(got.ticks.time_s) == (100 if readable else 0)
+
+
+def test_a_dry_run_does_not_wait_for_ever(
+    start: Start, make: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recorder = start({**RATES_HZ, "force": 60.0})
+    monkeypatch.setattr(recorder_module, "SILENT_S", 0.1)
+    monkeypatch.setattr(recorder_module, "KILL_S", 0.1)
+    monkeypatch.setattr(recorder_module.Recorder._wait, "__defaults__", (0.5,))
+    os.kill(recorder._process.pid, signal.SIGSTOP)
+    for i in range(recorder._shared.capacity["force"] + 1):
+        recorder.force(make.force(i))
+    assert str(recorder._process.pid) in recorder.problem()
+    assert sum("kill -CONT" in line for line in recorder.said) == 1
 
 
 def test_a_record_that_loses_its_name_is_a_problem_at_once_and_is_rescued_whole(

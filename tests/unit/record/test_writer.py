@@ -139,6 +139,21 @@ def test_times_never_go_back_and_chunks_do_not_overlap(
     assert first.message_end_time == second.message_start_time == end_ns
 
 
+def test_a_time_far_ahead_does_not_shift_what_comes_later(
+    desk: SimpleNamespace, make: SimpleNamespace
+) -> None:
+    for i in (0, 1, 2000, 2001):
+        far_s = 1e6 * (i == 1)
+        desk.push["force"](make.force(i)._replace(receive_time_s=100.0 + 1e-3 * i + far_s))
+        desk.push["tick"](make.tick(i)._replace(time_s=100.0 + 1e-3 * i))
+        desk.writer.drain()
+    desk.writer.finish("identified", b"{}")
+    got = sorted((m.sequence, m.log_time - OFFSET_NS) for t, m in read_back(desk) if t == "/force")
+    assert [ns for _, ns in got] == [
+        round(s * 1e9) for s in (100.0, 101.001, 102.0, 102.001)
+    ]  # fmt: skip
+
+
 def samples(device_s: list[float], receive_s: list[float]) -> np.ndarray:
     rows = np.zeros(len(device_s), [("sequence", "<i8"), ("device_time_s", "<f8"),
                                     ("receive_time_s", "<f8"), ("status", "<i8"),

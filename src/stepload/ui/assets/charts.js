@@ -66,21 +66,20 @@ const frame = (readout, tell) => ({
 
 const TALL = () => innerWidth > 1080 ? 372 : 300;
 
-/** Force against time: data [time s, level, predicted, low, high, limit], levels of F_c as constants. */
+/** Force against time: data [time s, level, low, high, limit], levels of F_c as constants. */
 export function timeChart(host, readout, constants) {
   const lines = colour => [
     {}, {label: "level", stroke: colour("--level"), width: 1},
-    {label: "predicted", stroke: colour("--c5"), width: 1},
     {label: "low", stroke: colour("--force"), width: 1}, {label: "high", stroke: colour("--force"), width: 1.4},
     {label: "limit", stroke: colour("--limit"), width: 1.6, dash: [7, 4]},
     ...constants.map(each => ({label: each.name, stroke: colour(each.colour), width: 1.2, dash: each.dash})),
   ].map(each => ({...each, points: {show: false}, spanGaps: false}));
   const tell = (_, x, y) => `${digits(x)} s, ${digits(y)} N`;
   return new Chart(host, colour => ({
-    ...frame(readout, tell), series: lines(colour), bands: [{series: [4, 3], fill: colour("--bandfill")}],
+    ...frame(readout, tell), series: lines(colour), bands: [{series: [3, 2], fill: colour("--bandfill")}],
     scales: {x: {time: false}, y: {range: fromZero}},
     axes: [axis("Time in s", {size: 26}), axis("Force in N", {size: 42})],
-  }), [[], [], [], [], [], [], ...constants.map(() => [])], TALL());
+  }), [[], [], [], [], [], ...constants.map(() => [])], TALL());
 }
 
 /** Force against deformation: curves {x µm, y N, colour, dash, width}; x need not rise. */

@@ -5,9 +5,10 @@ import {get, h, keepToken, lost, nameOf, post, token, verdict, when} from "./too
 import {refresh, rowOf} from "./runs.js";
 
 const LATE_S = 1.5;
+const GO_ON = "It goes on by p in its own terminal.";
 const FORCES = [
   {name: "force", colour: "--force"}, {name: "limit of the run F_lim", colour: "--limit", dash: true},
-  {name: "level", colour: "--level"}, {name: "predicted peak", colour: "--c5"},
+  {name: "level", colour: "--level"},
 ];
 
 export function runView(place, [key]) {
@@ -53,7 +54,7 @@ function panel(title, label, entries) {
 }
 
 function liveRun(place, row, ended) {
-  const time = {time_s: [], low_n: [], high_n: [], limit_n: [], level_n: [], predicted_n: []};
+  const time = {time_s: [], low_n: [], high_n: [], limit_n: [], level_n: []};
   const curve = {x: [], y: [], colour: "--force", width: 1.8};
   const phase = h("div", {className: "phase", role: "status", "aria-live": "polite"}, "reads the record …");
   const left = h("span", {className: "soft"}), share = h("progress", {max: 1, value: 0, "aria-label": "Share of the run's time"});
@@ -62,16 +63,17 @@ function liveRun(place, row, ended) {
   const said = h("p", {className: "soft small", role: "status"});
   const margins = h("div", {className: "margins"}), bars = {};
   const forceChart = h("div"), bendChart = h("div");
-  let charts = [], theory = [], run = null, stop = null, drawn = 0, paused = false, constants = [];
+  let charts = [], run = null, stop = null, drawn = 0, paused = false, waited = false, constants = [];
 
-  const pause = h("button", {onclick: () => request(paused ? "resume" : "pause")}, "Pause after step");
+  const pause = h("button", {onclick: () => request("pause")}, "Pause after step");
   const unload = h("button", {className: "stop", onclick: () => request("stop")}, "Unload and stop");
   const field = h("input", {type: "password", autocomplete: "off", size: 18, id: "token"});
   const lock = h("form", {onsubmit: event => { event.preventDefault(); keepToken(field.value); unlock(); pause.focus(); }},
     h("label", {htmlFor: "token"}, "Token"), " ", field, " ", h("button", {}, "Unlock"));
   const unlock = () => {
     lock.hidden = Boolean(token());
-    pause.disabled = unload.disabled = !token();
+    pause.disabled = paused || !token();
+    unload.disabled = !token();
     said.textContent = token() ? "As p and Ctrl+C in the run's own terminal. The page starts no motion."
       : "Pause and stop need the token that `stepload ui` printed.";
   };
@@ -83,9 +85,8 @@ function liveRun(place, row, ended) {
         unload.disabled = pause.disabled = true;
         said.textContent = "Stop requested: the step is finished, then the arm unloads and the run ends.";
       } else {
-        paused = told.paused;
-        pause.textContent = paused ? "Go on" : "Pause after step";
-        said.textContent = paused ? "Pause requested: after this step the arm unloads and waits." : "The run goes on.";
+        pause.disabled = paused = true;
+        said.textContent = `Pause requested: after this step the arm unloads and waits. ${GO_ON}`;
       }
     } catch (error) {
       said.textContent = error.message;
@@ -105,31 +106,26 @@ function liveRun(place, row, ended) {
       margins.append(h("b", {}, code), h("div", {className: "name"}, h("span", {}, name), meter), number);
       bars[code] = {meter, number};
     }
-    if (told.theory) {
-      const {softest, stiffest, force_n: y, equation} = told.theory;
-      const line = x => ({x, y, colour: "--level", dash: [5, 4], width: 1.2});
-      theory = JSON.stringify(softest) === JSON.stringify(stiffest) ? [line(softest)] : [line(softest), line(stiffest)];
-      theory.name = `theory ${equation}`;
-    }
   }
 
   function drawFirst(state) {
     constants = limits(state);
     const forces = panel("Force against its limits", "Force and its limits against time", [...FORCES, ...constants.map(each => ({...each, dash: true}))]);
-    const bends = panel("Force against deformation", "Force against deformation since the first touch",
-      [{name: "measured", colour: "--force"}, ...(theory.length ? [{name: theory.name, colour: "--level", dash: true}] : [])]);
+    const bends = panel("Force against deformation", "Force against deformation since the first touch", [{name: "measured", colour: "--force"}]);
     forceChart.replaceWith(forces.made);
     bendChart.replaceWith(bends.made);
-    charts = [timeChart(forces.host, forces.readout, constants), curveChart(bends.host, bends.readout, [...theory, curve])];
+    charts = [timeChart(forces.host, forces.readout, constants), curveChart(bends.host, bends.readout, [curve])];
   }
 
   function show(state) {
     const level = state.level_n ? `, step ${state.step} (${digits(state.level_n)} N)` : "";
     const words = state.phase === "done" ? "over; it is being evaluated" : `${state.cycle ? `cycle ${state.cycle}` : "before the first cycle"}, ${state.phase}${level}`;
     if (phase.textContent !== words) phase.textContent = words;
-    if (state.phase === "paused" !== paused && state.phase === "paused") {
-      paused = true;
-      pause.textContent = "Go on";
+    const waits = state.phase === "paused";
+    if (waits !== waited) {
+      paused = waited = waits;
+      pause.disabled = paused || !token();
+      said.textContent = waits ? `The run is paused. ${GO_ON}` : "The run goes on.";
     }
     facts.force.textContent = `${digits(state.force_n)} N`;
     facts.limit.textContent = `${digits(state.force_limit_n)} N`;
@@ -149,9 +145,9 @@ function liveRun(place, row, ended) {
   function draw() {
     drawn = 0;
     if (!charts.length) return;
-    charts[0].set([time.time_s, time.level_n, time.predicted_n, time.low_n, time.high_n, time.limit_n,
+    charts[0].set([time.time_s, time.level_n, time.low_n, time.high_n, time.limit_n,
       ...constants.map(each => time.time_s.map(() => each.value))]);
-    charts[1].show([...theory, curve]);
+    charts[1].show([curve]);
   }
 
   const events = new EventSource(`/api/live?${new URLSearchParams({run: row.key})}`);
@@ -229,8 +225,8 @@ function pastRun(place, row, stop) {
     const forces = panel("Force against its limits", "Force and its limits against time", [FORCES[0], FORCES[1], ...constants.map(each => ({...each, dash: true}))]);
     forceChart.replaceWith(forces.made);
     charts.push(timeChart(forces.host, forces.readout, constants));
-    const none = (time.time_s ?? []).map(() => null);
-    charts[0].set([time.time_s ?? [], none, none, time.force_n ?? [], time.force_n ?? [], time.limit_n ?? [], ...constants.map(each => none.map(() => each.value))]);
+    const none = time.time_s.map(() => null);
+    charts[0].set([time.time_s, none, time.force_n, time.force_n, time.limit_n, ...constants.map(each => none.map(() => each.value))]);
     const bends = panel("Force against deformation", "Force against deformation", [{name: "measured, all cycles", colour: "--force"}]);
     bendChart.replaceWith(bends.made);
     if (told.problem) bends.host.append(h("p", {className: "empty"}, told.problem));

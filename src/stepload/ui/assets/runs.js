@@ -5,14 +5,14 @@ import {get, h, nameOf, NO_RUN, repeatedly, runLink, verdict, when} from "./tool
 
 const COLOURS = ["--c0", "--c1", "--c2", "--c3", "--c4", "--c5", "--c6", "--c7"];
 const ticked = new Set();
-const filter = {text: "", verdict: "", simulated: true, payload: ""};
+const filter = {text: "", simulated: true, payload: ""};
 const kept = {seen: "", runs: []};
 
 /** The rows of all runs, the newest first; true where they differ from before. */
 export async function refresh() {
-  const told = await get("runs", {seen: kept.seen});
-  if (!told.runs) return false;
-  Object.assign(kept, told);
+  const told = await get("runs"), seen = JSON.stringify(told);
+  if (seen === kept.seen) return false;
+  Object.assign(kept, told, {seen});
   document.getElementById("folder").textContent = told.folder;
   return true;
 }
@@ -23,22 +23,20 @@ function matches(row) {
   const words = filter.text.toLowerCase().split(/\s+/).filter(Boolean);
   const text = [row.run_id, row.started, row.payload, row.specimen, row.batch, row.plan, row.rig, row.operator,
     row.verdict, row.status, row.tags].join(" ").toLowerCase();
-  return words.every(word => text.includes(word)) && (!filter.verdict || row.verdict === filter.verdict)
-    && (filter.simulated || !row.simulated);
+  return words.every(word => text.includes(word)) && (filter.simulated || !row.simulated);
 }
 
 const empty = () => h("div", {className: "panel empty"}, "No runs in this folder yet. This makes one:", h("br"), h("code", {}, NO_RUN));
 
 export function runsView(place) {
-  const search = h("input", {type: "search", placeholder: "Filter: payload, specimen, batch, rig, date …", value: filter.text,
+  const search = h("input", {type: "search", placeholder: "Filter: payload, verdict, rig, date …", value: filter.text,
     size: 34, "aria-label": "Filter the runs", oninput: () => { filter.text = search.value; draw(); }});
-  const kinds = h("select", {"aria-label": "Verdict", onchange: () => { filter.verdict = kinds.value; draw(); }});
   const simulated = h("input", {type: "checkbox", checked: filter.simulated,
     onchange: () => { filter.simulated = simulated.checked; draw(); }});
   const compare = h("button", {onclick: () => { location.hash = `#/compare/${[...ticked].map(encodeURIComponent).join("/")}`; }});
   const count = h("span", {className: "soft", role: "status"});
   const live = h("div"), trend = h("section", {className: "panel"}), body = h("div");
-  const bar = h("div", {className: "bar"}, search, kinds, h("label", {}, simulated, "simulated"), count,
+  const bar = h("div", {className: "bar"}, search, h("label", {}, simulated, "simulated"), count,
     h("span", {className: "end"}, compare));
   let chart = null;
 
@@ -60,9 +58,6 @@ export function runsView(place) {
 
   function draw() {
     const rows = kept.runs.filter(matches);
-    const words = [...new Set(kept.runs.map(row => row.verdict).filter(Boolean))].sort();
-    kinds.replaceChildren(h("option", {value: ""}, "any verdict"),
-      ...words.map(word => h("option", {value: word, selected: word === filter.verdict}, word.replaceAll("_", " "))));
     compare.textContent = `Compare ${ticked.size || ""} ticked`.replace("  ", " ");
     compare.disabled = !ticked.size;
     count.textContent = rows.length === kept.runs.length ? `${rows.length} runs` : `${rows.length} of ${kept.runs.length} runs`;
