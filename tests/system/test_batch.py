@@ -107,9 +107,10 @@ def test_gauge_of_two_operators(pressed_again: Callable[..., list[SavedRun]]) ->
 
 def test_a_plan_that_has_changed_is_told(pressed_again: Callable[..., list[SavedRun]]) -> None:
     runs = pressed_again([1.0, 1.01])
-    assert batch_of("B7", runs, None).notes == ()
+    (few,) = batch_of("B7", runs, None).notes
+    assert few.startswith("2 ")
     other = replace(runs[1], metadata={**runs[1].metadata, "sha256 plan.yaml": "abc"})
-    (note,) = batch_of("B7", [runs[0], other], None).notes
+    note, _ = batch_of("B7", [runs[0], other], None).notes
     assert "plan.yaml" in note
 
 

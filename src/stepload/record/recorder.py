@@ -46,7 +46,10 @@ _WRITER_ENVIRONMENT = {
 """glibc keeps the memory of a chunk for the next one: getting it anew is a fifth of the writing."""
 _LOOK_S = 0.1
 """How often the writer process itself is looked at (a system call)."""
-_STANDS = {"T": "it was stopped by a signal (kill -CONT {pid})", "D": "it waits for the disk"}
+_STANDS = {
+    "T": "it was stopped by a signal (kill -CONT {pid})", "D": "it waits for the disk",
+    "R": "the computer is too busy for it",
+}  # fmt: skip
 """What a state in /proc/PID/stat means."""
 
 

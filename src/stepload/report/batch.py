@@ -182,6 +182,8 @@ def _notes(
         "changed between the runs": [": ".join(of) for of, found in sums.items() if len(found) > 1],
     }
     yield from (f"{word}: {'; '.join(names)}" for word, names in lists.items() if names)
+    if len(pieces) < FEWEST:
+        yield f"{len(pieces)} specimens: that they are in control takes {FEWEST}"
     if trend and trend.rank_p < stats.ALPHA:
         yield f"trend of {f(trend.slope_n_per_m, 'N/m')} a specimen, p = {trend.rank_p:.2g}"
 
