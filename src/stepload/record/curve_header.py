@@ -105,6 +105,8 @@ def find_header(lines: Sequence[str], mapping: CurveMapping, given: str | None =
             return header_at(lines, at, mapping, given, is_row=is_row)
         except Refusal as error:
             best = max(best, error, key=_KNOWN)
+            if mapping.numbers and error.known > 0:
+                break  # the first row with the stated columns: those below it have no names
     raise best
 
 

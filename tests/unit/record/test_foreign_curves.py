@@ -361,6 +361,8 @@ KEPT = [
     ("unit", table(("Position", "Force"), MM, KN, units="mm;kN"), {"units": (("force", "N"),)}),
     ("unit in the name", table(("Position (mm)", "Force (kN)"), MM, KN),
      {"units": (("force", "N"),)}),
+    ("unit, columns by number", table(("Position (mm)", "Force (kN)"), MM, KN),
+     {"columns": (("position", "1"), ("force", "2")), "units": (("force", "N"),)}),
     ("specimen", BESIDE, {"columns": (("force", "4"),), "specimen": "1"}),
 ]  # fmt: skip
 
