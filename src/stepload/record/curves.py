@@ -227,8 +227,8 @@ def _curve(
         scale = 1.0 if in_si else scale_of(column.unit)
         scaled = np.ascontiguousarray(values if scale == 1.0 else values * scale)
         found.setdefault(column.role, []).append(scaled)
-        read.append(replace(column, name=column.name[:60], lowest=float(scaled.min()),
-                            highest=float(scaled.max())))  # fmt: skip
+        read.append(replace(column, name=column.name[:60], lowest=float(scaled.min()) + 0.0,
+                            highest=float(scaled.max()) + 0.0))  # fmt: skip
     one = {each: arrays[0] for each, arrays in found.items()}
     time_s, notes = _checked_time(one.get("time_s"), place)
     turn = signs(next(one[each] for each in TRAVELS & one.keys()), one["force_n"])
