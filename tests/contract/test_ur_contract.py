@@ -17,8 +17,6 @@ from stepload_drivers.ur.arm import UrArm
 from stepload_drivers.ur.force import UrForce
 from stepload_verify.emulators.rig_process import UrEmulatorProcess
 
-pytestmark = pytest.mark.realtime(tolerates_s=0.1)
-"""Controller, ur_rtde's process and test stall apart: three times that is the `max_age` below."""
 SLOW = {"lag_s": 0.1, "surface_m": 1.0}
 """A servo with the look-ahead time of the driver: a late `safe` still meets it under way."""
 
