@@ -21,6 +21,8 @@ from stepload.record.curve_words import LATERAL, TRAVELS, is_specimen, scale_of
 from stepload.units import format_quantity, percent
 
 MIN_ROWS = 3
+MIN_CHANGES = 20
+"""So many changes, all a multiple of some rows apart, are those of a slower channel."""
 MISSING_SHARE = 0.05
 """A larger share of rows without all numbers is refused."""
 SINCE_1970_S = 1e8
@@ -216,13 +218,32 @@ def _parts(table: Table, starts: set[int]) -> list[slice]:
     return [slice(*ends) for ends in pairwise([0, *sorted(starts), count])]
 
 
+def _measured(values: FloatArray, roles: list[str]) -> tuple[slice, tuple[str, ...]]:
+    """The rows with a value of their own where a logger repeats one channel while the other moves.
+
+    Between them the repeated one is old, by half their distance in the mean.
+    """
+    every = {}
+    for each in {"force_n", *TRAVELS} & set(roles):
+        changes = np.flatnonzero(np.diff(values[:, roles.index(each)])) + 1
+        if len(changes) >= MIN_CHANGES:
+            every[each] = int(np.gcd.reduce(np.diff(changes))), int(changes[0])
+    name, (rows, first) = max(every.items(), key=lambda each: each[1][0], default=("", (1, 0)))
+    if len(every) < 2 or all(other % rows == 0 for other, _ in every.values()):
+        return slice(None), ()
+    told = f"the {CALLED[name]} changes every {rows} rows only: the rows between are not used"
+    return slice(first % rows, None, rows), (told,)
+
+
 def _curve(
     lines: t.Lines, table: Table, rows: slice, mapping: CurveMapping, specimens: int
 ) -> Curve:
-    header, place, columns = table.header, table.line[rows], table.header.columns
+    header, columns = table.header, table.header.columns
+    measured, stands = _measured(table.values[rows], [column.role for column in columns])
+    place = table.line[rows][measured]
     found: dict[str, list[FloatArray]] = {}
     read: list[h.Column] = []
-    for column, values in zip(columns, table.values[rows].T, strict=True):
+    for column, values in zip(columns, table.values[rows][measured].T, strict=True):
         in_si = column.unit_place is not None or column.unit == "clock"
         scale = 1.0 if in_si else scale_of(column.unit)
         scaled = np.ascontiguousarray(values if scale == 1.0 else values * scale)
@@ -257,13 +278,13 @@ def _curve(
         rows=len(place), first_line=place[0], last_line=place[-1],
         left_out=tuple(table.left_out.values()),
         specimen=mapping.specimen, specimens=specimens,
-        notes=(*turned, *notes), mapping=same,
+        notes=(*turned, *stands, *notes), mapping=same,
     )  # fmt: skip
     comments = (line.strip().lstrip("# ") for line in lines.texts[: header.begin] if "#" in line)
     return Curve(
         time_s, one.get("position_m"), one.get("displacement_m"), one["force_n"],
         np.stack(found[LATERAL]) if LATERAL in found else None,
-        (*(text for text in comments if text.startswith(FACTORED)), *notes),
+        (*(text for text in comments if text.startswith(FACTORED)), *stands, *notes),
         next((c.name[:60] for c in columns if c.may_be_machine), ""), reading,
     )  # fmt: skip
 

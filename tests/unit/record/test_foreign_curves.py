@@ -445,6 +445,18 @@ def test_a_fast_retract_is_no_second_specimen(tmp_path: Path) -> None:
         read_curve(save(tmp_path, again))
 
 
+@pytest.mark.parametrize("slow", [1, 2])
+def test_a_channel_that_stands_between_its_values_is_read_where_it_is_new(
+    tmp_path: Path, slow: int
+) -> None:
+    columns = [TIME, MM, FORCE]
+    columns[slow] = np.repeat(columns[slow][::4], 4)[:ROWS]
+    curve = read_curve(save(tmp_path, table(NAMES, *columns)))
+    assert curve.position_m == pytest.approx(TRAVEL[::4], abs=1e-9)
+    assert curve.force_n == pytest.approx(FORCE[::4], abs=1e-6)
+    assert "every 4 rows" in curve.reading.notes[0]
+
+
 def test_a_mapping_is_kept_for_the_next_files(tmp_path: Path) -> None:
     path, kept = save(tmp_path, HYSITRON), tmp_path / "machine.yaml"
     look = ["identify", str(path), "--columns", "force=Fn (µN)", "--look"]
